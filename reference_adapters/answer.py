@@ -1,220 +1,367 @@
-"""What an engine that is a function returns of a scene, read: a `Result`, or one error.
+"""What engines of any kind answer: one documented object, and the `Result` that is made of it.
 
-`function` says what it may hold.
+A function returns it as a dict, a worker or node writes it as a line of JSON, and a run that was
+made elsewhere is a file of it. In SI units; balls are in the order of the scene's:
+
+    rest_positions      where the balls end, [[x, y, z], ...]: centres [m]
+    events              [{"t", "kind", "a", "b"}, ...] or [(t, kind, a, b), ...], in any order;
+                        kinds "ball-ball", "ball-cushion", "slide-to-roll", "roll-to-rest",
+                        "pocketed", "ball-cloth", "leaves-table"; a and b are indices of balls, b
+                        is the name of a cushion ("left", "side-1", "post-1") or a pocket
+                        ("top-left"), or its index, or null or left out where it is none
+    samples             the motion, from t = 0 to the end: {"t": [...], "positions": [...],
+                        "velocities": [...], "angular_velocities": [...]}, of each instant, of each
+                        ball, three numbers; or [(t, positions, velocities, angular_velocities),
+                        ...]. Just before and just after each collision is best, since between two
+                        samples the motion is interpolated. Balls that roll without slip need no
+                        angular velocities
+    status              "rest" (all balls rest), "t-max" (`t_max` was reached), "step-limit" (a
+                        limit of the engine was reached before) or "failed"
+    rest_time           when the last ball came to rest, or the run ended [s]
+    scene               the name of a shipped scene, or the scene itself; never a path
+    engine, settings, wall_time, version, reason, work, collision_counts, resolution, approximate
+                        as wanted: the engine's name; how it was set; its run time [s]; its version;
+                        why it stopped early; counters of its work, such as {"steps": 500}; how many
+                        events are "ball-ball" and "ball-cushion", which the events must agree with;
+                        how far off a ball may be when it collides [m], 0 by rounding alone, left
+                        out where nothing is known of that; and what of the scene it represents only
+                        approximately, and how: {"balls that roll and never slide": "in steps"}, by
+                        the names of `ghostball engines`. The rest it claims to be exact
+
+Positions and velocities may be in the plane, [x, y]: then balls lie on the cloth. A run in a file
+must have `engine`, `scene`, `status` and `rest_time`; for a function they are known, or follow from
+the samples. `ghostball run --format json` prints the same keys, but the samples.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    ValidationError,
+    model_validator,
+)
 
 from ghostball.model import (
     COLLISION_KINDS,
     EVENT_DTYPE,
     EventKind,
+    Record,
     Result,
     SampledTrajectory,
     Samples,
     Scene,
     Status,
+    Table,
+    partner_name,
     rolling_angular_velocity,
 )
 from ghostball.model.arrays import FloatArray
+from ghostball.model.features import Feature
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.elsewhere import STATUSES, RunEvent, event_row
+from ghostball.reference_adapters.returned import partners_of
 
-_NEEDED = ("rest_positions", "events", "samples")
-_KNOWN = (*_NEEDED, "rest_time", "status", "reason", "wall_time", "scene")
+Plain = str | float | int | bool | None
+
+_KINDS = {kind.label: kind for kind in EventKind}
+_STATUSES = {
+    "rest": Status.REST,
+    "t-max": Status.T_MAX,
+    "step-limit": Status.STEP_LIMIT,
+    "failed": Status.FAILED,
+}
 _STATES = ("positions", "velocities", "angular_velocities")
 
+_ANSWERED = (
+    *("rest_positions", "events", "samples"),
+    *("rest_time", "status", "reason", "wall_time", "scene"),
+)
+"""What a function may say; the first three it must."""
 
-class Answer:
-    """What a function returned of a scene; whatever is wrong with it is one `EngineError`.
+_LARGEST = np.iinfo(np.int32).max
+"""Of a ball's number, as events keep it."""
 
-    `where`: `MODULE:FUNCTION`.
-    """
 
-    def __init__(self, where: str, scene: Scene, answer: object) -> None:
-        self._what, self._scene = f'`{where}` returned for scene "{scene.name}"', scene
+def _numbers(value: object) -> FloatArray:
+    try:
+        return np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"must be numbers: {error}") from None
+
+
+def _listed(value: object) -> object:
+    """Return what can be iterated as a list, such as an array."""
+    return list(value) if isinstance(value, Iterable) and not isinstance(value, str) else value
+
+
+Numbers = Annotated[FloatArray, PlainValidator(_numbers)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="ignore", arbitrary_types_allowed=True)
+
+
+class RunEvent(_Part):
+    """One event of a run."""
+
+    t: Annotated[float, Field(ge=0.0)]
+    kind: str
+    a: Annotated[int, Field(ge=0, le=_LARGEST)]
+    b: Annotated[int, Field(ge=-1, le=_LARGEST)] | str | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named(cls, event: object) -> object:
+        """Return the event by the names of its fields, in plain values."""
+        if isinstance(event, Sequence) and not isinstance(event, str) and len(event) in (3, 4):
+            event = dict(zip(("t", "kind", "a", "b"), event, strict=False))
+        if not isinstance(event, Mapping):
+            raise ValueError('must be (t, kind, a, b), such as (0.25, "ball-ball", 0, 1)')
+        plain = {key: one.item() if hasattr(one, "item") else one for key, one in event.items()}
+        if isinstance(plain.get("kind"), EventKind):
+            plain["kind"] = plain["kind"].label
+        return plain
+
+
+class RunSamples(_Part):
+    """The motion of a run at instants: arrays (k,), (k, n, 2 or 3)."""
+
+    t: Numbers
+    positions: Numbers
+    velocities: Numbers
+    angular_velocities: Numbers | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named(cls, samples: object) -> object:
+        """Return the samples by the names of their fields."""
+        if isinstance(samples, Mapping):
+            return {key: one for key, one in samples.items() if one is not None}
+        rows = list(samples) if isinstance(samples, Sequence) else []
+        lengths = {len(row) if isinstance(row, Sequence) else 0 for row in rows}
+        if lengths not in ({3}, {4}):
+            raise ValueError(
+                "must be (t, positions, velocities) each, or with angular velocities too, and at "
+                "least one"
+            )
+        return dict(zip(("t", *_STATES), zip(*rows, strict=True), strict=False))
+
+
+class Run(_Part):
+    """What an engine answered; see the module."""
+
+    engine: Annotated[str, Field(min_length=1, pattern=r"^[^:,=]+$")]
+    scene: str | dict[str, Any]
+    status: Literal["rest", "t-max", "step-limit", "failed"]
+    rest_time: float
+    rest_positions: Numbers
+    events: Annotated[list[RunEvent], BeforeValidator(_listed)]
+    samples: RunSamples | None = None
+    settings: dict[str, Plain] = Field(default_factory=dict)
+    wall_time: float = 0.0
+    version: str = ""
+    reason: str = ""
+    work: dict[str, int] = Field(default_factory=dict)
+    collision_counts: dict[str, int] | None = None
+    resolution: Annotated[float, Field(ge=0.0)] | None = None
+    approximate: dict[Feature, str] = Field(default_factory=dict)
+
+    @classmethod
+    def parse(cls, value: object, where: str) -> Run:
+        """Return the run that plain values describe; `where` says in messages what they are.
+
+        Raises `EngineError`.
+        """
+        try:
+            return cls.model_validate(value)
+        except ValidationError as error:
+            raise _refused(where, error) from None
+
+    @classmethod
+    def returned(
+        cls, answer: object, where: str, scene: Scene, **known: str | float | Mapping[str, Plain]
+    ) -> Run:
+        """Return the run that a function returned for a scene; `where` says so in messages.
+
+        `known`: what else is known of it, unless the answer says otherwise.
+
+        Raises `EngineError`.
+        """
         if not isinstance(answer, Mapping):
             raise EngineError(
-                f'what {self._what} must be a dict, {{"rest_positions": ..., "events": ..., '
-                f'"samples": ...}}, got {_shown(answer)}'
+                f'{where} must be a dict, {{"rest_positions": ..., "events": ..., "samples": '
+                f"...}}, got {_shown(answer)}"
             )
-        self._answer = answer
-        for key in answer:
-            if key not in _KNOWN:
-                close = get_close_matches(str(key), _KNOWN, n=1)
-                hint = f"Did you mean `{close[0]}`?" if close else f"Known: {', '.join(_KNOWN)}"
-                raise self._wrong(str(key), f"is no key of an answer. {hint}")
-        for key in _NEEDED:
-            if key not in answer:
-                raise self._wrong(key, f"is missing, got {', '.join(map(str, answer)) or '{}'}")
+        if unknown := [str(key) for key in answer if key not in _ANSWERED]:
+            close = get_close_matches(unknown[0], _ANSWERED, n=1)
+            hint = f"Did you mean `{close[0]}`?" if close else f"Known: {', '.join(_ANSWERED)}"
+            raise _wrong(where, unknown[0], f"is no key of an answer. {hint}")
+        if lacks := [key for key in _ANSWERED[:3] if key not in answer]:
+            raise _wrong(where, lacks[0], f"is missing, got {', '.join(answer) or '{}'}")
         said = answer.get("scene", scene.name)
         if (said.get("name") if isinstance(said, Mapping) else said) != scene.name:
-            raise self._wrong("scene", f"must be the one that was asked, got {_shown(said)}")
+            raise _wrong(where, "scene", f"must be the one that was asked, got {_shown(said)}")
+        try:
+            samples = RunSamples.model_validate(answer["samples"])
+        except ValidationError as error:
+            raise _refused(where, error, "samples") from None
+        # Unless it says otherwise, it ends with its last sample, and rests, or the scene ends it.
+        end = float(np.max(samples.t, initial=0.0))
+        assumed = {"rest_time": end, "status": "rest", **known}
+        run = cls.parse({**assumed, **answer, "scene": scene.name, "samples": samples}, where)
+        reached = scene.t_max is not None and run.rest_time >= scene.t_max * (1.0 - 1e-9)
+        at_end = reached and "status" not in answer
+        return run.model_copy(update={"status": "t-max"}) if at_end else run
 
-    def result(self, engine: str, settings: Mapping[str, Any], seconds: float) -> Result:
-        """Return it whole as a result of an engine; the call took so many `seconds`."""
-        centres = self._balls("rest_positions", self._answer["rest_positions"], ())[np.newaxis]
-        motion = self._motion()
-        rest_time = self._number("rest_time", float(motion.times[-1]))
-        status, events = self._status(rest_time), self._events()
-        if status is not Status.FAILED:
-            self._check_finite(motion)
-        with np.errstate(invalid="ignore", over="ignore"):  # judged where any run is
-            last = motion.sample(np.array([rest_time]))
-        counts = {kind.label: int(np.sum(events["kind"] == kind)) for kind in COLLISION_KINDS}
+    def result(
+        self, scene: Scene, *, record: Record = "trajectory", where: str | None = None
+    ) -> Result:
+        """Return it as a `Result`, of which everything else is checked where engines are run.
+
+        `where` says in messages what this is.
+
+        Raises `EngineError` where a kind or a cushion is none, or arrays have another shape than
+        the scene's.
+        """
+        where = where or f'run of `{self.engine}` in scene "{scene.name}"'
+        centres = _of_balls(self.rest_positions, "rest_positions", (), scene, where)[np.newaxis]
+        rows = [
+            event_row(one, scene.table, f"{where}: `events[{k}]")
+            for k, one in enumerate(self.events)
+        ]
+        events = np.array(rows, dtype=EVENT_DTYPE)
+        counts = self.collision_counts
+        if counts is None:
+            of = Counter(event.kind for event in self.events)
+            counts = {kind.label: of[kind.label] for kind in COLLISION_KINDS}
+        still = np.zeros_like(centres)
+        final, trajectory = Samples(centres, still, still), None
+        if self.samples is not None:
+            trajectory = _motion(self.samples, scene, where)
+            # What isn't finite is found where runs are checked and measured, as any engine's.
+            with np.errstate(invalid="ignore", over="ignore"):
+                last = trajectory.sample(np.array([self.rest_time]))
+            final = Samples(centres, last.velocities, last.angular_velocities)
+        elif record == "trajectory":
+            raise _wrong(where, "samples", "is missing: the motion is graded from it")
         return Result(
-            engine=engine,
-            settings=settings,
-            scene=self._scene,
-            status=status,
-            final_state=Samples(centres, last.velocities, last.angular_velocities),
-            rest_time=rest_time,
+            engine=self.engine,
+            settings=self.settings,
+            scene=scene,
+            status=_STATUSES[self.status],
+            final_state=final,
+            rest_time=self.rest_time,
             collision_counts=counts,
-            work={},
-            wall_time=self._number("wall_time", seconds),
-            events=events,
-            trajectory=motion,
-            reason=str(self._answer.get("reason", "")),
+            work={"events": len(events)} | self.work,
+            wall_time=self.wall_time,
+            events=None if record == "rest" else events[np.argsort(events["t"], kind="stable")],
+            trajectory=trajectory if record == "trajectory" else None,
+            reason=self.reason,
         )
 
-    def _status(self, rest_time: float) -> Status:
-        end = self._scene.t_max
-        reached = end is not None and rest_time >= end * (1.0 - 1e-9)
-        said = self._answer.get("status", "t-max" if reached else "rest")
-        if said not in STATUSES:
-            raise self._wrong("status", f"must be one of {', '.join(STATUSES)}, got {said!r}")
-        return STATUSES[said]
 
-    def _events(self) -> NDArray[np.void]:
-        rows = [self._event(k, one) for k, one in enumerate(self._listed("events"))]
-        events = np.array(rows, dtype=EVENT_DTYPE)
-        return events[np.argsort(events["t"], kind="stable")]
+def _motion(samples: RunSamples, scene: Scene, where: str) -> SampledTrajectory:
+    t = samples.t
+    if t.ndim != 1 or not len(t):
+        raise _wrong(where, "samples.t", f"must be instants (k,), got the shape {t.shape}")
+    if len(back := np.flatnonzero(~(np.diff(t) >= 0.0))):
+        k = int(back[0]) + 1
+        raise _wrong(
+            where,
+            f"samples.t[{k}]",
+            f"must be no earlier than the instant before, {float(t[k - 1])!r} s, got "
+            f"{float(t[k])!r} s",
+        )
+    positions, velocities, spins = (
+        None if one is None else _of_balls(one, f"samples.{key}", (len(t),), scene, where)
+        for key in _STATES
+        for one in [getattr(samples, key)]
+    )
+    assert positions is not None
+    assert velocities is not None
+    if spins is None:
+        if scene.physics.motion != "rolling":
+            key = "samples.angular_velocities"
+            raise _wrong(where, key, "is missing, and in this scene balls slide")
+        spins = rolling_angular_velocity(velocities, scene.radii)
+    return SampledTrajectory(t, positions, velocities, spins)
 
-    def _event(self, number: int, event: object) -> tuple[float, int, int, int]:
-        where = f"events[{number}]"
-        if isinstance(event, Mapping):
-            values = dict(event)
-        elif isinstance(event, Sequence) and not isinstance(event, str) and len(event) in (3, 4):
-            values = dict(zip(("t", "kind", "a", "b"), event, strict=False))
-        else:
-            raise self._wrong(
-                where, f'must be (t, kind, a, b), such as (0.25, "ball-ball", 0, 1), got {event!r}'
+
+def _of_balls(
+    array: FloatArray, key: str, before: tuple[int, ...], scene: Scene, where: str
+) -> FloatArray:
+    """Return an array (..., n, 3) of what is given so, or without the third number."""
+    n = len(scene.balls)
+    if key != "samples.angular_velocities" and array.shape == (*before, n, 2):
+        third = np.zeros((*before, n, 1))
+        if not key.endswith("velocities"):
+            third[..., 0] = scene.radii
+        array = np.concatenate([array, third], axis=-1)
+    if array.shape != (*before, n, 3):
+        balls = "1 ball" if n == 1 else f"{n} balls"
+        raise _wrong(
+            where,
+            key,
+            f"must have the shape {(*before, n, 3)}, of the {balls} of this scene, got "
+            f"{array.shape}",
+        )
+    return array
+
+
+def event_row(event: RunEvent, table: Table | None, where: str) -> tuple[float, int, int, int]:
+    """Return an event as a row of `EVENT_DTYPE`.
+
+    `table`: whose cushions, sides, posts and pockets it may name.
+    `where`: the place in messages, up to the event's field.
+
+    Raises `EngineError` where its kind, or what it names, is none.
+    """
+    kind = _KINDS.get(event.kind)
+    if kind is None:
+        raise EngineError(f"{where}.kind` must be one of {', '.join(_KINDS)}, got {event.kind!r}")
+    b = -1 if event.b is None else event.b
+    if isinstance(b, str):
+        partners = partners_of(table).get(kind)
+        named = {partner_name(kind, index): index for index in partners or ()}
+        if b not in named:
+            rule = (
+                f"one of {', '.join(named)}" if named else "the name of what this scene has none of"
             )
-        if isinstance(values.get("kind"), EventKind):
-            values["kind"] = values["kind"].label
-        try:
-            plain = {
-                key: one.item() if hasattr(one, "item") else one for key, one in values.items()
-            }
-            told = RunEvent.model_validate(plain)
-            return event_row(told, self._scene.table, f"answer that {self._what}")
-        except ValidationError as error:
-            first = error.errors()[0]
-            field = ".".join(map(str, first["loc"][:1]))
-            raise self._wrong(
-                f"{where}.{field}", f"is refused: {first['msg']}, got {first['input']!r:.80}"
-            ) from None
-
-    def _motion(self) -> SampledTrajectory:
-        samples = self._answer["samples"]
-        if isinstance(samples, Mapping):
-            given = {key: one for key, one in samples.items() if one is not None}
-        else:
-            rows = self._listed("samples")
-            lengths = {len(row) if isinstance(row, Sequence) else 0 for row in rows}
-            if lengths not in ({3}, {4}):
-                raise self._wrong(
-                    "samples",
-                    "must be (t, positions, velocities) each, or with angular velocities too, and "
-                    f"at least one, got {_shown(rows[0]) if rows else 'none'}",
-                )
-            given = dict(zip(("t", *_STATES), zip(*rows, strict=True), strict=False))
-        for key in ("t", *_STATES[:2]):
-            if key not in given:
-                raise self._wrong(f"samples.{key}", "is missing")
-        t = self._array("samples.t", given["t"])
-        if t.ndim != 1 or not len(t):
-            raise self._wrong("samples.t", f"must be instants (k,), got the shape {t.shape}")
-        if len(back := np.flatnonzero(~(np.diff(t) >= 0.0))):
-            k = int(back[0]) + 1
-            raise self._wrong(
-                f"samples.t[{k}]",
-                f"must be no earlier than the instant before, {float(t[k - 1])!r} s, got "
-                f"{float(t[k])!r} s",
+            if partners is None:
+                rule = "the index of a ball" if kind is EventKind.BALL_BALL else "null"
+            raise EngineError(
+                f"{where}.b` must be {rule} where its kind is {kind.label}, got {b!r}"
             )
-        states = {
-            key: self._balls(f"samples.{key}", given[key], (len(t),))
-            for key in _STATES
-            if key in given
-        }
-        if _STATES[2] not in states:
-            if self._scene.physics.motion != "rolling":
-                raise self._wrong(
-                    "samples.angular_velocities", "is missing, and in this scene balls slide"
-                )
-            rolls = rolling_angular_velocity(states["velocities"], self._scene.radii)
-            states[_STATES[2]] = rolls
-        return SampledTrajectory(t, *(states[key] for key in _STATES))
+        b = named[b]
+    a = event.a
+    if kind is EventKind.BALL_BALL and b < a:
+        a, b = b, a
+    return event.t, int(kind), a, b
 
-    def _check_finite(self, motion: SampledTrajectory) -> None:
-        """Raise where a number of the motion isn't finite: it ends in a place, and came there."""
-        for key in _STATES:
-            states: FloatArray = getattr(motion, key)
-            wrong = np.argwhere(~np.isfinite(states).all(axis=2))
-            if len(wrong):
-                k, ball = wrong[0].tolist()
-                raise self._wrong(
-                    f"samples.{key}",
-                    f"must be finite, got {states[k, ball].tolist()} at {float(motion.times[k])!r} "
-                    f's for ball "{self._scene.balls[ball].id}"',
-                )
 
-    def _balls(self, key: str, value: object, before: tuple[int, ...]) -> FloatArray:
-        """Return an array (..., n, 3) of what is given so, or without the third number."""
-        array, n = self._array(key, value), len(self._scene.balls)
-        if key != "samples.angular_velocities" and array.shape == (*before, n, 2):
-            third = np.zeros((*before, n, 1))
-            if not key.endswith("velocities"):
-                third[..., 0] = self._scene.radii
-            array = np.concatenate([array, third], axis=-1)
-        if array.shape != (*before, n, 3):
-            balls = "1 ball" if n == 1 else f"{n} balls"
-            raise self._wrong(
-                key,
-                f"must have the shape {(*before, n, 3)}, of the {balls} of this scene, got "
-                f"{array.shape}",
-            )
-        return array
+def _refused(where: str, error: ValidationError, *inside: str) -> EngineError:
+    """Return the first mistake that a model found, with its place, the rule and the value."""
+    first = error.errors()[0]
+    places, value = (*inside, *first["loc"]), first["input"]
+    key = "".join(f"[{one}]" if isinstance(one, int) else f".{one}" for one in places)
+    key = key.lstrip(".") or "the object"
+    if first["type"] == "missing":
+        return _wrong(where, key, f"is missing, got {', '.join(map(str, value)) or '{}'}")
+    rule = str(first["msg"]).removeprefix("Value error, ").replace("Input should", "must", 1)
+    return _wrong(where, key, f"{rule}, got {_shown(value)}")
 
-    def _array(self, key: str, value: object) -> FloatArray:
-        try:
-            return np.array(value, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise self._wrong(key, f"must be numbers: {error}") from None
 
-    def _listed(self, key: str) -> list[Any]:
-        value = self._answer[key]
-        if isinstance(value, str | Mapping) or not hasattr(value, "__iter__"):
-            raise self._wrong(key, f"must be a list, got {_shown(value)}")
-        return list(value)
-
-    def _number(self, key: str, default: float) -> float:
-        value = self._answer.get(key, default)
-        try:
-            return float(value)
-        except (TypeError, ValueError):
-            raise self._wrong(key, f"must be a number, got {_shown(value)}") from None
-
-    def _wrong(self, key: str, rule: str) -> EngineError:
-        return EngineError(f"in what {self._what}, `{key}` {rule}")
+def _wrong(where: str, key: str, rule: str) -> EngineError:
+    return EngineError(f"{where}: `{key}` {rule}")
 
 
 def _shown(value: object) -> str:

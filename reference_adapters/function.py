@@ -6,14 +6,11 @@
 
     rest_positions  where the balls end [m]: (n, 2) or (n, 3), in the order of the scene's balls
     events          (t, kind, a, b) each: "ball-ball" of two balls, or "ball-cushion" of a ball and
-                    a cushion's name ("left", "right", "bottom", "top") or index; other kinds of
-                    `EventKind` too, without b where they are of a ball alone. In any order
+                    a cushion's name ("left", "right", "bottom", "top") or index; others too
     samples         (t, positions, velocities, angular_velocities) each: the motion, from t = 0 to
-                    the end. Balls that roll without slip need no angular velocities. Or all at
-                    once, {"t": ..., "positions": ..., ...}, arrays (k,) and (k, n, 3)
+                    the end. Balls that roll without slip need no angular velocities
 
-It may also say `rest_time` (else the last sample's), `status` ("rest", "t-max", "step-limit" or
-"failed"), `reason`, `wall_time` and `scene`, as runs in JSON do: see `elsewhere`.
+`answer` says all that it may hold.
 
 Its parameters with a default are its settings, but for those that begin with an underscore:
 `-e my_module:simulate:dt=1e-4`. One that is called `dt` is its step: what that allows is then
@@ -35,17 +32,21 @@ from importlib import import_module
 from operator import attrgetter
 from typing import Any, ClassVar, Final, TypeVar
 
+import numpy as np
 from pydantic import Field, create_model
 
 from ghostball.model import (
     EngineFailedError,
     Record,
     Result,
+    SampledTrajectory,
+    Samples,
     Scene,
+    Status,
     UnsupportedSceneError,
 )
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.answer import Answer
+from ghostball.reference_adapters.answer import Run
 from ghostball.reference_adapters.base import (
     EngineBase,
     EngineError,
@@ -144,15 +145,36 @@ class FunctionEngine(EngineBase, metaclass=_FunctionType):
             raise UnsupportedSceneError(name, (str(error) or "not implemented",)) from error
         seconds = time.perf_counter() - started
         try:
-            result = Answer(self.where, scene, answer).result(name, settings, seconds)
+            what = f'what `{self.where}` returned for scene "{scene.name}"'
+            known = {"engine": name, "settings": settings, "wall_time": seconds}
+            result = Run.returned(answer, what, scene, **known).result(scene, where=what)
+            _check_finite(result, what)
             check_result(result, scene, name)
         except (EngineError, ResultRefusedError) as error:
             raise EngineFailedError(name, str(error)) from None
         return replace(
             result,
+            work={},
             events=None if record == "rest" else result.events,
             trajectory=result.trajectory if record == "trajectory" else None,
         )
+
+
+def _check_finite(result: Result, where: str) -> None:
+    """Raise where a number of the motion isn't finite: a ball ends in a place, and came there."""
+    motion = result.trajectory
+    assert isinstance(motion, SampledTrajectory)
+    if result.status is Status.FAILED:
+        return
+    for key in Samples._fields:
+        states = getattr(motion, key)
+        wrong = np.argwhere(~np.isfinite(states).all(axis=2))
+        if len(wrong):
+            k, ball = wrong[0].tolist()
+            raise EngineError(
+                f"{where}: `samples.{key}` must be finite, got {states[k, ball].tolist()} at "
+                f'{float(motion.times[k])!r} s for ball "{result.scene.balls[ball].id}"'
+            )
 
 
 copyreg.pickle(_FunctionType, lambda made: (engine_at, (made.__dict__["where"],)))

@@ -18,9 +18,9 @@ import numpy as np
 from ghostball.model import Record, Result, Scene, UnsupportedSceneError
 from ghostball.model.cache_folder import cache_folder
 from ghostball.model.features import Capabilities
+from ghostball.reference_adapters.answer import Run
 from ghostball.reference_adapters.base import EngineBase, EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
-from ghostball.reference_adapters.elsewhere import Run
 from ghostball.reference_adapters.registry import EngineUnavailableError
 from ghostball.reference_adapters.workers.process import (
     PYTHON,

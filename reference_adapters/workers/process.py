@@ -6,7 +6,7 @@ It begins with a line {"version": "1.2"}, or {"absent": why} and its end. Then i
 
 with "settings" besides where the engine has some, a scene as `ghostball scenes --export` writes
 them, and answers each with a run as
-`reference_adapters.elsewhere` describes, whose `samples` are of its end at least; or with
+`reference_adapters.answer` describes, whose `samples` are of its end at least; or with
 {"cannot": why} where it can't represent the scene, or {"error": what}.
 """
 

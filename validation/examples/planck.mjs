@@ -7,7 +7,7 @@
 //     ghostball grade runs.jsonl
 //
 // Balls that roll, in the plane; cushions that mirror. Any language will do: what counts is the
-// object that is printed for each scene, which reference_adapters/elsewhere.py describes.
+// object that is printed for each scene, which reference_adapters/answer.py describes.
 
 import { readFileSync } from "node:fs";
 import { Circle, Edge, Settings, World } from "planck";

@@ -7,7 +7,7 @@
 //
 // The engine is the shortest that is honest: balls that roll, in steps of 0.1 ms, elastic where they
 // overlap, cushions that mirror. Put yours in its place: what counts is the object that is printed for
-// each scene, which reference_adapters/elsewhere.py describes.
+// each scene, which reference_adapters/answer.py describes.
 
 #include <chrono>
 #include <cmath>

@@ -362,5 +362,5 @@ def grade(
 
     `ghostball scenes --export DIR` writes the scenes. Each run is a JSON object: engine, scene (a
     shipped name, or the whole scene), status ("rest", "t-max"), rest_time, rest_positions, events
-    and samples of the motion; see reference_adapters/elsewhere.py.
+    and samples of the motion; see reference_adapters/answer.py.
     """

@@ -13,8 +13,9 @@ from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.model import GhostballError, Scene
 from ghostball.model.scene import json_schema
+from ghostball.reference_adapters.answer import Run
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.elsewhere import Run, recorded_engine
+from ghostball.reference_adapters.elsewhere import load_runs, recorded_engine
 from ghostball.reference_adapters.registry import engine_names
 from ghostball.reports.accuracy import cell_text
 from ghostball.validation.checks.law import asked_of
@@ -69,7 +70,7 @@ def grade(files: Sequence[Path]) -> int:
     lost: list[str] = []
     for path in files:
         try:
-            runs += Run.load(path)
+            runs += load_runs(path)
         except EngineError as error:
             lost.append(str(error))
     cases: list[CaseRecord] = []

@@ -108,7 +108,7 @@ def test_a_package_that_is_not_there_is_named_with_what_brings_it(node: Node) ->
         ("time.sleep(60)", "ended without an answer: over 0 s"),
         ("sys.exit('out of chalk')", "ended without an answer: out of chalk"),
         ("say(run | {'scene': 'another'})", "that it was sent, 'stop', got 'another'"),
-        ("say(run | {'status': 'done'})", "`status` of the answer of `planck` is refused"),
+        ("say(run | {'status': 'done'})", "the answer of `planck`: `status` must be 'rest'"),
         ("run['rest_positions'][0][0] = float('nan'); say(run)", "must be finite, got "),
         ("say({'error': 'TypeError: no'})", "TypeError: no"),
     ],

@@ -30,7 +30,7 @@ def test_a_run_that_is_none_is_refused(tmp_path: Path, monkeypatch: pytest.Monke
     one = worker(tmp_path, {"status": "rest", "rest_time": "soon"})
     monkeypatch.setattr(workers, "_worker", lambda *_: one)
     monkeypatch.setenv(PYTHON, sys.executable)
-    with pytest.raises(Exception, match="`rest_time` of the answer of `billiards` is refused"):
+    with pytest.raises(Exception, match="answer of `billiards`: `rest_time` must be a valid"):
         make_engine("billiards").simulate(find_scene("galperin-1"))
     one.close()
 

@@ -15,8 +15,9 @@ from typer.testing import CliRunner
 from ghostball.cli import app
 from ghostball.engine import simulate
 from ghostball.model import Scene
+from ghostball.reference_adapters.answer import Run
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.elsewhere import Run
+from ghostball.reference_adapters.elsewhere import load_runs
 from ghostball.validation.scenes.library import find_scene, select
 
 EXAMPLES = Path(__file__).parents[4] / "validation" / "examples"
@@ -140,7 +141,7 @@ def test_who_claims_less_is_asked_for_less(tmp_path: Path) -> None:
     assert graded(tmp_path, run | {"resolution": 5e-4})[0] == 0
     assert graded(tmp_path, run | {"resolution": 10.0})[0] == 4  # says as much as nothing
     assert graded(tmp_path, run | {"resolution": 1e-6})[0] == 1
-    with pytest.raises(EngineError, match=r"`approximate.rolling.*` of .* is refused"):
+    with pytest.raises(EngineError, match=r"`approximate.rolling.*` must be 'balls that"):
         Run.parse(run | {"approximate": {"rolling": "so"}}, "a file, run 1")
 
 
@@ -214,7 +215,7 @@ def test_the_example_in_gdscript_plays(tmp_path: Path) -> None:
     command = [godot, "--headless", "--script", str(EXAMPLES / script), "--fixed-fps", "60"]
     command = [one for one in command if one != "--headless" or script == "godot4.gd"]
     subprocess.run(command, check=True, capture_output=True, env=os.environ | asked, timeout=60)
-    (run,) = Run.load(runs)
+    (run,) = load_runs(runs)
     assert [event.kind for event in run.events] == ["ball-cushion"] * 4
     graded = CliRunner().invoke(app, ["grade", str(runs)])
     assert graded.exit_code == 0, graded.output
