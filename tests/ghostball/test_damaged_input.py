@@ -93,7 +93,7 @@ def with_fault(valid, folder, row, text):
 READERS = {
     "report": ("report", "--figures", "none", "--jobs", "1"),
     "summary": ("report", "--format", "json"),
-    "export": ("export",),
+    "export": ("report", "--export"),
 }
 
 
@@ -107,8 +107,8 @@ def assert_records_are_checked(valid, tmp_path, reader, count, seed):
         row = rng.choice(rows)  # each record as often as any, however long
         folder = tmp_path / str(number)
         if with_fault(valid, folder, row, rng.choice(every[row])):
-            options = ("--out", tmp_path / "out") if reader == "export" else ()
-            refused += assert_refused_or_done(*READERS[reader], folder, *options) == 2
+            options = (tmp_path / "out",) if reader == "export" else ()
+            refused += assert_refused_or_done(*READERS[reader], *options, folder) == 2
             shutil.rmtree(folder)
     return refused
 
@@ -145,7 +145,7 @@ def test_a_damaged_byte_is_no_bug_of_ghostball(valid, tmp_path, seed):
         damaged[place] ^= rng.randrange(1, 256)
         (tmp_path / DATABASE).write_bytes(damaged)
         assert_refused_or_done("report", "--format", "json", tmp_path)
-        assert_refused_or_done("export", tmp_path, "--out", tmp_path / "out")
+        assert_refused_or_done("report", tmp_path, "--export", tmp_path / "out")
 
 
 def test_a_text_that_is_no_text_names_the_file_and_what_to_do(valid, tmp_path):

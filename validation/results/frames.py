@@ -79,7 +79,8 @@ def frame_of(folder: Path, table: str) -> Any:
         return library.DataFrame(rows, **options)
     raise GhostballError(
         "a data frame needs polars or pandas, and neither is installed. Install one by "
-        "`pip install '.[frames]'` in a clone of Ghostball, or write files by `ghostball export`"
+        "`pip install '.[frames]'` in a clone of Ghostball, or write files by "
+        "`ghostball report DIR --export FOLDER`"
     )
 
 

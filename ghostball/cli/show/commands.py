@@ -24,12 +24,14 @@ app = typer.Typer()
 
 
 @app.command()
-@runs("show.stored", "report")
+@runs("show.stored")
 def report(
     context: typer.Context,
     folder: Annotated[
         Path,
-        typer.Argument(metavar="DIR", help="A folder that `validate` or `regress` wrote."),
+        typer.Argument(
+            metavar="DIR", help="A folder that `validate`, `regress` or `stress` wrote."
+        ),
     ],
     jobs: Jobs = AUTO,
     figures: Figures = FigureChoice.NONE,
@@ -42,28 +44,19 @@ def report(
             help="Print the results in this format instead, as `validate` and `regress` do.",
         ),
     ] = None,
-) -> None:
-    """Write the report of a run again, or print what it came to.
-
-    Runs of `stress` within the folder are a section of it.
-    """
-
-
-@app.command()
-@runs("show.stored", "export")
-def export(
-    folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder of a run, of any command that has --out.")
-    ],
-    out: Annotated[
+    export: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder of the files (default: DIR/export)."),
+        typer.Option(
+            metavar="FOLDER",
+            help="Write the results into this folder instead, as JSON lines and as CSV: a file of "
+            "each kind for each table, such as cases, checks, metrics and events.",
+        ),
     ] = None,
 ) -> None:
-    """Write the results of a run as JSON lines and CSV.
+    """Write the report of a run again, or print or export its results.
 
-    There is a file for each table, such as cases, checks, metrics and events.
-    `Results.open(DIR).to_frame()` gives Python the same tables as data frames.
+    Runs of `stress` within the folder are a section of the report. In Python,
+    `Results.open(DIR).to_frame()` gives the exported tables as data frames.
     """
 
 

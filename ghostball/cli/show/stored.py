@@ -1,4 +1,4 @@
-"""What `ghostball report` and `ghostball export` do: show what an earlier run stored."""
+"""What `ghostball report` does: show what an earlier run stored."""
 
 from __future__ import annotations
 
@@ -16,15 +16,22 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.stress.tally import are_stress
 
 
-def report(
+def run(
     context: typer.Context,
     folder: Path,
     jobs: int,
     figures: FigureChoice,
     opened: bool,
     form: Format | None,
+    export: Path | None,
 ) -> ExitStatus:
-    """Write the page, or print what the results came to."""
+    """Write the page, or print what the results came to, or write all of their tables as files."""
+    if export is not None:
+        why = "`--export` writes the tables of results, and no report"
+        refuse_given(context, why, "opened", "figures", "jobs", "form")
+        for path in frames.export(folder, export):
+            typer.echo(path)
+        return ExitStatus.PASSED
     if form is not None:
         why = "`--format` prints results, and writes no report"
         refuse_given(context, why, "opened", "figures", "jobs")
@@ -41,9 +48,3 @@ def report(
     if opened:
         typer.launch(written.page.resolve().as_uri())
     return written.status()
-
-
-def export(folder: Path, out: Path | None) -> None:
-    """Write all tables of a results folder as files."""
-    for path in frames.export(folder, folder / "export" if out is None else out):
-        typer.echo(path)

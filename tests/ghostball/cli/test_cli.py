@@ -77,6 +77,7 @@ def test_a_bad_scene_is_refused_before_anything_is_written(
         (["scenes", "smoke", "--metrics"], ["lists metrics", "Leave out `NAME|TAG`"]),
         (["scenes", "--schema", "--metrics"], ["lists metrics", "Leave out `--schema`"]),
         (["report", "missing"], ["missing", "no such results folder"]),
+        (["report", ".", "--export", "a", "--open"], ["writes the tables", "Leave out `--open`"]),
         (["report", "."], ["not a results folder"]),
     ],
 )

@@ -141,6 +141,6 @@ def test_without_a_library_it_is_said_which_to_install(
 ) -> None:
     for library in ("polars", "pandas"):
         monkeypatch.setitem(sys.modules, library, None)
-    wanted = r"needs polars or pandas.*pip install '\.\[frames\]'.*`ghostball export`"
+    wanted = r"needs polars or pandas.*pip install '\.\[frames\]'.*`ghostball report DIR --export"
     with pytest.raises(GhostballError, match=wanted):
         Results.open(folder).to_frame()

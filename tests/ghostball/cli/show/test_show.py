@@ -109,7 +109,7 @@ def test_an_engine_that_is_not_there_is_refused(cli, here):
     assert list(here.iterdir()) == []
 
 
-# What `ghostball report` and `export` show of an earlier run
+# What `ghostball report` shows and exports of an earlier run
 
 
 @pytest.mark.parametrize("damage", ["cut short", "another version", "no database"])
@@ -125,7 +125,7 @@ def test_results_that_cannot_be_read_are_one_line_and_stay(cli, tmp_path, damage
         path.write_text("years of work")
     left = path.read_bytes()
     said = "its version must be" if damage == "another version" else "is cut short or damaged"
-    for again in (command, ("report", tmp_path), ("export", tmp_path)):
+    for again in (command, ("report", tmp_path), ("report", tmp_path, "--export", "there")):
         assert refused(cli(*again), str(path), said, "Move the file away")
     assert path.read_bytes() == left
 
@@ -133,14 +133,16 @@ def test_results_that_cannot_be_read_are_one_line_and_stay(cli, tmp_path, damage
 def test_export_writes_what_was_found_for_anyone(cli, tmp_path):
     out = tmp_path / "out"
     cli("validate", "stop", "-e", "ghostball", "--out", out, "--no-report")
-    result = cli("export", out)
+    result = cli("report", out, "--export", tmp_path / "there")
     assert result.exit_code == 0, result.output
     files = [Path(line) for line in result.stdout.splitlines()]
-    assert {path.parent for path in files} == {out / "export"}
+    assert {path.parent for path in files} == {tmp_path / "there"}
     assert {"cases.jsonl", "checks.csv", "events.csv"} <= {path.name for path in files}
-    assert cli("export", out, "--out", tmp_path / "there").exit_code == 0
+    assert not (out / "report.html").exists()
     assert (tmp_path / "there" / "metrics.csv").read_text().startswith("scene,label,name,value\n")
-    assert refused(cli("export", tmp_path / "none"), "no such results folder")
+    nothing = cli("report", tmp_path / "none", "--export", tmp_path / "here")
+    assert refused(nothing, "no such results folder")
+    assert not (tmp_path / "here").exists()
 
 
 # The workflow that `ghostball init --ci` writes
