@@ -188,6 +188,8 @@ _WHY = "collisions tie, balls are in resting contact, or the account isn't that 
 def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> Answer | None:
     """Return the answer of the third rule; None if no reference result gives one."""
     before, after = one.accuracy, two.accuracy
+    if one.is_own_measure != two.is_own_measure:  # one of both is the only reference
+        return "changed"
     if before is None or after is None or one.truth != two.truth:
         return _by_proved_part(one, two)
     if after.kind == "broken":

@@ -274,6 +274,13 @@ def test_without_a_reference_the_proved_part_decides():
     assert of(proved(MOVED, 31.0), proved(BASE, 0.5)).change == "changed"
 
 
+def test_the_reference_itself_is_neither_better_nor_worse():
+    ours = gate.having(BASE, accuracy=None, truth="our engine (not independent)")
+    other = gate.having(gate.off(MOVED, 1e-3), engine="pymunk", truth=ours.record.truth)
+    other = gate.with_events(other, np.delete(BASE.log().events, 0))
+    assert compare(ours, other).change == compare(other, ours).change == "changed"
+
+
 def test_two_engines_are_compared_by_their_errors_and_collisions_alone():
     assert compare(BASE, gate.off(MOVED, 1e-3)).change == "worse"
     late = compare(BASE, gate.off(shifted(BASE, 0, 1e-3), 1e-3))
