@@ -10,9 +10,9 @@ import pymunk
 
 from benchmarks.board import HEADS, BoardMeasurement
 from benchmarks.measurements import committed
+from docs.recipes import pymunk_recipe
 from docs.tables import table
 from ghostball import find_scene, simulate
-from ghostball.reference_adapters.recipes import pymunk_recipe
 from ghostball.reports.style import format_length, format_time
 from ghostball.validation.parallel.sources import PACKAGE_OF
 from ghostball.validation.precision.points import PrecisionMeasurement

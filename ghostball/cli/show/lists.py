@@ -6,7 +6,6 @@ import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +22,7 @@ from ghostball.cli.show.installation import check_installation
 from ghostball.model.features import Capability, Feature, has_feature, scene_features
 from ghostball.model.scene import json_schema
 from ghostball.model.scene.toml import dumps
-from ghostball.reference_adapters import (
-    EngineError,
-    ReferenceEngine,
-    engine_class,
-    engine_names,
-    recipes,
-)
+from ghostball.reference_adapters import EngineError, ReferenceEngine, engine_class, engine_names
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.registry import known_settings
 from ghostball.validation.checks.metric_table import METRICS
@@ -150,9 +143,7 @@ def engines_table() -> RenderableType:
 
 def recipe_names() -> tuple[str, ...]:
     """Return the engines whose best settings are written down as code."""
-    ending = "_recipe.py"
-    names = (one.name for one in files(recipes).iterdir())
-    return tuple(sorted(one.removesuffix(ending) for one in names if one.endswith(ending)))
+    return tuple(sorted(path.stem.removesuffix("_recipe") for path in _recipes("*")))
 
 
 def recipe_of(name: str) -> str:
@@ -165,7 +156,15 @@ def recipe_of(name: str) -> str:
             f"engine {name!r} has no recipe. There are those of {', '.join(recipe_names())}; "
             "the settings of others, and why, stand in reference_adapters/ENGINE/"
         )
-    return (files(recipes) / f"{name}_recipe.py").read_text(encoding="utf-8")
+    (path,) = _recipes(name)
+    return path.read_text(encoding="utf-8")
+
+
+def _recipes(name: str) -> list[Path]:
+    """Return the programs of an engine, "*" for all: of the documentation, or in a wheel."""
+    package = Path(__file__).resolve().parents[2]
+    folders = (package / "recipes", package.parent / "docs" / "recipes")
+    return [path for folder in folders for path in folder.glob(f"{name}_recipe.py")]
 
 
 def engine_blocks(names: Sequence[str]) -> Iterator[RenderableType]:

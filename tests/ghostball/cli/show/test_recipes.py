@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
+import runpy
 import subprocess
 import sys
 
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from ghostball import find_scene, simulate
+from ghostball.cli.show.lists import _recipes
 
 TRUE = simulate(find_scene("half-ball-cut")).rest_positions[:, :2]
 
@@ -21,10 +22,9 @@ def off(places) -> float:
 
 def test_pymunk_is_some_millimetres_off_in_its_own_steps_and_right_where_contacts_are_met():
     pytest.importorskip("pymunk")
-    recipe = importlib.import_module("ghostball.reference_adapters.recipes.pymunk_recipe")
-    own, exact = (
-        off([tuple(ball.position) for ball in recipe.play(exact)]) for exact in (False, True)
-    )
+    (path,) = _recipes("pymunk")
+    play = runpy.run_path(str(path))["play"]
+    own, exact = (off([tuple(ball.position) for ball in play(exact)]) for exact in (False, True))
     assert 1e-3 < own < 5e-3
     assert exact < 1e-6
 
@@ -45,9 +45,9 @@ def test_it_is_some_millimetres_off_in_its_own_steps(name, package):
     """In a process of its own, as a user runs it: some connect as if nobody else did."""
     if importlib.util.find_spec(package) is None:
         pytest.skip(f"{package} isn't installed")
-    recipe = f"ghostball.reference_adapters.recipes.{name}_recipe"
+    (path,) = _recipes(name)
     ran = subprocess.run(
-        [sys.executable, "-m", recipe], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, str(path)], capture_output=True, text=True, check=True, timeout=60
     )
     lines = [line for line in ran.stdout.splitlines() if line.startswith("  ")]
     places = [tuple(map(float, line.split(","))) for line in lines]
