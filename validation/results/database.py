@@ -26,7 +26,7 @@ from ghostball.validation.results.files import ResultsError, cannot_write, descr
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
 
-SCHEMA: Final = 13
+SCHEMA: Final = 14
 """Version of the tables and of the records in them; another one is refused."""
 
 APPLICATION: Final = int.from_bytes(b"ball")

@@ -1,4 +1,4 @@
-"""What `ghostball regress` and `accept` do."""
+"""What `ghostball regress` does: compare engines with their baselines, and say what changed."""
 
 from __future__ import annotations
 
