@@ -309,7 +309,8 @@ def _on_the_way(
         slips = 1.0 + max(1.0, float(np.max(turns)) / fastest)
         slows = slows + slips * scene.sliding_frictions
     work = between * scene.physics.gravity * float(scene.masses @ slows)
-    share = (work + more * float(delays @ lateness.energies)) / first
+    taken = work + more * float(delays @ lateness.energies)
+    share = taken / first if first > 0.0 else math.inf  # squares of tiny speeds vanish
     if math.isfinite(share):
         reason = f"{late}, which changes the energy by at most {share:.3g} of its initial value."
         yield "energy_difference_max", {"at_most": rule.energy_noise + share}, reason

@@ -58,7 +58,7 @@ class Case:
 
 
 # A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
-@np.errstate(invalid="ignore", over="ignore")
+@np.errstate(invalid="ignore", over="ignore", divide="ignore")
 def judge(
     record: CaseRecord,
     case: Case,

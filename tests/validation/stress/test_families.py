@@ -83,6 +83,14 @@ def test_a_shot_that_lasts_is_asked_of_no_engine_with_a_step():
     assert certify(slow.scene).events  # a sweep of empty scenes would ask nothing
 
 
+def test_an_engine_with_a_step_is_not_blamed_for_an_energy_that_vanishes():
+    """The speed is the least double, and its square is 0: the limit on the energy divided by it."""
+    tiny, engine = shot("extremes/tiny-sliding-4.94066e-324"), make_engine("pymunk")
+    asked = asked_of([(engine.name, plain_settings(engine))], tiny.criteria)
+    limits = asked.limits(engine, tiny.scene, truth_of(tiny.scene))
+    assert "energy_difference_max" not in {one.metric for one in limits}
+
+
 @pytest.mark.parametrize("kind", ["rolling", "elastic", "sliding", "small", "curved", "cushion"])
 def test_a_miss_and_a_phantom_are_seen(kind: str):
     hit, miss = (shot(f"grazing/{kind}-{word}-1e-01") for word in ("hit", "miss"))
