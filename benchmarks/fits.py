@@ -101,6 +101,8 @@ class FitsMeasurement(Shown):
     def sought(self) -> str:
         """What became of the laws of cushions that were sought, and how long it took."""
         free = [one for one in self.tables if one.laws_alike]
+        if not free:
+            return "The law of cushions was given."
         told = sum(one.laws_alike == [one.law] for one in free)
         kept = sum(one.law in one.laws_alike for one in free)
         longest = max((one.seconds for one in free), default=0.0)

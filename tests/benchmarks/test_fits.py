@@ -50,6 +50,8 @@ def test_what_became_of_the_laws_is_said():
     assert "in 3 tables, it was told from all others in 1, and was among" in said
     assert "those not told apart in 1;" in said
     assert "20 s at most" in said
+    given = FitsMeasurement(tables=[table(3, -1.9, [])])
+    assert given.sought == "The law of cushions was given."
 
 
 @pytest.mark.slow
