@@ -61,7 +61,7 @@ def choice() -> str:
     """Return which engine with which settings is how right, and what it costs."""
     measured = committed(PrecisionMeasurement)
     if measured is None:
-        return "Nothing was measured yet: `ghostball precision --out DIR` does so."
+        return "Nothing was measured yet: `ghostball engines --steps --out DIR` does so."
     rows = []
     for use, label in USES:
         points = [one for one in measured.points if one.label == label]

@@ -10,7 +10,7 @@ from benchmarks.board import BoardMeasurement
 from benchmarks.measurements import committed
 from benchmarks.rebounds import ReboundsMeasurement
 from docs.tables import any_engine, table
-from ghostball.cli.show.lists import recipe_names, recipe_of
+from ghostball.cli.show.engines import recipe_names, recipe_of
 from ghostball.reference_adapters import engine_class, engine_names
 
 DOCS = Path(__file__).resolve().parent

@@ -17,7 +17,7 @@ def page() -> str:
     """Return a table for each scene; errors are those of the worst phase of a step."""
     measured = committed(PrecisionMeasurement)
     if measured is None:
-        return "Nothing was measured yet: `ghostball precision --out DIR` does so."
+        return "Nothing was measured yet: `ghostball engines --steps --out DIR` does so."
     parts = [f"Measured on {measured.where}; a machine's speed changes neither errors nor steps."]
     points = [one for one in measured.points if one.step is not None]
     for scene, title in dict.fromkeys((one.scene, one.title) for one in points):

@@ -52,7 +52,7 @@ class LeftOut(Record):
 
 
 class PrecisionMeasurement(Measurement):
-    """What `ghostball precision` measured."""
+    """What `ghostball engines --steps` measured."""
 
     kind: Literal["precision"] = "precision"
     points: tuple[PrecisionPoint, ...]

@@ -306,49 +306,7 @@ def stress(
 
 
 @app.command()
-@runs("measure.precision")
-def precision(
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="SCENE|TAG",
-            help="Scenes with a closed form, or a proof to the end (default: six closed forms).",
-            autocompletion=complete_scene,
-        ),
-    ] = None,
-    engine: Annotated[
-        list[str] | None,
-        engines_option("ours, pymunk in four ways and pybullet in three, and the proof"),
-    ] = None,
-    repeats: Annotated[
-        int,
-        typer.Option(
-            min=1,
-            help="Rounds, each with another phase of the step; the shortest time counts. Slow "
-            "runs get two.",
-        ),
-    ] = 4,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", metavar="DIR", help="Write it there, as precision.json."),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        plot_option("Draw the error against the steps per second, and mark the recommended step"),
-    ] = None,
-    form: PlainFormat = Plain.TEXT,
-) -> None:
-    """Measure each engine's error against its run time, and recommend a step.
-
-    An engine with a step, `dt`, simulates each shot with steps from 20 ms down, each half as long
-    as the one before. The error is the largest distance of a ball from its reference rest position.
-    Runs follow one another in this process, so that run times are right: with the default engines
-    they take some minutes. Exit status 4 if no engine supports any of the scenes.
-    """
-
-
-@app.command()
-@runs("measure.elsewhere", "grade")
+@runs("measure.grade")
 def grade(
     files: Annotated[
         list[Path],

@@ -16,7 +16,9 @@ from ghostball.cli.shared.options import (
     Jobs,
     Plain,
     PlainFormat,
+    complete_engine,
     complete_scene,
+    plot_option,
 )
 from ghostball.cli.shared.terminal import runs
 
@@ -61,7 +63,7 @@ def report(
 
 
 @app.command()
-@runs("show.lists", "scenes")
+@runs("show.scenes")
 def scenes(
     context: typer.Context,
     wanted: Annotated[
@@ -92,12 +94,16 @@ def scenes(
 
 
 @app.command()
-@runs("show.lists", "engines")
+@runs("show.engines")
 def engines(
     context: typer.Context,
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="ENGINE", help="Say all of these (default: a line of each)."),
+        typer.Argument(
+            metavar="ENGINE",
+            help="Describe these in full (default: a line for each engine).",
+            autocompletion=complete_engine,
+        ),
     ] = None,
     recipe: Annotated[
         bool,
@@ -115,8 +121,65 @@ def engines(
             "engines and scenes. Exit status 1 if something is broken.",
         ),
     ] = False,
+    steps: Annotated[
+        bool,
+        typer.Option(
+            "--steps",
+            help="Measure each engine's error against its run time instead, and recommend a step. "
+            "Engines may have settings, such as pymunk:iterations=1, or be your own, such as "
+            "my_module:simulate. Default: those of [tool.ghostball] in pyproject.toml, else "
+            "ghostball, pymunk in four ways and pybullet in three, the paper's two algorithms, and "
+            "the proof.",
+        ),
+    ] = False,
+    scene: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--scene",
+            metavar="SCENE|TAG",
+            help="For --steps: a scene with a closed form, or a proof to the end; give it once for "
+            "each (default: six closed forms).",
+            autocompletion=complete_scene,
+        ),
+    ] = None,
+    repeats: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            help="For --steps: rounds, each with another phase of the step; the shortest time "
+            "counts. Slow runs get two.",
+        ),
+    ] = 4,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="DIR", help="For --steps: write it there, as precision.json."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        plot_option(
+            "For --steps: draw the error against the steps per second, and mark the recommended "
+            "step"
+        ),
+    ] = None,
+    form: Annotated[
+        Plain,
+        typer.Option(
+            "--format", metavar="|".join(Plain), help="For --steps: what is printed on stdout."
+        ),
+    ] = Plain.TEXT,
 ) -> None:
-    """List the engines; of those that are named, their settings and what each represents."""
+    """List engines, describe them, or measure which step each needs.
+
+    A description has an engine's settings, and how it represents each feature of scenes.
+
+    With --steps, an engine that has a step, `dt`, simulates each scene with steps from 20 ms down,
+    each half as long as the one before. The error is the largest distance of a ball from its
+    reference rest position. Runs follow one another in this process, so that run times are right:
+    with the default engines they take some minutes. Exit status 4 if no engine supports any of the
+    scenes.
+    """
 
 
 @app.command()

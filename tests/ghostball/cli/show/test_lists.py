@@ -2,7 +2,7 @@
 
 import importlib.metadata
 
-from ghostball.cli.show.lists import _Described, _version
+from ghostball.cli.show.engines import _Described, _version
 from ghostball.reference_adapters import engine_class
 from ghostball.validation.scenes.library import select
 
@@ -61,7 +61,7 @@ def test_an_engine_that_is_not_here_takes_a_word_of_the_table_and_not_its_reason
     # Breaks where the table says why: a path of node_modules took it over the height of a screen.
     monkeypatch.setenv("COLUMNS", "80")
     reason = "needs /a/path " + 20 * "that is long "
-    monkeypatch.setattr("ghostball.cli.show.lists._described", lambda _: _Described(reason))
+    monkeypatch.setattr("ghostball.cli.show.engines._described", lambda _: _Described(reason))
     shown = cli("engines").stdout
     assert "Not here: ghostball, billiards, box2d, " in shown
     assert "that is long" not in shown
@@ -72,8 +72,8 @@ def test_the_version_of_an_engine_is_that_of_the_package_that_brings_it(monkeypa
     # Breaks where a Python distribution of that name is asked, which is other people's, or that of
     # an engine that is installed under another name isn't found.
     there = {"planck": "1.4.2", "pymunk": "9.9.9", "mujoco-core": "4.0", "ghostball": "0.1"}
-    monkeypatch.setattr("ghostball.cli.show.lists.versions", lambda: there)
-    monkeypatch.setattr("ghostball.cli.show.lists.version_of", {"brought": "3.0"}.get)
+    monkeypatch.setattr("ghostball.cli.show.engines.versions", lambda: there)
+    monkeypatch.setattr("ghostball.cli.show.engines.version_of", {"brought": "3.0"}.get)
     names = ("planck", "cannon-es", "pymunk", "mujoco", "paper-discrete")
     found = [_version(engine_class(name)) for name in names]
     assert found == ["1.4.2", "", "9.9.9", "4.0", "0.1"]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ghostball import find_scene, simulate
-from ghostball.cli.show.lists import _recipes
+from ghostball.cli.show.engines import _recipes
 
 TRUE = simulate(find_scene("half-ball-cut")).rest_positions[:, :2]
 

@@ -1,8 +1,7 @@
-"""What `ghostball scenes --export` and `ghostball grade` do: for engines in any language."""
+"""What `ghostball grade` does: judge the runs of engines in any language."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,7 +11,6 @@ from ghostball.cli.measure.verdicts import failures
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.model import GhostballError, Scene
-from ghostball.model.scene import json_schema
 from ghostball.reference_adapters.answer import Run
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import load_runs, recorded_engine
@@ -21,45 +19,15 @@ from ghostball.reports.accuracy import cell_text
 from ghostball.validation.checks.law import asked_of
 from ghostball.validation.checks.verdict import few_ends_judged, not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
-from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.scenes.library import find_scene, scene_names, select
+from ghostball.validation.scenes.library import find_scene, scene_names
 from ghostball.validation.suite.case import run_case, truth_or_failure
 from ghostball.validation.suite.judge import Case
 from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.suite.suite import exit_status_of
 
 
-def export_scenes(folder: Path, names: Sequence[str] = ()) -> int:
-    """Write the shipped scenes as JSON, with their schema, for engines that read no TOML.
-
-    Every value that a preset or a default decides is written out.
-    """
-    scenes = select(names)
-    files: dict[Path, str | bytes] = {folder / "scene.schema.json": json_schema() + "\n"}
-    for scene in scenes:
-        files[folder / f"{scene.name}.json"] = json.dumps(plain(scene), indent=1) + "\n"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_all_whole(files)
-    except OSError as error:
-        raise GhostballError(f"{folder} can't be written: {error}. Choose another folder") from None
-    stdout().print(f"{len(scenes)} scenes and their schema in {folder}", soft_wrap=True)
-    return ExitStatus.PASSED
-
-
-def plain(scene: Scene) -> dict[str, object]:
-    """Return a scene as plain values, with each ball's angular velocity also where it rolls.
-
-    And its velocities where it is struck.
-    """
-    values = scene.without_strikes().model_dump(mode="json", by_alias=True)
-    for ball, spin in zip(values["balls"], scene.angular_velocities.tolist(), strict=True):
-        ball["angular_velocity"] = spin
-    return values
-
-
-def grade(files: Sequence[Path]) -> int:
+def run(files: Sequence[Path]) -> int:
     """Judge runs that were made elsewhere as any engine's, and show what became of each.
 
     A file without a whole run is what an engine leaves that crashed or hung: it did not finish.
@@ -75,9 +43,9 @@ def grade(files: Sequence[Path]) -> int:
             lost.append(str(error))
     cases: list[CaseRecord] = []
     refused: list[str] = []
-    for run in runs:
+    for one in runs:
         try:
-            cases.append(_judge(run))
+            cases.append(_judge(one))
         except EngineError as error:
             refused.append(str(error))
     if cases:

@@ -1,4 +1,4 @@
-"""`ghostball precision`: error against time, the step that is worth it, and bad input."""
+"""`ghostball engines --steps`: error against time, the recommended step, and bad input."""
 
 import inspect
 import json
@@ -14,21 +14,21 @@ from ghostball.validation.precision.points import PrecisionMeasurement
 
 
 @pytest.fixture
-def precision(monkeypatch, tmp_path):
+def measured(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "300")
     monkeypatch.setattr(ladder, "MOST_LEVELS", 4)
 
     def run(*arguments):
-        return CliRunner().invoke(app, ["precision", *map(str, arguments)])
+        return CliRunner().invoke(app, ["engines", "--steps", *map(str, arguments)])
 
     return run
 
 
-def test_what_is_reached_is_tabled_written_and_drawn(precision, tmp_path):
+def test_what_is_reached_is_tabled_written_and_drawn(measured, tmp_path):
     engines = ("ghostball", "pymunk:contact_steps=exact")
-    shot = ["half-ball-cut", *(f"-e{one}" for one in engines)]
-    found = precision(*shot, "--repeats", 1, "-o", tmp_path / "out", "--plot", "steps.png")
+    options = ("--repeats", 1, "-o", tmp_path / "out", "--plot", "steps.png")
+    found = measured(*engines, "--scene", "half-ball-cut", *options)
     assert found.exit_code == 0, found.output
     for part in ("half-ball-cut (closed form)", "to 1 mm", "ghostball", "drawn in steps.png"):
         assert part in found.stdout
@@ -37,12 +37,12 @@ def test_what_is_reached_is_tabled_written_and_drawn(precision, tmp_path):
     assert {point.engine for point in kept.points} == set(engines)
 
 
-def test_an_own_engine_is_told_its_step(precision, tmp_path):
+def test_an_own_engine_is_told_its_step(measured, tmp_path):
     # A function with a `dt`, named by the project's settings: what README lets a newcomer write.
     (tmp_path / "own_steps.py").write_text(inspect.getsource(first_engine), "utf-8")
     settings = '[tool.ghostball]\nengines = ["own_steps:simulate"]\n'
     (tmp_path / "pyproject.toml").write_text(settings, "utf-8")
-    found = precision("stop", "draw-shot", "--repeats", 1, "--format", "json")
+    found = measured("--scene", "stop", "--scene", "draw-shot", "--repeats", 1, "--format", "json")
     sys.modules.pop("own_steps", None)
     assert found.exit_code == 0, found.output
     points = json.loads(found.stdout)["points"]
@@ -51,8 +51,8 @@ def test_an_own_engine_is_told_its_step(precision, tmp_path):
     assert "draw-shot, own_steps:simulate" in found.stderr  # left out, and why
 
 
-def test_where_nothing_can_be_played_nothing_was_judged(precision):
-    found = precision("draw-shot", "-e", "paper-discrete", "--plot", "none.png")
+def test_where_nothing_can_be_played_nothing_was_judged(measured):
+    found = measured("paper-discrete", "--scene", "draw-shot", "--plot", "none.png")
     assert found.exit_code == 4, found.output
     assert "not representable" in found.stdout
 
@@ -60,18 +60,18 @@ def test_where_nothing_can_be_played_nothing_was_judged(precision):
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        (["nosuch"], 'unknown scene or tag "nosuch"'),
-        (["mathavan-cut"], '"mathavan-cut" has no truth'),
-        (["-e", "pymunk:dt=-1"], "`dt` of engine `pymunk`"),
-        (["-e", "nosuch:simulate"], "`nosuch:simulate`"),
+        (["--scene", "nosuch"], 'unknown scene or tag "nosuch"'),
+        (["--scene", "mathavan-cut"], '"mathavan-cut" has no truth'),
+        (["pymunk:dt=-1"], "`dt` of engine `pymunk`"),
+        (["nosuch:simulate"], "`nosuch:simulate`"),
         (["--repeats", "0"], "--repeats"),
         (["--plot", "steps.txt"], "must end in"),
-        (["-e", "ghostball", "--plot", "steps.png"], "no engine that is named has steps"),
+        (["ghostball", "--plot", "steps.png"], "no engine that is named has steps"),
         (["--out", "/dev/null/x"], "can't make the folder"),
     ],
 )
-def test_bad_input_is_refused(precision, arguments, part):
-    found = precision(*arguments)
+def test_bad_input_is_refused(measured, arguments, part):
+    found = measured(*arguments)
     assert found.exit_code == 2, found.output
     assert found.stdout == ""
     assert "Traceback" not in found.stderr

@@ -1,4 +1,4 @@
-"""What `ghostball precision` does: measure error against time, and say which step is worth it."""
+"""What `ghostball engines --steps` does: measure error against time, and recommend a step."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ LEGEND = (
 )
 
 
-def run(
+def measure_steps(
+    engines: Sequence[str] | None,
     scenes: Sequence[str] | None,
-    engine: Sequence[str] | None,
     repeats: int,
     out: Path | None,
     plot: Path | None,
@@ -63,7 +63,7 @@ def run(
         check_plot(plot)
     if out is not None:
         make_folder(out)
-    named = tuple(engine or load_config().engines)
+    named = tuple(engines or load_config().engines)
     # Who names an engine wants it, and not to read at the end why it isn't here, or isn't drawn.
     stepless = [step_of(make_engine(spec)) is None for spec in named]
     if plot is not None and named and all(stepless):

@@ -1,8 +1,7 @@
-"""What `ghostball scenes` and `engines` do: list what is there."""
+"""What `ghostball engines` does: list engines, describe them, check them, measure their steps."""
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,21 +10,17 @@ from typing import Any
 
 import typer
 from rich.console import Group, RenderableType
-from rich.markup import escape
 from rich.text import Text
 
-from ghostball.cli.measure.elsewhere import export_scenes
+from ghostball.cli.measure.steps import measure_steps
 from ghostball.cli.shared.options import Plain, refuse_given
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.cli.show.installation import check_installation
 from ghostball.model.features import Capability, Feature, has_feature, scene_features
-from ghostball.model.scene import json_schema
-from ghostball.model.scene.toml import dumps
 from ghostball.reference_adapters import EngineError, ReferenceEngine, engine_class, engine_names
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.registry import known_settings
-from ghostball.validation.checks.metric_table import METRICS
 from ghostball.validation.parallel.sources import PACKAGE_OF, version_of, versions
 from ghostball.validation.scenes.library import select
 
@@ -45,60 +40,24 @@ SETTINGS_KEY = (
 )
 
 
-def scenes(
+def run(
     context: typer.Context,
-    wanted: Sequence[str] | None,
-    schema: bool,
-    export: Path | None,
-    metrics: bool,
+    names: Sequence[str] | None,
+    recipe: bool,
+    check: bool,
+    steps: bool,
+    scene: Sequence[str] | None,
+    repeats: int,
+    out: Path | None,
+    plot: Path | None,
     form: Plain,
 ) -> int | None:
-    """List the scenes, or the metrics; of a single scene, show its file."""
-    if metrics:
-        why = "`--metrics` lists metrics, and no scenes"
-        refuse_given(context, why, "wanted", "schema", "export")
-        list_metrics(form)
-        return None
-    if export is not None:
-        return export_scenes(export, wanted or ())
-    if schema:
-        typer.echo(json_schema())
-        return None
-    found = select(wanted or [])
-    if form is Plain.JSON:
-        plain = {scene.name: scene.model_dump(mode="json", by_alias=True) for scene in found}
-        typer.echo(json.dumps({"scenes": plain}))
-    elif wanted and len(found) == 1:
-        typer.echo(dumps(found[0]), nl=False)
-    else:
-        rows = (
-            (one.name, str(len(one.balls)), escape(one.title), escape(", ".join(one.tags)))
-            for one in found
-        )
-        stdout().print(table_of(("scene", "balls", "title", "tags"), rows, right=("balls",)))
-    return None
-
-
-def list_metrics(form: Plain) -> None:
-    """List the metrics."""
-    if form is Plain.JSON:
-        rows = [
-            {"name": m.name, "unit": m.unit, "meaning": m.meaning, "compares": m.compares}
-            for m in METRICS.values()
-        ]
-        typer.echo(json.dumps({"metrics": rows}))
-        return
-    lines = (
-        (one.name, escape(one.unit), escape(one.meaning), one.compares or "nothing")
-        for one in METRICS.values()
-    )
-    stdout().print(table_of(("metric", "unit", "meaning", "compared with"), lines))
-
-
-def engines(
-    context: typer.Context, names: Sequence[str] | None, recipe: bool, check: bool
-) -> int | None:
-    """List the engines, or say all of those that are named, or how to set one up, or check all."""
+    """List the engines, describe those that are named, or do what an option asks instead."""
+    if steps:
+        refuse_given(context, "`--steps` measures engines", "recipe", "check")
+        return measure_steps(names, scene, repeats, out, plot, form)
+    why = "only `--steps` runs engines, and has results"
+    refuse_given(context, why, "scene", "repeats", "out", "plot", "form")
     if check:
         refuse_given(context, "`--check` examines the whole installation", "names", "recipe")
         return check_installation()

@@ -1,0 +1,97 @@
+"""What `ghostball scenes` does: list the scenes or the metrics, show a scene, export scenes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import typer
+from rich.markup import escape
+
+from ghostball.cli.shared.options import Plain, refuse_given
+from ghostball.cli.shared.tables import table_of
+from ghostball.cli.shared.terminal import stdout
+from ghostball.model import GhostballError, Scene
+from ghostball.model.scene import json_schema
+from ghostball.model.scene.toml import dumps
+from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.results.files import write_all_whole
+from ghostball.validation.scenes.library import select
+
+
+def run(
+    context: typer.Context,
+    wanted: Sequence[str] | None,
+    schema: bool,
+    export: Path | None,
+    metrics: bool,
+    form: Plain,
+) -> None:
+    """List the scenes, or the metrics; of a single scene, show its file."""
+    if metrics:
+        why = "`--metrics` lists metrics, and no scenes"
+        refuse_given(context, why, "wanted", "schema", "export")
+        _list_metrics(form)
+        return
+    if export is not None:
+        _export(select(wanted or ()), export)
+        return
+    if schema:
+        typer.echo(json_schema())
+        return
+    found = select(wanted or ())
+    if form is Plain.JSON:
+        plain = {scene.name: scene.model_dump(mode="json", by_alias=True) for scene in found}
+        typer.echo(json.dumps({"scenes": plain}))
+    elif wanted and len(found) == 1:
+        typer.echo(dumps(found[0]), nl=False)
+    else:
+        rows = (
+            (one.name, str(len(one.balls)), escape(one.title), escape(", ".join(one.tags)))
+            for one in found
+        )
+        stdout().print(table_of(("scene", "balls", "title", "tags"), rows, right=("balls",)))
+
+
+def _list_metrics(form: Plain) -> None:
+    """List the metrics."""
+    if form is Plain.JSON:
+        rows = [
+            {"name": m.name, "unit": m.unit, "meaning": m.meaning, "compares": m.compares}
+            for m in METRICS.values()
+        ]
+        typer.echo(json.dumps({"metrics": rows}))
+        return
+    lines = (
+        (one.name, escape(one.unit), escape(one.meaning), one.compares or "nothing")
+        for one in METRICS.values()
+    )
+    stdout().print(table_of(("metric", "unit", "meaning", "compared with"), lines))
+
+
+def _export(scenes: Sequence[Scene], folder: Path) -> None:
+    """Write scenes as JSON, with their schema, for engines that read no TOML.
+
+    Every value that a preset or a default decides is written out.
+    """
+    files: dict[Path, str | bytes] = {folder / "scene.schema.json": json_schema() + "\n"}
+    for scene in scenes:
+        files[folder / f"{scene.name}.json"] = json.dumps(_plain(scene), indent=1) + "\n"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_all_whole(files)
+    except OSError as error:
+        raise GhostballError(f"{folder} can't be written: {error}. Choose another folder") from None
+    stdout().print(f"{len(scenes)} scenes and their schema in {folder}", soft_wrap=True)
+
+
+def _plain(scene: Scene) -> dict[str, object]:
+    """Return a scene as plain values, with each ball's angular velocity also where it rolls.
+
+    And its velocities where it is struck.
+    """
+    values = scene.without_strikes().model_dump(mode="json", by_alias=True)
+    for ball, spin in zip(values["balls"], scene.angular_velocities.tolist(), strict=True):
+        ball["angular_velocity"] = spin
+    return values
