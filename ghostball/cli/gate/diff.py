@@ -153,8 +153,8 @@ def show(
     console.print(f"{', '.join(parts)}: {escape(first)} -> {escape(second)}", soft_wrap=True)
     if ratios:
         console.print(
-            f"run time, {escape(second)} over {escape(first)}: {median(ratios):.2f} in the median "
-            f"of {many(len(ratios), 'shot')}, {min(ratios):.2f} to {max(ratios):.2f}",
+            f"run time, {escape(second)} over {escape(first)}: {median(ratios):.3g} in the median "
+            f"of {many(len(ratios), 'shot')}, {min(ratios):.3g} to {max(ratios):.3g}",
             soft_wrap=True,
         )
     return status
