@@ -47,6 +47,7 @@ def case(results):
             "broken: balls 54.1 mm inside each other",
         ),
         (Accuracy("broken", cause="not finite"), "broken: not finite"),
+        (Accuracy("broken", cause="jump", amount=0.104), "broken: velocities jump"),
         (Accuracy("broken", cause="stopped"), "broken: gave up early"),
     ],
 )
