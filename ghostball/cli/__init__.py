@@ -11,26 +11,35 @@ from ghostball.cli.gate.commands import app as gate
 from ghostball.cli.measure.commands import app as measuring
 from ghostball.cli.show.commands import app as showing
 
-FIRST = ("run", "validate", "explain", "regress", "accept", "diff")
-"""The commands that a user needs first."""
+SECTIONS = {
+    "Commands": ("run", "validate", "explain", "report"),
+    "Guard an engine against changes": ("init", "regress", "accept", "diff"),
+    "More commands": ("scenes", "engines", "stress", "grade", "fit"),
+}
+"""The commands in the order of the help: what a user needs first."""
 
 
 class Commands(typer.core.TyperGroup):
-    """The commands in two parts: what a user needs first, and the rest."""
+    """The commands in sections, each with the whole first line of its help."""
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002
+        """Return the names of the commands, in the order of the help."""
+        return [name for names in SECTIONS.values() for name in names]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command, or None; click would cut its first line short."""
+        found = super().get_command(ctx, cmd_name)
+        if found is not None:
+            found.short_help = (found.help or "").partition("\n")[0]
+        return found
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write both parts of the help."""
-        shown = {
-            name: found
-            for name in self.list_commands(ctx)
-            if (found := self.get_command(ctx, name)) is not None and not found.hidden
-        }
-        rest = [name for name in shown if name not in FIRST]
-        width = formatter.width - 6 - max(map(len, shown))
-        for title, names in (("Commands", FIRST), ("More commands", rest)):
+        """Write the sections of the help."""
+        width = max(map(len, self.list_commands(ctx)))
+        for title, names in SECTIONS.items():
             with formatter.section(title):
                 formatter.write_dl(
-                    [(name, shown[name].get_short_help_str(width)) for name in names]
+                    [(f"{n:{width}}", self.get_command(ctx, n).short_help) for n in names]
                 )
 
 

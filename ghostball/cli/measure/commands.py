@@ -168,7 +168,7 @@ def explain(
     form: PlainFormat = Plain.TEXT,
     time_limit: ShotLimit = 600.0,
 ) -> None:
-    """Name the cause of an engine's error in a shot, and the first wrong collision.
+    """Find the cause of an engine's error and the first wrong collision.
 
     Causes are a coefficient, such as a friction, with its factor; the time step, if the error
     shrinks with a shorter one; and different physics. The reference is certified if possible. Exit
@@ -236,7 +236,7 @@ def fit(
     form: PlainFormat = Plain.TEXT,
     time_limit: ShotLimit = 600.0,
 ) -> None:
-    """Fit the physics of a real table to tracks of its balls, event by event.
+    """Fit the physics of a real table to tracks of its balls.
 
     The fit uses the clean events in the tracks: stretches of rolling, contacts with one cushion,
     hits of a ball at rest. The engine simulates each event, and the fitted values minimize the
@@ -316,9 +316,10 @@ def grade(
         ),
     ],
 ) -> None:
-    """Judge the runs of an engine in any language, with the limits and exit status of `validate`.
+    """Judge runs that an engine in any language has written.
 
-    `ghostball scenes --export DIR` writes the scenes. Each run is a JSON object: engine, scene (a
-    shipped name, or the whole scene), status ("rest", "t-max"), rest_time, rest_positions, events
-    and samples of the motion; see reference_adapters/answer.py.
+    The limits and the exit status are those of `validate`. `ghostball scenes --export DIR` writes
+    the scenes. Each run is a JSON object: engine, scene (a shipped name, or the whole scene),
+    status ("rest", "t-max"), rest_time, rest_positions, events and samples of the motion; see
+    reference_adapters/answer.py.
     """

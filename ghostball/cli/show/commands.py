@@ -85,12 +85,12 @@ def scenes(
     metrics: Annotated[
         bool,
         typer.Option(
-            "--metrics", help="List the metrics instead, which limits of scenes and --metric name."
+            "--metrics", help="List the metrics instead: limits and --metric use their names."
         ),
     ] = False,
     form: PlainFormat = Plain.TEXT,
 ) -> None:
-    """List the shipped scenes; of a single one, show its file."""
+    """List the shipped scenes or the metrics; show the file of a scene."""
 
 
 @app.command()

@@ -6,6 +6,8 @@ import sys
 import pytest
 from commands import HEAD, ball, refused
 
+from ghostball.cli import PARTS, SECTIONS
+
 
 @pytest.mark.parametrize("command", [("validate", "stop"), ("stress", "grazing")])
 def test_a_cluster_needs_dask(cli, tmp_path, monkeypatch, command):
@@ -71,10 +73,6 @@ def test_a_bad_scene_is_refused_before_anything_is_written(
         (["validate", "stop", "--metric", "speed*"], ["'speed*'", "Known: rest_error_max, "]),
         (["validate", "stop", "--metric", ""], ["got ''", "Known: rest_error_max, "]),
         (["validate", "stop", "--format", "xml"], ["--format", "junit"]),
-        (["metrics"], ["No such command"]),
-        (["doctor"], ["No such command"]),
-        (["precision"], ["No such command"]),
-        (["export", "out"], ["No such command"]),
         (["engines", "--plot", "a.png"], ["only `--steps` runs engines", "Leave out `--plot`"]),
         (["engines", "--steps", "--check"], ["Leave out `--check`"]),
         (["engines", "pymunk", "--check"], ["whole installation", "Leave out `ENGINE`"]),
@@ -91,6 +89,19 @@ def test_bad_usage_is_refused_before_anything_is_written(
     monkeypatch.chdir(tmp_path)
     assert refused(cli(*arguments), *parts)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_help_lists_every_command_once_with_its_whole_first_line(cli, monkeypatch):
+    # Breaks where a command is in no section, or its first line doesn't fit a terminal.
+    monkeypatch.setenv("COLUMNS", "80")
+    named = [name for names in SECTIONS.values() for name in names]
+    assert sorted(named) == sorted(
+        one.callback.__name__ for part in PARTS for one in part.registered_commands
+    )
+    lines = cli("--help").stdout.partition("\nCommands:\n")[2].partition("\n  Exit status")[0]
+    listed = [line.split() for line in lines.splitlines() if line.startswith("  ")]
+    assert [words[0] for words in listed] == named
+    assert {words[-1][-1] for words in listed} == {"."}
 
 
 def test_help_loads_none_of_the_heavy_packages():
