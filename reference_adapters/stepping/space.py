@@ -20,10 +20,15 @@ from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.ends import Clock
-from ghostball.reference_adapters.stepping.laws import slips_of
-from ghostball.reference_adapters.stepping.plane import Change, PlaneWorld, Stepper
+from ghostball.reference_adapters.stepping.laws import slips_of, tangential_restitution
+from ghostball.reference_adapters.stepping.plane import (
+    Change,
+    PlaneWorld,
+    Stepper,
+    scale_along_cushions,
+)
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
-from ghostball.reference_adapters.stepping.sides import sides_of
+from ghostball.reference_adapters.stepping.sides import Normals, sides_of
 
 REST_SPEED = 1e-5
 """Speed of centre and surface below which a ball rests [m/s]."""
@@ -76,6 +81,7 @@ class OnItsOwnCloth(Stepper):
         self._noses = sides_of(scene) if scene.physics.airborne else ()
         self._nose_height = scene.physics.cushion_height
         self._left = np.zeros(len(scene.balls), dtype=np.bool_)
+        self._along, self._normals = tangential_restitution(scene.physics), Normals(scene)
         self._touching: set[int] = set()
         world.set_motion(scene.velocities, scene.angular_velocities)
         self._centres, self._velocities, self._spins = world.motion()
@@ -135,6 +141,10 @@ class OnItsOwnCloth(Stepper):
         self.t = self._clock.tick()
         self._centres, self._velocities, self._spins = self._world.motion()
         self._take_collisions(self._world.collisions, before)
+        if self._along != 1.0 and self.collisions:
+            along = self._velocities[:, :2]
+            scale_along_cushions(along, before, self.collisions, self._normals, self._along)
+            self._world.set_motion(self._velocities, self._spins)
         on_cloth, touched = self._world.on_cloth, self._touching
         self._touching = on_cloth
         return sorted(i for i in on_cloth - touched if falls[i] > self._slowest_fall)

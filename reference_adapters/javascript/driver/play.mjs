@@ -107,7 +107,9 @@ export function play(World, engine, scene, record, settings) {
     const [dt, until, keep] = nextStep();
     const whole = record === "trajectory";
     const began = whole && motion();
-    const changes = [];
+    const starts = world.collidesFirst && cloth.map((ball) => ({ ...ball }));
+    const parted = whole && [...began]; // as the contacts leave the balls
+    let changes = [];
     const given = cloth.map((ball, i) => {
       const [dx, dy] = ball.advance(dt, (kind, at) => changes.push({ kind, at, ball: i }));
       world.start(i, dx / dt, dy / dt);
@@ -138,7 +140,15 @@ export function play(World, engine, scene, record, settings) {
     const pushed = new Set([...pushing.values()].flat());
     cloth.forEach((ball, i) => {
       const [dvx, dvy] = [state[i][2] - given[i][0], state[i][3] - given[i][1]];
-      if ((world.damped || pushed.has(i)) && (dvx !== 0 || dvy !== 0)) ball.kick(dvx, dvy, dt);
+      if (!(world.damped || pushed.has(i)) || (dvx === 0 && dvy === 0)) return;
+      if (!starts) return ball.kick(dvx, dvy, dt);
+      // Half of what the cloth does in the step acts on the motion that the contacts leave.
+      Object.assign(ball, starts[i]);
+      changes = changes.filter((change) => change.ball !== i);
+      ball.advance(dt / 2, (kind, at) => changes.push({ kind, at, ball: i }));
+      ball.kick(dvx, dvy, dt);
+      if (whole) parted[i] = { velocity: [ball.vx, ball.vy], spin: ball.spin() };
+      ball.advance(dt / 2, (kind, at) => changes.push({ kind, at: dt / 2 + at, ball: i }));
     });
     const seen = world.collidesFirst ? t : until;
     const met = world.collidesFirst ? positions : centres;
@@ -146,7 +156,7 @@ export function play(World, engine, scene, record, settings) {
     // Else the recorded motion would turn a ball in the step after the one in which it turned.
     if (whole && collisions.length) {
       recorder.frame(seen, met, began);
-      recorder.frame(seen, met, motion());
+      recorder.frame(seen, met, starts ? parted : motion());
     }
     collisions
       .sort(([a], [b]) => a - b)

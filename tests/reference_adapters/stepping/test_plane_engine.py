@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from engine_facts import FREE, cut_angles, frozen_line, head_on, needs, play, shares, to_the_wall
+from shots import ball, scene_of
 
 from ghostball.engine import simulate
+from ghostball.model import EventKind
 from ghostball.validation.scenes.library import find_scene
 
 IN_JAVASCRIPT = ("planck", "matter-js", "cannon-es")
@@ -167,3 +169,43 @@ def test_events_are_those_of_the_shot(name: str) -> None:
     result = play(name, to_the_wall(), record="events")
     assert result.collision_counts == {"ball-ball": 0, "ball-cushion": 1}
     assert play(name, head_on()).collision_counts["ball-ball"] == 1
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=needs(one)) for one in ("pybullet", "mujoco", "planck", "cannon-es")],
+)
+def test_the_cloth_slows_a_ball_on_both_sides_of_a_bounce(name: str) -> None:
+    """In a step that begins with a contact. Breaks, by 0.3 mm, where it slows only as before it."""
+    scene = find_scene("rail-into")
+    assert np.abs(play(name, scene).rest_positions - simulate(scene).rest_positions).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "motion"),
+    [
+        pytest.param(name, motion, marks=needs(name))
+        for name, motion in (
+            ("pybullet", "rolling"),
+            ("pybullet", "sliding"),
+            ("planck", "rolling"),
+        )
+    ],
+)
+def test_a_recorded_ball_turns_where_the_engine_saw_it_collide(name: str, motion: str) -> None:
+    """Fails where it turns within a step: a motion drawn from the frames would round the corner."""
+    physics = {"motion": motion, "sliding_friction": 0.2, "ball_restitution": 0.9}
+    cloth = physics if motion == "sliding" else {}
+    scene = scene_of(ball((0, 0), (1, 0)), ball((0.3, 0.02)), rolling_friction=0.1, **cloth)
+    spec = f"{name}:dt=5e-3" + ",bullet=no" * (name == "planck")
+    result = play(spec, scene, record="trajectory")
+    collision = result.events[result.events["kind"] == EventKind.BALL_BALL][0]
+    times = result.trajectory.times
+    before, after = np.flatnonzero(times == collision["t"])[-2:]
+    places, velocities = result.trajectory.positions, result.trajectory.velocities
+    np.testing.assert_array_equal(places[before], places[after])
+    assert velocities[before, 1, 0] == 0.0 < velocities[after, 1, 0]
+    energy = result.energy(times).total
+    assert energy[after] <= energy[before]
+    assert times[-1] == result.rest_time
+    assert result.work["contacts_solved"] >= 1

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from engine_facts import needs, play, slide
+from shots import ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind, Scene, UnsupportedSceneError
+from ghostball.model import EventKind, Scene, Table, UnsupportedSceneError
 from ghostball.validation.scenes.library import find_scene
 
 NAMES = [pytest.param(name, marks=needs(name)) for name in ("dart", "physx")]
@@ -52,3 +53,16 @@ def test_flight_over_cushions_or_a_cloth_between_the_steps_is_refused(name: str)
         play(f"{name}:cloth=own", scene)
     with pytest.raises(UnsupportedSceneError, match="no balls that leave the cloth"):
         play(name, find_scene("flight-throw"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_cushions_take_a_part_of_the_speed_along_them_on_an_own_cloth_too(name: str) -> None:
+    """Fails, by 3 cm, where only balls on the cloth between the steps lose it."""
+    table = Table(length=1.0, width=1.0)
+    scene = scene_of(
+        ball((0.9, 0.5), (1.0, 0.5), angular_velocity=(0, 0, 0)),
+        **{"table": table, "t_max": 0.3, "motion": "sliding"},
+        **{"cushion": "restitution", "cushion_tangential_restitution": 0.5},
+    )
+    places = play(f"{name}:cloth=own", scene).rest_positions
+    assert np.abs(places - simulate(scene).rest_positions).max() < 7e-3
