@@ -9,6 +9,10 @@ export const load = (require) => require("matter-js");
 const [TUNED_UNITS, OWN_UNITS] = [1000, 300]; // pixels in a metre: 300 make a table of 762 pixels
 const THICKNESS = 1; // of a cushion [m]
 
+// How far a side of a ball's polygon lies inside of the ball, at most [m].
+export const inside = ({ balls }, { sides }) =>
+  Math.max(...balls.map(({ radius }) => radius * (1 - Math.cos(Math.PI / sides))));
+
 export class World {
   collidesFirst = false;
   noise = 1e-9;

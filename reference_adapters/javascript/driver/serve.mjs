@@ -41,9 +41,21 @@ try {
 const ALONE = { config, contact_steps: "fixed", dt: config === "naive" ? 1 / 60 : 1e-3, iterations: null };
 const LIMITS = { max_time: 300, max_steps: 1e7, gap: 1e-10, shortest: 0, reach: 10, sides: 240 };
 
+// How far a ball goes in a step until balls meet [m]: as fast as it begins, or as it is once it rolls.
+const reachOfStep = ({ balls }) =>
+  ALONE.dt *
+  Math.max(
+    ...balls.map(({ radius, velocity: [x, y], angular_velocity: spin }) => {
+      const [ux, uy] = spin ? [x - radius * spin[1], y + radius * spin[0]] : [0, 0];
+      return Math.max(Math.hypot(x, y), Math.hypot(x - (2 / 7) * ux, y - (2 / 7) * uy));
+    }),
+  );
+
 for (const file of files) {
   const scene = JSON.parse(readFileSync(file, "utf8"));
-  answer({ engine: `${name}-alone`, ...play(driver.World, engine, scene, "trajectory", { ...ALONE, ...LIMITS }) });
+  const run = play(driver.World, engine, scene, "trajectory", { ...ALONE, ...LIMITS });
+  const resolution = reachOfStep(scene) + (driver.inside?.(scene, LIMITS) ?? 0);
+  answer({ engine: `${name}-alone`, resolution, ...run });
 }
 if (!files.length) {
   answer({ version: "1" });
