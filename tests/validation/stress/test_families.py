@@ -12,15 +12,16 @@ from right_shots import broken, stress_shots
 from shots import kept_scene
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind, Scene
+from ghostball.model import EventKind, Scene, energy_of, first_energy
 from ghostball.reference_adapters.certified import certify
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import asked_of
+from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.scenes.random_scenes import random_scene
 from ghostball.validation.stress import FAMILIES, Shot, Size, StressError, chosen_shots, path_of
 from ghostball.validation.stress.families import storms
-from ghostball.validation.stress.families.long_runs import galperin
+from ghostball.validation.stress.families.long_runs import galperin, galperin_shot
 from ghostball.validation.stress.families.pockets import wedge
 from ghostball.validation.stress.families.touching import (
     EVENTS_PER_BALL,
@@ -152,6 +153,24 @@ def test_a_row_that_takes_too_many_events_or_steps_or_leaves_some_unsolved_is_se
 
 def test_the_collisions_of_galperin_are_the_digits_of_pi():
     assert [galperin(k) for k in range(9)] == [int("314159265"[: k + 1]) for k in range(9)]
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.parametrize(("name", "times"), [("gas-100000", 100.0), ("galperin-6", 1.0)])
+def test_runs_too_long_to_be_recorded_keep_their_energy_and_count(name: str, times: float):
+    """Ten million collisions of a gas, and 3 141 592 of Galperin's balls."""
+    if name.startswith("galperin"):
+        scene, count = galperin_shot(6), galperin(6)
+    else:
+        scene, count = shot(f"long-runs/{name}").scene, None
+    scene = scene.model_copy(update={"t_max": times * scene.t_max})
+    result = simulate(scene, max_events=40_000_000)
+    collisions = sum(result.collision_counts.values())
+    assert collisions == count if count else collisions > 10_000_000
+    left = energy_of(scene, result.final_state).total[0] / first_energy(scene)
+    walk = 16.0 * math.sqrt(collisions) / len(scene.balls)
+    assert abs(left - 1.0) <= EPS * (16.0 + walk if count is None else collisions)
 
 
 @pytest.mark.compiled
