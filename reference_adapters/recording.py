@@ -42,7 +42,6 @@ class Recorder:
         self._events: list[tuple[float, int, int, int]] = []
         self._counts = dict.fromkeys((kind.label for kind in COLLISION_KINDS), 0)
         self._frames: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []
-        self._rolling_frames: list[tuple[float, FloatArray, FloatArray]] = []
         self._last = -math.inf  # when the last frame was [s]
         self._event_since_frame = False
         self._started = time.perf_counter()
@@ -74,18 +73,6 @@ class Recorder:
             self._frames.append((t, x, v, w))
             self._last, self._event_since_frame = t, False
 
-    def rolling_frame(
-        self, t: float, positions: FloatArray, velocities: FloatArray, *, force: bool = False
-    ) -> None:
-        """Keep a copy of a frame of balls that roll on the cloth, arrays (n, 2).
-
-        What rolling ties to these, heights and spins, is worked out for all frames at once, in
-        `result`. A run has frames of this kind or of the other.
-        """
-        if self.record == "trajectory" and (force or self.wants_frame(t)):
-            self._rolling_frames.append((t, positions.copy(), velocities.copy()))
-            self._last, self._event_since_frame = t, False
-
     def result(
         self,
         *,
@@ -100,15 +87,7 @@ class Recorder:
         """Stop the clock and wrap the run; `final_state` is its last frame."""
         wall_time = time.perf_counter() - self._started
         trajectory = None
-        if self._rolling_frames:
-            positions, velocities, _ = final_state
-            self.rolling_frame(rest_time, positions[0, :, :2], velocities[0, :, :2], force=True)
-            times, *states = zip(*self._rolling_frames, strict=True)
-            all_positions, all_velocities = map(np.array, states)
-            trajectory = SampledTrajectory(
-                np.array(times), *rolling_state(all_positions, all_velocities, self.scene.radii)
-            )
-        elif self.record == "trajectory":
+        if self.record == "trajectory":
             self.frame(rest_time, final_state, force=True)
             times, *states = zip(*self._frames, strict=True)
             trajectory = SampledTrajectory(np.array(times), *(np.array(s) for s in states))

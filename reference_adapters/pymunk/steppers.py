@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,8 +26,6 @@ class NativeRolling(plane.Stepper):
     to the middle of the step to come, and a roll ends within mu g dt^2 / 8 of v^2 / (2 mu g).
     Without it the ball rolls v dt / 2 too far. `state` takes the half kick back.
     """
-
-    ROLLS: ClassVar[bool] = True
 
     def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
         super().__init__(scene)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Set
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -144,9 +144,6 @@ class Stepper(ABC):
     `keep_frame`: whether the state now belongs in a recorded trajectory whatever its spacing.
     """
 
-    ROLLS: ClassVar[bool] = False
-    """Whether balls only roll, so that their places and velocities say the rest of a state."""
-
     def __init__(self, scene: Scene) -> None:
         self.t = 0.0
         self.seen_at = 0.0
@@ -182,10 +179,10 @@ class Stepper(ABC):
         """
         if before is not None and self.collisions:
             after = self._just_after(before)
-            self.keep(recorder, self.seen_at, before)
-            self.keep(recorder, self.seen_at, after._replace(positions=before.positions))
+            recorder.frame(self.seen_at, before, force=True)
+            recorder.frame(self.seen_at, after._replace(positions=before.positions), force=True)
         for fall, state in self.states_at_falls if self.falls else ():
-            self.keep(recorder, instant_of(fall, started, self.t), state)
+            recorder.frame(instant_of(fall, started, self.t), state, force=True)
         for fall in self.falls:
             t = instant_of(fall, started, self.t)
             recorder.event(t, EventKind.POCKETED, fall.ball, fall.pocket)
@@ -203,7 +200,7 @@ class Stepper(ABC):
     def record(self, recorder: Recorder, *, force: bool = False) -> None:
         """Hand the state now to a recorder, where a frame is due or `force` says so."""
         if force or recorder.wants_frame(self.t):
-            self.keep(recorder, self.t, self.state())
+            recorder.frame(self.t, self.state(), force=True)
 
     def _take_collisions(self, found: list[Collision], positions: FloatArray) -> None:
         """Take over the collisions that the world found with the balls there, (n, 2) [m]."""
@@ -223,14 +220,6 @@ class Stepper(ABC):
         self.moving = moving
         if moving is not None:
             self.states_at_falls = list(states_at_falls(before, moving, self.falls))
-
-    def keep(self, recorder: Recorder, t: float, state: Samples) -> None:
-        """Hand a state at the instant t [s] to a recorder."""
-        if self.ROLLS:
-            positions, velocities, _ = state
-            recorder.rolling_frame(t, positions[0, :, :2], velocities[0, :, :2], force=True)
-        else:
-            recorder.frame(t, state, force=True)
 
 
 class ClosedForm(Stepper):
