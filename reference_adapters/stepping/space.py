@@ -95,14 +95,20 @@ class OnItsOwnCloth(Stepper):
     @property
     def resting(self) -> BoolArray:
         """Which balls neither move nor turn, (n,) bool; a spin that nothing slows doesn't count."""
-        surfaces = self._radii[:, np.newaxis] * self._spins
-        surfaces[self._spins_by == 0.0, 2] = 0.0
+        turns = np.abs(self._radii * self._spins[:, 2]) >= REST_SPEED
+        resting: BoolArray = self._stopped & ~(turns & (self._spins_by > 0.0))
+        return resting
+
+    @property
+    def _stopped(self) -> BoolArray:
+        """Which balls neither slide nor roll, (n,) bool; they may spin about the vertical."""
         # What lies on the cloth may tremble.
         fastest = np.maximum(
-            np.linalg.norm(self._velocities[:, :2], axis=1), np.linalg.norm(surfaces, axis=1)
+            np.linalg.norm(self._velocities[:, :2], axis=1),
+            self._radii * np.linalg.norm(self._spins[:, :2], axis=1),
         )
-        resting: BoolArray = (fastest < REST_SPEED) & self._lies()
-        return resting
+        stopped: BoolArray = (fastest < REST_SPEED) & self._lies()
+        return stopped
 
     def state(self) -> Samples:
         """Return the state now, arrays (1, n, 3)."""
@@ -112,7 +118,7 @@ class OnItsOwnCloth(Stepper):
 
     def step(self) -> None:
         """Let the engine step by dt; slow the balls that roll, half before and half after it."""
-        rested, before = self.resting, self._centres[:, :2]
+        had_stopped, before = self._stopped, self._centres[:, :2]
         if self._slows:
             self._slow(self._rolling)
         lands = self._step_and_land()
@@ -120,13 +126,13 @@ class OnItsOwnCloth(Stepper):
         rolling = self._rolls()
         if self._slows:
             self._slow(rolling)
-        rests = self.resting
-        starts_rolling = rolling & ~self._rolling & ~rests
+        stopped = self._stopped
+        starts_rolling = rolling & ~self._rolling & ~stopped
         self.changes = [(EventKind.BALL_CLOTH, i) for i in lands]
         self.changes += [
             (EventKind.SLIDE_TO_ROLL, i) for i in np.flatnonzero(starts_rolling).tolist()
         ]
-        stops = np.flatnonzero(rests & ~rested & ~self._left).tolist()
+        stops = np.flatnonzero(stopped & ~had_stopped & ~self._left).tolist()
         self.changes += [(EventKind.ROLL_TO_REST, i) for i in stops]
         self.changes += left
         self._rolling = rolling

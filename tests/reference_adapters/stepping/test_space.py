@@ -45,6 +45,16 @@ def test_a_ball_flies_over_the_cloth_and_rolls_on(spec: str) -> None:
     assert (result.events["kind"] == EventKind.BALL_CLOTH).sum() >= 4
 
 
+@needs("pybullet")
+def test_a_roll_ends_as_the_ball_stops_though_the_ball_spins_on() -> None:
+    scene = find_scene("side-spin")
+    ends = [
+        run.events["t"][run.events["kind"] == EventKind.ROLL_TO_REST]
+        for run in (play("pybullet", scene, record="events"), simulate(scene, record="events"))
+    ]
+    assert ends[0] == pytest.approx(ends[1], abs=2e-3)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_flight_over_cushions_or_a_cloth_between_the_steps_is_refused(name: str) -> None:
     leaves = find_scene("flight-leaves")
