@@ -20,7 +20,6 @@ from ghostball.cli.gate import regress
 from ghostball.cli.shared import report
 from ghostball.cli.shared.config import FILE, ConfigError, load_config
 from ghostball.cli.shared.options import AUTO, FailOnChoice, FigureChoice, Format, processors
-from ghostball.cli.shared.summary import printed
 from ghostball.cli.shared.terminal import command
 from ghostball.model import GhostballError
 from ghostball.reports.ci.findings import note
@@ -92,7 +91,7 @@ def main() -> None:
         "results": str(out.resolve()),  # not every step has the same working directory
     }
     _append("GITHUB_OUTPUT", "".join(f"{name}={value}\n" for name, value in outputs.items()))
-    _append("GITHUB_STEP_SUMMARY", printed(out, Format.MARKDOWN))
+    _append("GITHUB_STEP_SUMMARY", report.printed(out, Format.MARKDOWN))
     written = report.write(out, jobs=processors(AUTO), figures=FigureChoice.NONE.value)
     raise typer.Exit(worst(status, written.status()))
 

@@ -13,6 +13,7 @@ from ghostball.cli.shared.options import (
     FailOnChoice,
     Format,
     FormatOption,
+    GuardedEngines,
     Jobs,
     Plain,
     PlainFormat,
@@ -20,7 +21,6 @@ from ghostball.cli.shared.options import (
     SceneNames,
     TimeLimit,
     complete_scene,
-    engines_option,
     out_option,
 )
 from ghostball.cli.shared.terminal import runs
@@ -32,7 +32,7 @@ app = typer.Typer()
 @runs("gate.regress")
 def regress(
     scenes: SceneNames = None,
-    engine: Annotated[list[str] | None, engines_option("ours")] = None,
+    engine: GuardedEngines = None,
     against: Annotated[
         str | None,
         typer.Option(
@@ -84,7 +84,7 @@ def accept(
             autocompletion=complete_scene,
         ),
     ] = None,
-    engine: Annotated[list[str] | None, engines_option("ours")] = None,
+    engine: GuardedEngines = None,
     out: Annotated[
         Path | None, out_option("out", "What `regress` or `validate` wrote and you looked at")
     ] = None,

@@ -15,14 +15,14 @@ from rich.markup import escape
 
 from ghostball.cli.gate.against import run_both
 from ghostball.cli.gate.diff import changes_table
-from ghostball.cli.shared.config import Config, load_config
+from ghostball.cli.shared.config import Config, load_config, named_engines
 from ghostball.cli.shared.hints import coverage
 from ghostball.cli.shared.options import FailOnChoice, Format
-from ghostball.cli.shared.progress import COMPILING, Steps
-from ghostball.cli.shared.summary import printed
+from ghostball.cli.shared.progress import COMPILING, Steps, of_cases
+from ghostball.cli.shared.report import print_for_programs
 from ghostball.cli.shared.terminal import say, tables
 from ghostball.model import Scene
-from ghostball.reference_adapters import make_engine, names_class
+from ghostball.reference_adapters import names_class
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.outcome import CHANGES
 from ghostball.validation.baselines import (
@@ -90,17 +90,12 @@ def run(
         made = many_balls() if gate.label == OURS and whole else ()
         gate.check([scene.name for scene in (*chosen, *made)])
     with Steps(COMPILING, "running").bar() as step:
-        count = step("running")
-
-        def progress(done: int, planned: int, case: CaseRecord) -> None:
-            count(done, planned, f"{case.scene} on {case.label}")
-
         outcome = run_suite(
             chosen,
             labels,
             place,
             jobs=jobs,
-            progress=progress,
+            progress=of_cases(step("running")),
             compiling=step(COMPILING),
             criteria=criteria,
             reuse=not rerun,
@@ -124,17 +119,13 @@ def run(
     seconds = time.perf_counter() - started
     for regression in found:
         _show(regression, outcome, place, tables(form), seconds, advice)
-    if form is not Format.TEXT:
-        print(printed(place, form), end="")
+    print_for_programs(place, form)
     return worst(*(_status(regression, outcome) for regression in found))
 
 
 def labels_of(engines: Sequence[str], config: Config) -> tuple[str, ...]:
     """Return the engines asked for, else the project's, else ours."""
-    labels = tuple(dict.fromkeys(engines or config.engines or (OURS,)))
-    for label in labels:
-        make_engine(label)
-    return labels
+    return tuple(dict.fromkeys(named_engines(engines, config) or (OURS,)))
 
 
 def _accepting(engines: Sequence[str], baselines: Path | None, out: Path | None) -> str:

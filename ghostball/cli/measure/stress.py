@@ -9,13 +9,12 @@ from pathlib import Path
 from rich.console import RenderableType
 from rich.markup import escape
 
-from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.config import load_config, named_engines
 from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.progress import COMPILING, Steps
-from ghostball.cli.shared.summary import printed
+from ghostball.cli.shared.report import print_for_programs
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, say_printed, stdout, tables
-from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.words import many
 from ghostball.validation.checks.verdict import not_judged
@@ -65,11 +64,8 @@ def run(
         show_list(shots, named=bool(only), as_json=form is Format.JSON)
         return ExitStatus.PASSED
     config = load_config()
-    named = tuple(engine or config.engines)
+    named = named_engines(engine, config)
     folder = config.out / "stress" if out is None else out
-    for label in named:
-        # Who names an engine wants its verdict; of the default ones, those that are here will do.
-        make_engine(label)
     with cluster_at(cluster) as there, Steps(COMPILING, "running").bar() as step:
         count_done = step("running")
 
@@ -88,8 +84,7 @@ def run(
             time_limit=time_limit,
         )
     _show(outcome, form)
-    if form is not Format.TEXT:
-        print(printed(folder, form), end="")
+    print_for_programs(folder, form)
     if outcome.interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} shots are done and "

@@ -20,19 +20,17 @@ from ghostball.cli.measure.verdicts import (
     spread_table,
     verdict_tables,
 )
-from ghostball.cli.shared.config import load_config
+from ghostball.cli.shared.config import load_config, named_engines
 from ghostball.cli.shared.hints import hints
 from ghostball.cli.shared.options import FigureChoice, Format
-from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps
-from ghostball.cli.shared.report import write as write_report
-from ghostball.cli.shared.summary import printed
+from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps, of_cases
+from ghostball.cli.shared.report import print_for_programs, write as write_report
 from ghostball.cli.shared.terminal import busy, say, say_printed, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import (
     EngineError,
     engine_class,
     engine_names,
-    make_engine,
     names_class,
     parse_spec,
 )
@@ -115,7 +113,7 @@ def run(
             request.out,
             jobs=jobs,
             cluster=there,
-            progress=_progress(step(RUNNING)),
+            progress=_progress(of_cases(step(RUNNING))),
             compiling=step(COMPILING),
             criteria=request.criteria,
             metrics=request.metrics,
@@ -159,8 +157,7 @@ def run(
             "`validate` without --rerun continues from there"
         )
         return ExitStatus.INTERRUPTED
-    if form is not Format.TEXT:
-        print(printed(request.out, form), end="")
+    print_for_programs(request.out, form)
     if why := not_judged(outcome.cases):  # last, as what the exit status means
         advice = f" {_advice(outcome)}" if is_nothing_judged(outcome.cases) else ""
         say(f"[bold yellow]{escape(why)}.[/]{escape(advice)}")
@@ -183,12 +180,9 @@ def _plan(
             param_hint="--ensemble-size",
         )
     config = load_config()
-    named = tuple(engines) or config.engines
+    named = named_engines(engines, config)
     # A replay over the true shots needs an engine that plays them.
     drawn = (OURS,) if report and all(map(names_class, named)) else ()
-    for spec in named:
-        # Who names an engine wants its verdict; of the default ones, those that are here will do.
-        make_engine(spec)
     names, specs = wanted or config.scenes, named or DEFAULT_ENGINES
     scenes, gates = select(names), [Gate.of(spec, config.baselines) for spec in specs]
     for gate in gates:
@@ -218,11 +212,11 @@ def _missing_defaults() -> Iterator[str]:
             yield f"Default engine `{name}` was not run: {reason}"
 
 
-def _progress(count: Progress[str]) -> Progress[CaseRecord]:
+def _progress(count: Progress[CaseRecord]) -> Progress[CaseRecord]:
     """Return what counts cases, and says at once which failed."""
 
     def progress(done: int, planned: int, case: CaseRecord) -> None:
-        count(done, planned, f"{case.scene} on {case.label}")
+        count(done, planned, case)
         if verdict_of(case) in (Verdict.FAIL, Verdict.CRASHED):
             verdict = verdict_of(case).words
             say(f"[{colour_of(case)}]{verdict}[/] {escape(f'{case.scene} on {case.label}')}")

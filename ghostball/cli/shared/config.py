@@ -13,6 +13,7 @@ the file, which is the nearest one upwards that has such a table.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,6 +22,7 @@ from pydantic import BaseModel, Field, ValidationError
 
 from ghostball.model import GhostballError
 from ghostball.model.text_files import read_text
+from ghostball.reference_adapters import make_engine
 from ghostball.validation.baselines.regression import FailOn
 from ghostball.validation.results.files import describe_validation_error, toml_of
 
@@ -56,6 +58,17 @@ class Config(BaseModel, frozen=True, extra="forbid"):
         )
         paths = {"baselines": root / self.baselines, "out": root / self.out}
         return self.model_copy(update={"scenes": tuple(scenes), **paths})
+
+
+def named_engines(given: Sequence[str] | None, config: Config) -> tuple[str, ...]:
+    """Return the engines that the command line names, else the project's, each checked.
+
+    Raises `EngineError` where one isn't here: who names an engine wants its verdict.
+    """
+    labels = tuple(given or config.engines)
+    for label in labels:
+        make_engine(label)
+    return labels
 
 
 def load_config(start: Path | None = None) -> Config:

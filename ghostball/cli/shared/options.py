@@ -119,6 +119,8 @@ def engines_option(default: str) -> typer.models.OptionInfo:
     )
 
 
+GuardedEngines = Annotated[list[str] | None, engines_option("ghostball")]
+
 BaselineFolder = Annotated[
     Path | None,
     typer.Option(

@@ -27,6 +27,7 @@ from ghostball.cli.shared.terminal import say, stderr
 
 if TYPE_CHECKING:
     from ghostball.validation.parallel.pool import Progress as Count
+    from ghostball.validation.results.records import CaseRecord
 
 LOG_INTERVAL = 10.0
 """Seconds between two lines of progress where there is no terminal to draw a bar on."""
@@ -116,6 +117,15 @@ class Steps:
                 say(f"{self._title(name)}: {', '.join(filter(None, parts))}")
 
         return count
+
+
+def of_cases(count: Count[str]) -> Count[CaseRecord]:
+    """Return what counts cases, each by its scene and engine."""
+
+    def progress(done: int, planned: int, case: CaseRecord) -> None:
+        count(done, planned, f"{case.scene} on {case.label}")
+
+    return progress
 
 
 class Pace:

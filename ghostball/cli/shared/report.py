@@ -1,17 +1,35 @@
-"""Writing the report of a results folder, and saying what became of it."""
+"""What is made of a results folder: its report page, and what `--format` prints of it."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import typer
 from rich.markup import escape
 
+from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.progress import DRAWING, Steps
 from ghostball.cli.shared.terminal import say
-from ghostball.reports import FailedPart, IncompleteReportError, failed_text, write_report
+from ghostball.reports import (
+    FailedPart,
+    IncompleteReportError,
+    failed_text,
+    summary_markdown,
+    summary_text,
+    write_report,
+)
+from ghostball.reports.ci.findings import findings, notes
+from ghostball.reports.ci.junit import junit_xml
 from ghostball.reports.report import Pictures
+from ghostball.validation.baselines import load_regressions
 from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.measured.likeness import Likeness
+from ghostball.validation.results.frames import csv_of, rows_of
+from ghostball.validation.results.store import Results
+from ghostball.validation.suite.real_tables import load_likenesses
 
 
 @dataclass(frozen=True)
@@ -46,3 +64,43 @@ def write(folder: Path, *, jobs: int, figures: Pictures, steps: Steps | None = N
             return Written(write_report(folder, progress=step(DRAWING), jobs=jobs, figures=figures))
         except IncompleteReportError as error:
             return Written(error.report, error.failed)
+
+
+def print_for_programs(folder: Path, form: Format) -> None:
+    """Print stored results in a format for programs; as text, the command printed its tables."""
+    if form is not Format.TEXT:
+        typer.echo(printed(folder, form), nl=False)
+
+
+def printed(folder: Path, form: Format) -> str:
+    """Return what stored results came to, with what changed if the folder holds a comparison."""
+    results, regressions = Results.open(folder), load_regressions(folder)
+    if form is Format.MARKDOWN:
+        return summary_markdown(results, *regressions)
+    if form is Format.GITHUB:
+        return notes(findings(results, regressions))
+    if form is Format.TEXT:
+        return summary_text(results, *regressions)
+    if form is Format.JUNIT:
+        return junit_xml(results.cases, regressions)
+    if form is Format.CSV:
+        return csv_of(rows_of(folder, "comparisons"))
+    tables = {name: rows_of(folder, name) for name in ("cases", "comparisons", "checks", "metrics")}
+    compared = [one.model_dump(mode="json", by_alias=True) for one in regressions]
+    beside = [_plain(one) for one in load_likenesses(folder)]
+    whole = {"state": results.state, **tables, "regressions": compared, "real_tables": beside}
+    return json.dumps(whole) + "\n"
+
+
+def _plain(found: Likeness) -> dict[str, Any]:
+    """Return what an engine makes of real tables, with how far off it is."""
+    families = []
+    for one in found.families:
+        graded = one.grades and not one.lacks
+        off = {
+            "typical": one.typical if graded else None,
+            "most": one.most if graded else None,
+            "typical_difference": None if one.lacks else one.typical_difference,
+        }
+        families.append(one.model_dump(mode="json") | off)
+    return {"label": found.label, "typical": found.typical, "families": families}

@@ -26,7 +26,7 @@ app = typer.Typer()
 
 
 @app.command()
-@runs("show.stored")
+@runs("show.report")
 def report(
     context: typer.Context,
     folder: Annotated[
@@ -183,7 +183,7 @@ def engines(
 
 
 @app.command()
-@runs("show.init", "init")
+@runs("show.init")
 def init(
     engine: Annotated[
         str | None,

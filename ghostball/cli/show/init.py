@@ -1,17 +1,18 @@
-"""What `ghostball init` does: write the files that a project begins with."""
+"""What `ghostball init` does: write the files that a project begins with, or a workflow."""
 
 from __future__ import annotations
 
 import importlib.util
 import json
+import re
 from collections.abc import Mapping
+from importlib.metadata import metadata
 from pathlib import Path
 
 import typer
 
 from ghostball.cli.shared.config import FILE, ConfigError, load_table
 from ghostball.cli.shared.terminal import say
-from ghostball.cli.show.workflow import UNKNOWN, WORKFLOW, workflow_text
 from ghostball.model import GhostballError
 from ghostball.model.text_files import read_text
 from ghostball.reference_adapters import make_engine
@@ -25,12 +26,46 @@ baselines = "baselines"  # what was accepted: to be committed
 out = "out"  # results: not to be committed
 """
 
+WORKFLOW = Path(".github/workflows/ghostball.yml")
+
+UNKNOWN = "OWNER/ghostball"
+"""Stands for the repository where the installation doesn't say where that is."""
+
+_WORKFLOW_TEXT = """\
+# Plays billiard shots on the engine of this project, and compares them with the truth and with what
+# was accepted. Which engine, which scenes and what fails stands in [tool.ghostball] of
+# pyproject.toml. A run without baselines says what to commit.
+
+name: ghostball
+
+on:
+  push:
+    branches: [main]
+  pull_request:
+
+permissions:
+  contents: read
+
+jobs:
+  ghostball:
+    runs-on: ubuntu-latest
+    steps:
+      - uses: actions/checkout@v6
+        with:
+          persist-credentials: false
+      - uses: {action}@v1
+        with:
+          fail-on: changed # or worse: only what moved away from the truth
+{install}"""
+
+_INSTALL_LINE = "          install: . # what the engine needs is installed with it\n"
+
 
 class ExistsError(GhostballError, FileExistsError):
     """A file that would be overwritten."""
 
 
-def init(engine: str | None, ci: bool) -> None:
+def run(engine: str | None, ci: bool) -> None:
     """Write `[tool.ghostball]`, and, unless one is named, an engine to begin from.
 
     `ci`: whether to write a workflow too; where there are settings already, it alone is written.
@@ -104,3 +139,16 @@ def _write(files: Mapping[Path, str]) -> None:
         ) from None
     for path in files:
         typer.echo(path)
+
+
+def repository() -> str:
+    """Return where Ghostball lies on GitHub, as "account/name", as its installation says it."""
+    for one in metadata("ghostball").get_all("Project-URL") or ():
+        if found := re.search(r"github\.com/([\w.-]+/[\w.-]+?)(?:\.git)?/?$", one):
+            return found[1]
+    return UNKNOWN
+
+
+def workflow_text(*, package: bool) -> str:
+    """Return the workflow's file; `package`: whether the project is one that pip installs."""
+    return _WORKFLOW_TEXT.format(action=repository(), install=_INSTALL_LINE if package else "")

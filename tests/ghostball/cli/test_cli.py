@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from commands import HEAD, ball, refused
+from commands import HEAD, ball, does_what_its_options_say, refused
 
 from ghostball.cli import PARTS, SECTIONS
 
@@ -89,6 +89,12 @@ def test_bad_usage_is_refused_before_anything_is_written(
     monkeypatch.chdir(tmp_path)
     assert refused(cli(*arguments), *parts)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_what_a_command_does_takes_its_options(part):
+    # Breaks where an option has another name in the function of its command, or isn't looked at.
+    assert does_what_its_options_say(part)
 
 
 def test_help_lists_every_command_once_with_its_whole_first_line(cli, monkeypatch):

@@ -1,10 +1,21 @@
-"""Parts of a report that can't be made are a bug: said after all else, with the status of one."""
+"""What is made of stored results: the report, and what is printed for other programs."""
+
+import json
+from xml.etree import ElementTree
 
 import pytest
+from likenesses import keep_likenesses, likeness
+from regressions import regression, worse
+from typer.testing import CliRunner
+from written_results import LABELS, write_results
 
+from ghostball.cli import app
 from ghostball.cli.shared import report
 from ghostball.reports import FailedPart, IncompleteReportError
+from ghostball.validation.baselines import save_regressions
 from ghostball.validation.exit_status import ExitStatus
+
+# Parts of a report that can't be made are a bug: said after all else, with the status of one
 
 FAILED = [FailedPart(f"section {k}", "KeyError: 1", "Traceback: here") for k in range(2)]
 
@@ -28,3 +39,53 @@ def test_what_could_not_be_made_is_said_with_its_traceback_once(
     said = capsys.readouterr().err
     assert said.count("Traceback: here") == bool(failed)
     assert ("2 parts of it could not be made: section 0" in said) is bool(failed)
+
+
+# What stored results came to is printed for other programs, and nothing else is
+
+
+@pytest.fixture
+def small_folder(tmp_path):
+    return write_results(tmp_path / "small", ["stop"], LABELS[:3])
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(app, ["report", *map(str, arguments)])
+
+
+def test_the_command_prints_and_writes_no_report(small_folder):
+    save_regressions([regression(worse())], small_folder)
+    assert "### What changed" in invoke(small_folder, "--format", "markdown").stdout
+    done = invoke(small_folder, "--format", "text")
+    assert done.exit_code == 0
+    assert done.stdout.startswith("break-7: error: ghostball: worse, ")
+    assert not (small_folder / "report.html").exists()
+
+
+def test_one_document_holds_what_limits_judge_and_what_moved(small_folder):
+    save_regressions([regression(worse())], small_folder)
+    document = ElementTree.fromstring(invoke(small_folder, "--format", "junit").stdout.encode())
+    names = {one.get("name") for one in document.iter("testcase")}
+    assert {"ghostball: baseline", "ghostball: rest_error_max"} <= names
+    plain = json.loads(invoke(small_folder, "--format", "json").stdout)
+    assert {"state", "cases", "checks", "metrics"} < set(plain)
+    assert [one["outcome"] for one in plain["regressions"]] == ["failed"]
+
+
+def test_the_json_has_what_engines_make_of_real_tables(small_folder):
+    assert json.loads(invoke(small_folder, "--format", "json").stdout)["real_tables"] == []
+    keep_likenesses(small_folder, [likeness("ghostball", rebound=-3.0, rolling="it rolls none")])
+    (one,) = json.loads(invoke(small_folder, "--format", "json").stdout)["real_tables"]
+    assert (one["label"], one["typical"]) == ("ghostball", pytest.approx(3.0))
+    rebound, rolling = one["families"]
+    assert (rebound["name"], rebound["grades"], rebound["lacks"]) == ("rebound", True, "")
+    assert (rebound["typical"], rebound["most"]) == (pytest.approx(3.0), pytest.approx(3.0))
+    assert set(rebound["figures"][0]) == {"at", "value", "error", "played", "what"}
+    assert (rolling["typical"], rolling["most"]) == (None, None)
+    assert rolling["lacks"] == "it rolls none"
+
+
+def test_bad_input_is_refused(tmp_path):
+    for form in ("text", "json", "csv", "junit", "markdown", "github"):
+        assert "no such results folder" in invoke(tmp_path / "none", "--format", form).stderr
+        assert "not a results folder" in invoke(tmp_path, "--format", form).stderr

@@ -6,20 +6,12 @@ from pathlib import Path
 
 import pytest
 import yaml
-from commands import does_what_its_options_say, refused
+from commands import refused
 from stored_results import cut_short, in_database
 
-from ghostball.cli.show.commands import app
-from ghostball.cli.show.workflow import UNKNOWN, repository
+from ghostball.cli.show.init import UNKNOWN, repository
 from ghostball.validation import scene_names
 from ghostball.validation.results.database import DATABASE
-
-# Breaks where an option of what lists things has another name, or is not looked at
-
-
-def test_what_a_command_does_takes_its_options():
-    assert does_what_its_options_say(app)
-
 
 # What `ghostball engines --check` finds: all there, an engine that is missing, one that is broken
 
@@ -193,5 +185,5 @@ def test_where_the_action_lies_is_what_the_installation_says(monkeypatch, urls, 
     metadata = Message()
     for url in urls:
         metadata["Project-URL"] = url
-    monkeypatch.setattr("ghostball.cli.show.workflow.metadata", lambda _: metadata)
+    monkeypatch.setattr("ghostball.cli.show.init.metadata", lambda _: metadata)
     assert repository() == found

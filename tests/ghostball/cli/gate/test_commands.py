@@ -1,9 +1,0 @@
-"""Breaks where an option of what says what moved has another name, or is not looked at."""
-
-from commands import does_what_its_options_say
-
-from ghostball.cli.gate.commands import app
-
-
-def test_what_a_command_does_takes_its_options():
-    assert does_what_its_options_say(app)
