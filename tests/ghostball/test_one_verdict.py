@@ -120,6 +120,7 @@ STRESS = (
     "extremes/friction-rolling-10",
     "extremes/speed-sliding-1e04",
     "extremes/mass-ratio-elastic-1e06",
+    "extremes/mass-ratio-sliding-1e06",
     "touching/cradle-1-into-2-gap-0",
     "touching/pair-rolling-into-gap-1e-09-turned-0.7",
     "touching/pair-sliding-slanting-gap-1e-09-turned-0.0",
