@@ -44,9 +44,9 @@ from ghostball.validation.scenes.library import select
 LEGEND = (
     "Times are for the whole call of `simulate`: the shortest of all samples. A time is shown if "
     "all finer steps are as accurate, at every phase of the step; not reached: no step in the run "
-    "is. The least error is the error of the best step at its worst phase. Worth it is the step up "
-    "to which four times as many steps at least halve the error at the worst phase; < before a "
-    "step: it is the finest step in the run, and finer ones may also be worth it."
+    "is. The least error is the error of the best step at its worst phase. The recommended step is "
+    "the one up to which four times as many steps at least halve the error at the worst phase; < "
+    "before a step: it is the shortest one in the run, and shorter ones may pay, too."
 )
 
 
@@ -82,7 +82,7 @@ def measure_steps(
         console.print(table)
     for line in (LEGEND, *_missing(measured)):
         console.print(line, markup=False, style="dim")
-    for line in worth_it(measured.points):
+    for line in _recommended(measured.points):
         console.print(line, markup=False, soft_wrap=True)
     if out is not None:
         console.print(f"written: {measured.save(out)}", soft_wrap=True, markup=False)
@@ -93,24 +93,24 @@ def measure_steps(
     return ExitStatus.PASSED if measured.points else ExitStatus.NOT_JUDGED
 
 
-def worth_it(points: Sequence[PrecisionPoint]) -> Iterator[str]:
-    """Yield for each engine which of its steps are worth it, and what they bring and cost."""
+def _recommended(points: Sequence[PrecisionPoint]) -> Iterator[str]:
+    """Yield for each engine its recommended time step, with the error and the run time of it."""
     for engine in dict.fromkeys(one.engine for one in points if one.step is not None):
         mine = [one for one in points if one.engine == engine]
         scenes = list(dict.fromkeys(one.scene for one in mine))
         ladders = [[one for one in mine if one.scene == scene] for scene in scenes]
         knees = [knee for ladder in ladders if (knee := knee_of(ladder)) is not None]
         if not knees:
-            yield f"{engine}: no step brings about the true collisions"
+            yield f"{engine}: no recommended step: each leads to wrong collisions"
             continue
         steps = _range(sorted({one.step for one in knees if one.step is not None}))
         error = format_length(max(one.error_high for one in knees))
         most = format_time(max(one.call_seconds for one in knees))
         some = f", in {len(knees)} of {len(scenes)} scenes" if len(knees) < len(scenes) else ""
         finest = any(is_finest(knee, mine) for knee in knees)
-        more = "; finer ones than were run may pay, too" * finest
+        more = "; shorter ones than were run may pay, too" * finest
         yield (
-            f"{engine}: worth it is a step of {steps}{some}: at most {error} off, {most} for a "
+            f"{engine}: recommended step {steps}{some}: at most {error} off, {most} for a "
             f"shot{more}"
         )
 
@@ -127,7 +127,7 @@ def _missing(measured: PrecisionMeasurement) -> Iterator[str]:
 def _tables(measured: PrecisionMeasurement) -> Iterator[Table]:
     """Yield scene by scene the time of each engine for each accuracy."""
     reached = [f"to {format_length(target)}" for target in TARGETS]
-    heads = ("engine", *reached, "least error (worst phase)", "worth it")
+    heads = ("engine", *reached, "least error (worst phase)", "recommended step")
     for scene in dict.fromkeys(point.scene for point in measured.points):
         points = [point for point in measured.points if point.scene == scene]
         rows = []

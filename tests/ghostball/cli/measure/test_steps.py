@@ -47,7 +47,7 @@ def test_an_own_engine_is_told_its_step(measured, tmp_path):
     assert found.exit_code == 0, found.output
     points = json.loads(found.stdout)["points"]
     assert [one["step"] for one in points] == [0.016, 0.008, 0.004, 0.002]
-    assert "own_steps:simulate: worth it is a step of" in found.stderr
+    assert "own_steps:simulate: recommended step " in found.stderr
     assert "draw-shot, own_steps:simulate" in found.stderr  # left out, and why
 
 
