@@ -86,7 +86,8 @@ def accept(
     ] = None,
     engine: GuardedEngines = None,
     out: Annotated[
-        Path | None, out_option("out", "What `regress` or `validate` wrote and you looked at")
+        Path | None,
+        out_option("out", "Folder that `regress` or `validate` wrote and that you have reviewed"),
     ] = None,
     baselines: BaselineFolder = None,
     even_though_limits_fail: Annotated[
@@ -110,7 +111,7 @@ def accept(
 @runs("gate.diff")
 def diff(
     first: Annotated[str, typer.Argument(metavar="A", help="A results folder, or an engine.")],
-    second: Annotated[str, typer.Argument(metavar="B", help="Another one of the same kind.")],
+    second: Annotated[str, typer.Argument(metavar="B", help="A second one of the same kind.")],
     out: Annotated[
         Path | None, out_option("out", "Folder that has the results of both engines")
     ] = None,

@@ -82,8 +82,7 @@ def validate(
         Path | None,
         out_option(
             "out",
-            "Folder of the results. What it holds is replaced, but for cases that are unchanged: "
-            "those aren't run again",
+            "Folder of the results. Existing results are replaced; unchanged cases are reused",
         ),
     ] = None,
     jobs: Jobs = AUTO,
@@ -142,7 +141,7 @@ def explain(
         str | None,
         typer.Argument(
             metavar="SCENE",
-            help="A shipped scene's name, or a TOML file (default: the worst of the last run).",
+            help="Name of a shipped scene, or a TOML file (default: the worst of the last run).",
             autocompletion=complete_scene,
         ),
     ] = None,
@@ -183,15 +182,14 @@ def fit(
         Path,
         typer.Argument(
             metavar="TRACKS.csv",
-            help="Where balls were: a CSV file with the header shot,ball,t,x,y; seconds and "
-            "metres, the origin in a corner of the playing surface. Lines that begin with # are "
-            "comments.",
+            help="CSV file of ball positions with the header shot,ball,t,x,y, in seconds and "
+            "metres from one corner of the playing surface. Lines that begin with # are comments.",
         ),
     ],
     table: Annotated[
         tuple[float, float],
         typer.Option(
-            metavar="LENGTH WIDTH", help="The playing surface between the cushions, x and y [m]."
+            metavar="LENGTH WIDTH", help="Playing surface between the cushions, along x and y [m]."
         ),
     ],
     radius: Annotated[float, typer.Option(metavar="R", help="Radius of the balls [m].")],
@@ -200,18 +198,18 @@ def fit(
         typer.Option(
             metavar="A,B,...",
             help="Fields of the physics to fit (default: frictions of the cloth, restitutions, and "
-            "the friction of cushions, as far as the tracks tell them).",
+            "the friction of cushions, as far as the tracks determine them).",
         ),
     ] = None,
     preset: Annotated[
-        str, typer.Option(metavar="NAME", help="Preset that gives what isn't fitted.")
+        str, typer.Option(metavar="NAME", help="Preset for the values that aren't fitted.")
     ] = "pool",
     law: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Law of cushions, as physics calls it (default: the one that fits best, or the "
-            "preset's where the tracks don't tell them apart).",
+            help="Cushion law, named as in [physics] (default: the best fit, or the preset's law "
+            "if the tracks don't distinguish them).",
         ),
     ] = None,
     nose_height: Annotated[
@@ -229,10 +227,10 @@ def fit(
             "--out",
             "-o",
             metavar="FILE",
-            help="Write the [physics] of a scene as TOML, with the errors as comments.",
+            help="Write the fitted [physics] table as TOML, with standard errors in comments.",
         ),
     ] = None,
-    plot: Annotated[Path | None, plot_option("Draw what is left of each event")] = None,
+    plot: Annotated[Path | None, plot_option("Draw the residual of each event")] = None,
     form: PlainFormat = Plain.TEXT,
     time_limit: ShotLimit = 600.0,
 ) -> None:

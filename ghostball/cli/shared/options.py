@@ -70,7 +70,7 @@ SceneName = Annotated[
     str,
     typer.Argument(
         metavar="SCENE",
-        help="A shipped scene's name (`ghostball scenes` lists them), or a TOML file.",
+        help="Name of a shipped scene (`ghostball scenes` lists them), or a TOML file.",
         autocompletion=complete_scene,
     ),
 ]
@@ -80,23 +80,23 @@ SceneNames = Annotated[
     typer.Argument(
         metavar="SCENE|TAG",
         help="Names or tags of shipped scenes (`ghostball scenes` lists both), TOML files, or "
-        "patterns such as 'break-*'; smoke is a small run. Default: those of [tool.ghostball] in "
-        "pyproject.toml, else all that are shipped.",
+        "patterns such as 'break-*'; smoke is a quick selection. Default: those of "
+        "[tool.ghostball] in pyproject.toml, else all shipped scenes.",
         autocompletion=complete_scene,
     ),
 ]
 
 TimeLimit = Annotated[
-    float, typer.Option(metavar="SECONDS", help="How long a scene may take on an engine.")
+    float, typer.Option(metavar="SECONDS", help="Time limit for a scene on an engine.")
 ]
 
 Rerun = Annotated[
-    bool, typer.Option("--rerun", help="Run everything, also what is unchanged since.")
+    bool, typer.Option("--rerun", help="Run everything again, even if it is unchanged.")
 ]
 
 _ENGINE = (
-    "A name and settings, as `ghostball engines` lists them, such as pymunk:dt=1e-4; or where its "
-    "function or class is, such as my_module:simulate."
+    "A name and settings, as `ghostball engines` lists them, such as pymunk:dt=1e-4; or the place "
+    "of its function or class, such as my_module:simulate."
 )
 
 
@@ -125,7 +125,7 @@ BaselineFolder = Annotated[
     Path | None,
     typer.Option(
         metavar="DIR",
-        help="Folder of the baselines, with a folder for each engine (default: that of "
+        help="Folder of the baselines, with a subfolder for each engine (default: that of "
         "[tool.ghostball] in pyproject.toml, else baselines).",
     ),
 ]
@@ -142,7 +142,7 @@ class FigureChoice(enum.StrEnum):
 Figures = Annotated[
     FigureChoice,
     typer.Option(
-        help="Pictures beside report.html, such as a sheet for each scene: PNG, PNG and SVG, or "
+        help="Pictures to write beside report.html, one sheet for each scene: PNG, PNG and SVG, or "
         "none.",
     ),
 ]
@@ -151,8 +151,8 @@ ShotLimit = Annotated[
     float,
     typer.Option(
         metavar="SECONDS",
-        help="How long an engine other than ours may take for a shot. It runs in a process of its "
-        "own: after that it is ended, and has failed.",
+        help="Time limit for a shot, of engines other than Ghostball's. Each runs in its own "
+        "process, which is ended at the limit; the engine has then failed.",
     ),
 ]
 
@@ -212,7 +212,7 @@ Jobs = Annotated[
         "-j",
         metavar="N|auto",
         parser=processors,
-        help="Processes that do the work; auto is one for each processor. Run times are cleanest "
+        help="Number of worker processes; auto is one for each processor. Run times are cleanest "
         "with 1.",
     ),
 ]

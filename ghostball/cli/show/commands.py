@@ -37,7 +37,7 @@ def report(
     ],
     jobs: Jobs = AUTO,
     figures: Figures = FigureChoice.NONE,
-    opened: Annotated[bool, typer.Option("--open", help="Show the page in the browser.")] = False,
+    opened: Annotated[bool, typer.Option("--open", help="Open the report in a browser.")] = False,
     form: Annotated[
         Format | None,
         typer.Option(
@@ -70,8 +70,8 @@ def scenes(
         list[str] | None,
         typer.Argument(
             metavar="NAME|TAG",
-            help="Only these: names, tags or files, as for `validate` (default: all that are "
-            "shipped).",
+            help="Scenes to list: names, tags or files, as for `validate` (default: all shipped "
+            "scenes).",
             autocompletion=complete_scene,
         ),
     ] = None,
@@ -80,7 +80,9 @@ def scenes(
     ] = False,
     export: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Write them there as JSON, for engines of any language."),
+        typer.Option(
+            metavar="DIR", help="Write the scenes to DIR as JSON, for engines in any language."
+        ),
     ] = None,
     metrics: Annotated[
         bool,
@@ -101,7 +103,7 @@ def engines(
         list[str] | None,
         typer.Argument(
             metavar="ENGINE",
-            help="Describe these in full (default: a line for each engine).",
+            help="Engines to describe in full (default: one line for each engine).",
             autocompletion=complete_engine,
         ),
     ] = None,
@@ -109,8 +111,8 @@ def engines(
         bool,
         typer.Option(
             "--recipe",
-            help="Print the best settings that were found as code of that engine, ready to be "
-            "pasted, with what each changes.",
+            help="Print the best known settings as code for that engine, ready to paste, with a "
+            "comment on what each changes.",
         ),
     ] = False,
     check: Annotated[
@@ -125,7 +127,8 @@ def engines(
         bool,
         typer.Option(
             "--steps",
-            help="Measure each engine's error against its run time instead, and recommend a step. "
+            help="Measure each engine's error against its run time instead, and recommend a time "
+            "step. "
             "Engines may have settings, such as pymunk:iterations=1, or be your own, such as "
             "my_module:simulate. Default: those of [tool.ghostball] in pyproject.toml, else "
             "ghostball, pymunk in four ways and pybullet in three, the paper's two algorithms, and "
@@ -146,21 +149,24 @@ def engines(
         int,
         typer.Option(
             min=1,
-            help="For --steps: rounds, each with another phase of the step; the shortest time "
-            "counts. Slow runs get two.",
+            help="For --steps: number of rounds, each with another phase of the time step; the "
+            "shortest run time counts. Slow shots get two.",
         ),
     ] = 4,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", metavar="DIR", help="For --steps: write it there, as precision.json."
+            "--out",
+            "-o",
+            metavar="DIR",
+            help="For --steps: write what is measured to DIR, as precision.json.",
         ),
     ] = None,
     plot: Annotated[
         Path | None,
         plot_option(
-            "For --steps: draw the error against the steps per second, and mark the recommended "
-            "step"
+            "For --steps: draw the error against the steps per simulated second, with the "
+            "recommended step ringed"
         ),
     ] = None,
     form: Annotated[
@@ -174,11 +180,11 @@ def engines(
 
     A description has an engine's settings, and how it represents each feature of scenes.
 
-    With --steps, an engine that has a step, `dt`, simulates each scene with steps from 20 ms down,
-    each half as long as the one before. The error is the largest distance of a ball from its
-    reference rest position. Runs follow one another in this process, so that run times are right:
-    with the default engines they take some minutes. Exit status 4 if no engine supports any of the
-    scenes.
+    With --steps, an engine whose settings have a time step, `dt`, simulates each scene with time
+    steps from 20 ms down, each half as long as the one before. The error is the largest distance
+    of a ball from its reference rest position. Runs follow one another in this process, so that
+    run times are right: with the default engines they take some minutes. Exit status 4 if no engine
+    supports any of the scenes.
     """
 
 
@@ -191,21 +197,20 @@ def init(
             "--engine",
             "-e",
             metavar="ENGINE",
-            help="Your engine, such as my_engine:simulate (default: an example is written).",
+            help="Your engine, such as my_engine:simulate (default: write an example engine).",
         ),
     ] = None,
     ci: Annotated[
         bool,
         typer.Option(
             "--ci",
-            help="Write also a workflow of GitHub Actions that guards it; in a project that has "
-            "settings, that alone.",
+            help="Also write a GitHub Actions workflow that guards the engine; in a project that "
+            "already has settings, write only the workflow.",
         ),
     ] = False,
 ) -> None:
-    """Begin a project: its settings, and an engine to begin from.
+    """Start a project: write its settings and an example engine.
 
-    The settings are [tool.ghostball] in pyproject.toml.
-
-    Then `ghostball regress` and `ghostball accept --reason "..."` make the first gate.
+    The settings are [tool.ghostball] in pyproject.toml. Then `ghostball regress` and `ghostball
+    accept --reason "..."` store the first baselines.
     """

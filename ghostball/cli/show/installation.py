@@ -56,7 +56,7 @@ def check_installation() -> ExitStatus:
         table.add_row(escape(finding.subject), finding.state.value, escape(finding.detail))
     stdout().print(table)
     if any(finding.state is State.BROKEN for finding in findings):
-        say("[bold red]Something is broken;[/] see above.")
+        say("[bold red]The installation is broken;[/] see above.")
         return ExitStatus.CHECK_FAILED
     return ExitStatus.PASSED
 
@@ -78,7 +78,7 @@ def _versions() -> Iterator[Finding]:
         except PackageNotFoundError:
             marker = requirement.partition(";")[2].strip()
             if marker:  # asked for on some machines only; `_engines` says what lacks without it
-                yield Finding(name[0], State.NOTE, f"not installed (wanted where {marker})")
+                yield Finding(name[0], State.NOTE, f"not installed (needed if {marker})")
             else:
                 yield Finding(name[0], State.BROKEN, "not installed. Run `pip install ghostball`")
 
@@ -89,11 +89,12 @@ def _kernels() -> Iterator[Finding]:
         return
     files = shipped.files()  # where it sets some aside, a message says why
     if files:
-        yield Finding("kernels", State.GOOD, f"{len(files)} compiled ones came with ghostball")
+        yield Finding("kernels", State.GOOD, f"{len(files)} compiled kernels came with Ghostball")
         return
     if find_spec("numba") is None:
         detail = (
-            "none fit, and no compiler. Run `pip install '.[compiler]'` in a clone of Ghostball"
+            "none that came with Ghostball fits here, and no compiler is installed. Run `pip "
+            "install '.[compiler]'` in a clone of Ghostball"
         )
         yield Finding("kernels", State.BROKEN, detail)
         return
@@ -102,14 +103,14 @@ def _kernels() -> Iterator[Finding]:
         yield Finding(
             "kernels",
             State.BROKEN,
-            f"{cache_folder('libraries')}: can't be written, so every run compiles again. Set "
-            "GHOSTBALL_CACHE_DIR to a folder that can",
+            f"{cache_folder('libraries')}: not writable, so every run compiles again. Set "
+            "GHOSTBALL_CACHE_DIR to a writable folder",
         )
         return
     kept = [path for path in directory.iterdir() if path.suffix in {".so", ".o"}]
     size = sum(path.stat().st_size for path in kept)
     detail = (
-        f"compiled where they are first needed; {len(kept)}, {size / 1e6:.1f} MB, in {directory}"
+        f"compiled when they are first needed; {len(kept)}, {size / 1e6:.1f} MB, in {directory}"
     )
     yield Finding("kernels", State.GOOD, detail)
 
@@ -132,7 +133,7 @@ def _scenes() -> Iterator[Finding]:
     if not names:
         yield Finding("scenes", State.BROKEN, f"none in {library.FOLDER}. Install ghostball again")
     elif not broken:
-        yield Finding("scenes", State.GOOD, f"{len(names)} shipped, all read")
+        yield Finding("scenes", State.GOOD, f"{len(names)} shipped, all readable")
 
 
 def _broken_scenes(names: tuple[str, ...]) -> Iterator[Finding]:

@@ -50,7 +50,7 @@ def test_a_broken_foreign_engine_is_named_and_hides_no_other(cli, tmp_path, monk
     assert "no_such_module" in why
     examined = cli("engines", "--check")
     assert examined.exit_code == 1
-    assert "Something is broken" in examined.stderr
+    assert "The installation is broken" in examined.stderr
 
 
 def test_the_check_names_versions_kernels_engines_and_scenes(cli):
