@@ -40,7 +40,7 @@ _LED_UNTIL = 96
 """Round from which on the forces aren't led on any more.
 
 Where contacts rub by much, and masses differ by much, no forces may hold the gaps while surfaces
-slip (Painleve 1895): each round then makes the forces greater, until they end the slips. What the
+slip (Painlevé 1895): each round then makes the forces greater, until they end the slips. What the
 rounds seem to lead to are forces that pull, and a chain of seven balls that was led there took
 steps of 4e-9 s.
 """
