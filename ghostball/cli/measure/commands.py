@@ -285,7 +285,7 @@ def stress(
     form: FormatOption = Format.TEXT,
     rerun: Rerun = False,
     cluster: ClusterAddress = None,
-    time_limit: TimeLimit = 120.0,
+    time_limit: TimeLimit = 600.0,
     listed: Annotated[
         bool,
         typer.Option(
