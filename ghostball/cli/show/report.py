@@ -1,0 +1,49 @@
+"""What `ghostball report` does: show what an earlier run stored."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from ghostball.cli.shared.options import FigureChoice, Format, refuse_given
+from ghostball.cli.shared.report import printed, write
+from ghostball.model import GhostballError
+from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.results import frames
+from ghostball.validation.results.store import Results
+from ghostball.validation.stress.tally import are_stress
+
+
+def run(
+    context: typer.Context,
+    folder: Path,
+    jobs: int,
+    figures: FigureChoice,
+    opened: bool,
+    form: Format | None,
+    export: Path | None,
+) -> ExitStatus:
+    """Write the page, or print what the results came to, or write all of their tables as files."""
+    if export is not None:
+        why = "`--export` writes the tables of results, and no report"
+        refuse_given(context, why, "opened", "figures", "jobs", "form")
+        for path in frames.export(folder, export):
+            typer.echo(path)
+        return ExitStatus.PASSED
+    if form is not None:
+        why = "`--format` prints results, and writes no report"
+        refuse_given(context, why, "opened", "figures", "jobs")
+        typer.echo(printed(folder, form), nl=False)
+        return ExitStatus.PASSED
+    if are_stress(Results.open(folder).cases):
+        raise GhostballError(
+            f"{folder}: holds a run of `ghostball stress`, which is a section of the report of the "
+            f"folder that it lies in: `ghostball validate --out {folder.parent}`, then `ghostball "
+            f"report {folder.parent}`"
+        )
+    written = write(folder, jobs=jobs, figures=figures.value)
+    typer.echo(written.page)
+    if opened:
+        typer.launch(written.page.resolve().as_uri())
+    return written.status()
