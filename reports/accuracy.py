@@ -39,8 +39,8 @@ CLASSES: Final[Mapping[AccuracyKind, ClassLook]] = {
     "another shot": ClassLook("other shot", "other collisions than the true ones", "other", "red"),
     "broken": ClassLook(
         "broken",
-        "energy made, balls through each other, balls that stop although nothing touches them, not "
-        "finite, or given up",
+        "unphysical: energy gain, balls that pass through each other or stop without a contact, "
+        "values that aren't finite; or the run did not finish",
         "broken",
         "bold magenta",
     ),

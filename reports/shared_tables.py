@@ -33,11 +33,11 @@ COMPARISON_KEY = (
 SPREAD_HEADS = ("scene", "engine", "ended", "rest positions", *QUANTITIES)
 
 SPREAD_KEY = (
-    "Each scene from starts varied at random, the same for every engine; touching balls are varied "
-    "by opening gaps alone. Rest positions: how far a ball rests from where it does on average, "
-    "root mean square. Else the mean ± the standard deviation of one shot, and how many standard "
-    f"errors the mean is from that on `{OURS}`: ≠ where it is more than {DIFFERS:g}. That "
-    "compares engines, none with truth."
+    "Each scene from randomly perturbed initial states, the same for every engine; touching balls "
+    "are only moved apart. Rest positions: rms distance of a ball from its mean rest position. "
+    "Other columns: the mean ± the standard deviation of one shot, and the difference from the mean of "
+    f"`{OURS}` in standard errors; ≠ if it is more than {DIFFERS:g}. This table compares engines "
+    "with each other, not with a reference."
 )
 
 

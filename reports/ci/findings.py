@@ -114,14 +114,15 @@ def _of_regression(regression: Regression, lost: set[tuple[str, str]]) -> Iterat
         which = ", ".join(missing) if len(missing) <= NAMED else f"{len(missing)} scenes"
         message = (
             f"{regression.label} can't be compared with a baseline in {which}. Run `{command}`, "
-            "look at what it did, keep it by `ghostball accept`, and commit the folder of baselines"
+            "check the results, accept them with `ghostball accept`, and commit the folder of "
+            "baselines"
         )
         yield Finding("error", "baselines", "no baseline", message)
     for warning in regression.warnings:
         yield Finding("warning", "baselines", "comparison with baselines", warning)
     for scene in regression.stale:
         title = f"{scene}: baseline without a scene"
-        yield Finding("warning", scene, title, "its baseline is of a scene that is no more")
+        yield Finding("warning", scene, title, "the scene of this baseline no longer exists")
 
 
 def _lines(regression: Regression, change: SceneChange) -> Iterator[str]:

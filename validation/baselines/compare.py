@@ -1,32 +1,33 @@
-"""The one comparison of two records of a scene: which answer, by which rule.
+"""Compare two records of a scene: the answers, and the rules that give them.
 
-`regress`, `accept` and the pytest plugin compare a run with its baseline, `diff` and `--against`
-the runs of two folders or engines; all of them, and every report, have their answer from `compare`:
+`regress`, `accept` and the pytest plugin compare a run with its baseline. `diff` and `--against`
+compare the runs of two folders or engines. All of them, and every report, call `compare`:
 
 | answer | meaning |
 |---|---|
-| unchanged | the same result, to the bit |
-| rounding | another result, by no more than rounding explains |
-| better | the result is closer to the reference result than it was |
-| worse | it is farther from the reference result, is unphysical, or there is none |
-| wrong collisions | fewer collisions agree with the reference result; without one, with before |
-| changed | more than rounding, and neither better nor worse by the third rule |
+| unchanged | the result is bit-identical |
+| rounding | rounding explains the difference |
+| better | the result is closer to the reference result than before |
+| worse | the result is farther from the reference result or unphysical, or the run did not finish |
+| wrong collisions | fewer collisions agree with the reference, or else with the earlier result |
+| changed | not rounding, and neither better nor worse by the third rule |
 
 Three rules give it, tried in this order:
 
-1. *Hash.* The same hash of events and rest positions, the same status and the same rest time:
-   unchanged. How the engine was measured since doesn't matter: limits judge that.
-2. *Rounding.* Up to the predictability horizon both have the same events, each within what rounding
-   explains of its time, and, if the shot can be predicted to its end, each ball rests within what
-   rounding explains: rounding. `rounding.allowance` says how much that is. A time-stepping engine
-   is allowed a rounding in each of its steps, of which there are as many as the rest time holds of
-   the step in its settings: its own count would widen what it is allowed without bound. Two
-   different engines differ by more than rounding, so this rule isn't asked of them.
-3. *Error.* The accuracy of both records against the same reference result: wrong collisions, or
-   what is unphysical, are worse than any error; a smaller error is better, a larger one worse. A
-   move within rounding, or by less than `NEGLIGIBLE` of the error itself, is neither. If there is
-   no reference result, the part of the shot that is proved decides (`quality_factor`), else
-   collisions are compared with those before.
+1. *Hash.* If the hash of events and rest positions, the status and the rest time are equal, the
+   answer is unchanged. Metrics that differ don't matter here: limits judge them.
+2. *Rounding.* The answer is rounding if both records have the same events up to the predictability
+   horizon, rounding explains the difference of each event time, and, if the shot can be predicted
+   to its end, rounding explains the difference of each rest position. `rounding.allowance`
+   computes how large these differences may be. A time-stepping engine is allowed one rounding per
+   step. The number of steps is the rest time divided by the step in its settings, because the
+   engine's own count could widen the allowance without bound. Two different engines differ by more
+   than rounding, so this rule doesn't apply to them.
+3. *Error.* Both records are compared with the same reference result. Wrong collisions and
+   unphysical results are worse than any error. A smaller error is better, a larger error is worse.
+   A difference within rounding, or smaller than `NEGLIGIBLE` times the error, is neither. If there
+   is no reference result, the certified part of the shot decides (`quality_factor`); if there is
+   no such part, the collisions are compared with the earlier collisions.
 
 Records of different scenes can't be compared: "not-comparable", with the reason. A baseline of
 another engine, or of other settings, is refused when it is read (`baseline.load_baseline`).
@@ -58,21 +59,21 @@ from ghostball.validation.results.records import CaseRecord, Motion
 from ghostball.validation.results.store import Results
 
 NEGLIGIBLE = 1e-3
-"""Part of an error by which it may grow without being worse: reports show three digits of it."""
+"""Relative growth of an error that doesn't count as worse: reports show three digits."""
 
 NOT_COMPARED = ("wall_time", "accuracy")
-"""Metrics that aren't listed: the time is the machine's, and the class is made of the error."""
+"""Metrics that aren't compared: the time depends on the machine, the class on the error."""
 
 Pair = tuple[Event | None, Event | None]
-"""An event of the base and of the head that differ; None where a log has none there."""
+"""An event of the base and an event of the head that differ; None if one log has no event there."""
 
 
 @dataclass(frozen=True, eq=False)
 class Log:
     """The events of a shot.
 
-    `events`, a structured array (`EVENT_DTYPE`): all, or the first of `count`, as a baseline keeps
-        them.
+    `events`, a structured array (`EVENT_DTYPE`): all `count` events, or the first of them, as in a
+        baseline.
     `sequence`: hash of the order of all events, without times.
     """
 
@@ -87,20 +88,20 @@ class Log:
 
     @property
     def until(self) -> float:
-        """Before which time no event is left out [s]; inf: none is."""
+        """Time before which the log holds all events [s]; inf if it holds all events."""
         return math.inf if len(self.events) == self.count else float(self.events["t"][-1])
 
 
 @dataclass(frozen=True, eq=False)
 class Played:
-    """A record, and what returns its events: they are read only if the hashes differ."""
+    """A record, and a function that returns its events; it is called only if the hashes differ."""
 
     record: CaseRecord
     log: Callable[[], Log]
 
     @classmethod
     def of(cls, record: CaseRecord, motion: Motion | None) -> Played:
-        """Return a record with the motion that was kept of it."""
+        """Return a record with its stored motion."""
         return cls(record, lambda: _log_in(record, motion))
 
     @classmethod
@@ -113,7 +114,7 @@ def _log_in(record: CaseRecord, motion: Motion | None) -> Log:
     if motion is None:
         raise GhostballError(
             f'scene "{record.scene}" on `{record.label}`: its motion was not kept, so its events '
-            "can't be compared. Run it again"
+            "can't be compared. Run the scene again"
         )
     return Log.of(motion.events)
 
@@ -124,17 +125,17 @@ def compare(
     allowance: Callable[[], Allowance] | None = None,
     command: str = "",
 ) -> SceneChange:
-    """Compare what an engine did in a scene with what it, or another one, did before.
+    """Compare a result with an earlier one of the same scene, or with one of another engine.
 
-    `allowance`: returns what rounding explains in `head`; called only if the hashes differ. None:
-        two engines are compared.
-    `command`: what shows the scene again, for the record.
+    `allowance`: returns the differences that rounding explains in `head`; called only if the hashes
+        differ. None: two different engines are compared.
+    `command`: the command that shows the scene again, for the record.
     """
     one, two = base.record, head.record
     common: dict[str, Any] = {"scene": two.scene, "title": two.title, "command": command}
     common |= {"base_hash": one.bits, "head_hash": two.bits}
     if one.definition != two.definition:
-        why = "the scene itself was changed since: what was accepted is of another shot"
+        why = "the scene itself was changed: the earlier result is of another shot"
         return SceneChange(**common, change="not-comparable", summary=why)
     if two.outcome != "ran":
         why = f"the engine did not run it: {two.reason or two.outcome}"
@@ -142,7 +143,7 @@ def compare(
         same = one.outcome == two.outcome
         return SceneChange(**common, change="unchanged" if same else lost, summary=why)
     if one.outcome != "ran":
-        why = f"it runs, and did not before: {one.reason or one.outcome}"
+        why = f"the engine runs the scene now; it did not before: {one.reason or one.outcome}"
         return SceneChange(**common, change="better", summary=why)
     common |= _numbers(one, two)
     if allowance is None:  # two engines count different work
@@ -174,7 +175,7 @@ def compare(
     if first is not None:
         words.append(first.words)
     if answer == "rounding" and horizon is not None:
-        words.append(f"nothing is compared past the horizon, {horizon:.3g} s")
+        words.append(f"nothing is compared after the horizon, {horizon:.3g} s")
     return SceneChange(
         **common,
         change=answer,
@@ -184,7 +185,9 @@ def compare(
     )
 
 
-_WHY = "collisions tie, balls are in resting contact, or the account isn't that of the proof"
+_WHY = (
+    "collisions are simultaneous, balls are in resting contact, or no proof gives the error growth"
+)
 
 
 def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> Answer | None:
@@ -214,7 +217,7 @@ def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> 
 
 
 def _by_proved_part(one: CaseRecord, two: CaseRecord) -> Answer | None:
-    """Return the answer of the part that is proved of a shot without a reference result."""
+    """Return the answer for the certified part of a shot that has no reference result."""
     before, after = (case.metrics.get("quality_factor") for case in (one, two))
     if before is None or after is None or max(before, after) <= ROUNDINGS:
         return None
@@ -223,14 +226,14 @@ def _by_proved_part(one: CaseRecord, two: CaseRecord) -> Answer | None:
 
 
 def _by_size(before: float, after: float, rounding: float) -> Answer:
-    """Return the answer of two errors, of which rounding explains a part of the difference."""
+    """Return the answer for two errors; rounding explains a difference of `rounding`."""
     if not abs(after - before) > max(rounding, NEGLIGIBLE * before):
         return "changed"
     return "worse" if after > before else "better"
 
 
 def _numbers(one: CaseRecord, two: CaseRecord) -> dict[str, Any]:
-    """Return the numbers of both sides that a report shows."""
+    """Return the numbers of both records that a report shows."""
     names = [name for name in METRICS if name not in NOT_COMPARED]
     metrics = [(name, METRICS[name].unit, one.metrics, two.metrics) for name in names]
     # A counter that is new has nothing to be compared with.
@@ -252,7 +255,7 @@ def _numbers(one: CaseRecord, two: CaseRecord) -> dict[str, Any]:
 
 
 def _moved(name: str, unit: str, base: Any, head: Any) -> Quantity | None:
-    """Return a quantity if it differs, where nan is one value."""
+    """Return a quantity if its values differ; two NaN count as equal."""
     before, after = base.get(name), head.get(name)
     if before == after or (
         None not in (before, after) and math.isnan(before) and math.isnan(after)
@@ -269,7 +272,7 @@ def _places(case: CaseRecord) -> tuple[tuple[float, ...], ...] | None:
 def _apart(before: Log, after: Log, explained: Allowance | None) -> Pair | None:
     """Return the first event, up to the horizon, that rounding doesn't explain.
 
-    Between two engines the first collision that only one of them has: times always differ.
+    For two different engines, whose times always differ: the first collision that only one has.
     """
     until = min(before.until, after.until)
     if explained is None:
@@ -298,7 +301,7 @@ def _time_of(pair: Pair) -> float:
 
 
 def _by_collisions(before: Log, after: Log, horizon: float) -> Answer:
-    """Return the answer without a reference result: whether collisions part before the horizon."""
+    """Return the answer without a reference result, by the collisions before the horizon."""
     parting = compare_logs(events_in(before.events), events_in(after.events)).parting
     until = min(before.until, after.until)
     if parting is None or parting.t > horizon or parting.t >= until:
@@ -309,7 +312,7 @@ def _by_collisions(before: Log, after: Log, horizon: float) -> Answer:
 def _end_moved(
     one: CaseRecord, before: Log, two: CaseRecord, after: Log, explained: Allowance
 ) -> bool:
-    """Whether the end differs by more than rounding explains; past the horizon no place does."""
+    """Return True if rounding doesn't explain the difference of the ends, up to the horizon."""
     if one.status != two.status:
         return True
     if explained.rest is None:
@@ -322,7 +325,7 @@ def _end_moved(
 
 
 def _first_bits(before: Log, after: Log) -> Pair | None:
-    """Return the first event that differs in any bit; None where only what isn't kept does."""
+    """Return the first event that differs in any bit; None if no kept event differs."""
     base, head = (events_in(one.events, ALL_KINDS) for one in (before, after))
     for k in range(max(len(base), len(head))):
         pair = (base[k] if k < len(base) else None, head[k] if k < len(head) else None)
@@ -338,14 +341,14 @@ def _difference(pair: Pair, case: CaseRecord, horizon: float) -> FirstDifference
     scene, (before, after) = case.load_scene(), pair
     if before is None:
         assert after is not None
-        words = f"{_event_words(after, scene)} was not there before"
+        words = f"new: {_event_words(after, scene)}"
     elif after is None:
-        words = f"{_event_words(before, scene)} is no more"
+        words = f"missing: {_event_words(before, scene)}"
     elif before.key != after.key:
-        words = f"{_event_words(after, scene)}, where it was {_event_words(before, scene)}"
+        words = f"{_event_words(after, scene)}; before: {_event_words(before, scene)}"
     else:
-        late = "later" if after.t > before.t else "sooner"
-        words = f"{_event_words(after, scene)} comes {abs(after.t - before.t):.3g} s {late}"
+        late = "later" if after.t > before.t else "earlier"
+        words = f"{_event_words(after, scene)}, {abs(after.t - before.t):.3g} s {late}"
     index = min(one.index for one in pair if one is not None)
     return FirstDifference(
         index=index, before_horizon=_time_of(pair) <= horizon, words=f"event {index}: {words}"
@@ -362,12 +365,12 @@ def _end_of(case: CaseRecord) -> tuple[str | None, float | None]:
 
 def _end_words(one: CaseRecord, two: CaseRecord) -> str:
     if one.status != two.status:
-        return f'it ended as "{two.status}", where that was "{one.status}"'
-    return f"it ended at {two.rest_time!r} s, where that was {one.rest_time!r} s"
+        return f'the run ended as "{two.status}" instead of "{one.status}"'
+    return f"the run ended at {two.rest_time!r} s instead of {one.rest_time!r} s"
 
 
 def _distances(one: CaseRecord, two: CaseRecord) -> Any:
-    """Return how far each ball rests from where it did, (n,) float64 [m]."""
+    """Return the distance between the two rest positions of each ball, (n,) float64 [m]."""
     assert one.rest_positions is not None
     assert two.rest_positions is not None
     return np.linalg.norm(one.rest_positions - two.rest_positions, axis=1)
@@ -376,13 +379,13 @@ def _distances(one: CaseRecord, two: CaseRecord) -> Any:
 def _distance_words(one: CaseRecord, two: CaseRecord) -> str:
     moved = _distances(one, two)
     if not np.any(moved > 0.0):
-        return "all balls rest where they did, to the bit"
+        return "all rest positions are bit-identical"
     ball = int(np.argmax(moved))
-    return f"{two.definition['balls'][ball]['id']} rests {moved[ball]:.3g} m from where it did"
+    return f"{two.definition['balls'][ball]['id']} rests {moved[ball]:.3g} m from its old position"
 
 
 def _said(words: list[str], numbers: dict[str, Any]) -> str:
-    """Return a summary: what is known of it, and the counters that moved."""
+    """Return a summary: the words, and the counters that changed."""
     return "; ".join([*words, *(one.words for one in numbers["counters"])])
 
 

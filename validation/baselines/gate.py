@@ -142,7 +142,7 @@ def compare_results(
     compared = {one.scene for one in changes}
     stale = tuple(one for one in baseline_names(gate.folder) if whole and one not in compared)
     if stale:
-        warnings.append(f"baselines of scenes that are no more: {', '.join(stale)}")
+        warnings.append(f"baselines whose scene no longer exists: {', '.join(stale)}")
     return Regression(
         label=gate.label,
         engine=gate.engine,
@@ -280,10 +280,10 @@ def _compare(
     facts["base_hash"] = "" if baseline is None else baseline.record.bits
     # What was accepted isn't played again: the engine did so twice.
     if record.bits != facts["base_hash"] and (again := play_again(scene)) != record.bits:
-        how = again if again.startswith("it failed") else "it gave other bits"
+        how = again if again.startswith("it failed") else "it gave a different result"
         why = (
-            f"played a second time, {how}, so that nothing can be compared or accepted. Seed what "
-            "is random, and read nothing before it is written"
+            f"the engine ran the scene twice: the second time {how}, so nothing can be compared or "
+            "accepted. Seed all random numbers, and read no memory before it is written"
         )
         return SceneChange(**facts, change="not-deterministic", failed=True, summary=why), []
     if baseline is None:
@@ -300,14 +300,14 @@ def _compare(
     fails = found.change not in passing or bool(found.counters)
     update: dict[str, Any] = {"failed": fails}
     if fails and baseline.accepted.platform != _platform_of(environment):
-        promise = "; our engine promises the same bits on every platform" * (gate.label == OURS)
+        promise = "; Ghostball's results are bit-identical on all platforms" * (gate.label == OURS)
         on = f"accepted on {baseline.accepted.platform}{promise}"
         update["summary"] = f"{found.summary} ({on})"
     warnings = []
     if baseline.record.truth != record.truth:
         warnings.append(
-            f"{scene.name}: errors can't be compared: the truth was {baseline.record.truth}, and "
-            f"is {record.truth} now"
+            f"{scene.name}: errors can't be compared: the reference was {baseline.record.truth}, "
+            f"and is {record.truth} now"
         )
     return found.model_copy(update=update), warnings
 

@@ -31,10 +31,10 @@ UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
 
 _SOURCES = {
     "proof": "the proof of the shot",
-    "engine": "our engine's own account, for no proof says how errors grow up to the end",
-    "nothing": "no account: roundings that are never amplified",
+    "engine": "Ghostball's own engine, because no proof gives the error growth up to the end",
+    "nothing": "unamplified roundings, because the error growth is unknown",
 }
-"""Who says what rounding explains."""
+"""Where the allowance for rounding comes from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +64,8 @@ class Allowance:
 
     @property
     def account(self) -> str:
-        """Who says what rounding explains, in a sentence."""
-        return f"what rounding explains is by {_SOURCES[self.source]}"
+        """Where this allowance comes from, in a sentence."""
+        return f"the allowance for rounding is from {_SOURCES[self.source]}"
 
 
 def allowance(scene: Scene, label: str, events: Events, rest_time: float) -> Allowance:

@@ -289,13 +289,13 @@ def _momentum_drift(result: Result, _: Truth) -> float:
 def _unsolved(result: Result, _: Truth) -> int:
     counts = [count for name, count in result.work.items() if name.startswith("unsolved")]
     if not counts:
-        raise NotMeasuredError("the engine counts none")
+        raise NotMeasuredError("the engine doesn't count what it left unsolved")
     return int(sum(counts))
 
 
 def _contact_steps(result: Result, _: Truth) -> int:
     if "contact_steps" not in result.work:
-        raise NotMeasuredError("the engine counts none")
+        raise NotMeasuredError("the engine doesn't count contact steps")
     return int(result.work["contact_steps"])
 
 
@@ -306,7 +306,7 @@ def _pocketed_count(result: Result, _: Truth) -> int:
 def _related(name: str, engine: ReferenceEngine | None) -> Compute:
     def value(result: Result, _: Truth) -> float:
         if engine is None:
-            raise NotMeasuredError("it needs an engine that plays another shot")
+            raise NotMeasuredError("this metric needs an engine that simulates a second shot")
         require_end(result)
         return RELATIONS[name](engine, result)
 

@@ -130,13 +130,13 @@ def phase_time_error(result: Result, truth: Truth, horizon: float, resolution: R
     """
     certificate = known(truth.certificate, truth, "proof")
     if stated_error(resolution) == 0.0:
-        raise NotMeasuredError("all events of this engine are compared, in `event_time_error`")
+        raise NotMeasuredError("`event_time_error` compares all events of this engine")
     until = min(horizon, _graded(result, truth).until)
     found = events_in(events_of(result), ALL_KINDS)
     ends = phase_ends(proved_events(certificate), found, result.rest_time)
     errors = [one.late_by for one in ends if one.true.t < until]
     if not errors:
-        raise NotMeasuredError("the run reports no end of a slide or a roll that is proved")
+        raise NotMeasuredError("the run reports no certified end of a slide or a roll")
     return max(errors)
 
 
@@ -151,7 +151,7 @@ def early_path_error(result: Result, truth: Truth, resolution: Resolution) -> fl
     certificate = known(truth.certificate, truth, "proof")
     require_end(result)
     if stated_error(resolution) == 0.0:
-        raise NotMeasuredError("the whole path of this engine is compared, in `path_factor`")
+        raise NotMeasuredError("`path_factor` compares the whole path of this engine")
     found = first_contact(events_in(events_of(result), ALL_KINDS), result.rest_time)
     until = min(first_contact(proved_events(certificate), float(certificate.t_end)), found)
     frames = result.trajectory

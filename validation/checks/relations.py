@@ -1,11 +1,12 @@
-"""Relations: what must hold between a shot and another shot that is made from it.
+"""Relations that must hold between a shot and a second shot made from it.
 
     >>> RELATIONS["mirror_error"](engine, result)
     0.0
 
-Each is a metric: a criterion on this metric has the engine play the other shot, too. Nothing needs
-to be known of how the shot ends. A relation is a function of the engine and the result of the shot;
-it returns the value, or raises `NotMeasuredError` if the relation doesn't hold for such a shot.
+Each relation is a metric. If a scene has a limit on this metric, the engine also simulates the
+second shot. A relation needs no reference result. It is a function of the engine and the result of
+the shot; it returns the value, or raises `NotMeasuredError` if the relation doesn't hold for a shot
+of this kind.
 """
 
 from __future__ import annotations
@@ -24,16 +25,16 @@ from ghostball.validation.runs.playing import run_engine, run_ours
 Relation = Callable[[ReferenceEngine, Result], float]
 
 BACK = 1e-3
-"""Distance from the start, in radii of the smallest ball, up to which balls have come back."""
+"""Largest distance from the start, in radii of the smallest ball, that counts as a return."""
 
 _IMAGES: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "right"}
 
 
 def mirror_error(engine: ReferenceEngine, result: Result) -> float:
-    """Return how far the ends of the mirrored shot are from the mirrored ends of the shot [m].
+    """Return the largest distance between the mirrored final positions and the mirrored shot's [m].
 
-    The balls are also given in reverse order, so that an engine which decides by a ball's place in
-    the list is seen, too. To the bit, no term of an exact engine depends on either.
+    The mirrored shot also has its balls in reverse order, to detect results that depend on the
+    order of balls. An exact engine gives bit-identical results in both cases.
     """
     other = _played(engine, mirrored(result.scene))
     ends = other.rest_positions[::-1][:, [1, 0, 2]]
@@ -48,7 +49,7 @@ def mirrored(scene: Scene) -> Scene:
     table = scene.table
     if table is not None:
         if table.obstacles:
-            raise NotMeasuredError("only a rectangular table has an image that is a table")
+            raise NotMeasuredError("only a rectangular table has a mirror image that is a table")
         cushions = tuple(_IMAGES[side] for side in table.cushions)
         table = Table(length=table.width, width=table.length, cushions=cushions)
     balls = tuple(_image(ball) for ball in reversed(scene.balls))
@@ -70,7 +71,7 @@ def _image(ball: Ball) -> Ball:
 
 
 def reversal_error(engine: ReferenceEngine, result: Result) -> float:
-    """Return how far from its start a ball is after the shot is played backwards [m].
+    """Return the largest distance of a ball from its start after the shot is played backwards [m].
 
     Raises `NotMeasuredError` if energy is lost, or if rounding alone doesn't lead back.
     """
@@ -84,23 +85,23 @@ def reversal_factor(engine: ReferenceEngine, result: Result) -> float:
 
 
 def _way_back(engine: ReferenceEngine, result: Result) -> tuple[float, float]:
-    """Return how far from the start a ball ends after the way back, and what rounding leaves [m].
+    """Return the largest distance from the start after the way back, and that of rounding [m].
 
-    Each collision of round balls makes errors grow some tenfold, so after some dozens for each ball
-    not even rounding leads back. When, the tangent map of Ghostball's own motion back says. What
-    the way forth got wrong, exact motion would bring back unharmed; the way back makes errors of
-    its own.
+    Each collision of two balls multiplies errors by about ten, so after some dozens of collisions
+    per ball, rounding alone prevents the return. The tangent map of Ghostball's motion on the way
+    back gives the time. Exact motion would carry the errors of the way forth back to the start
+    without growth; the way back adds errors of its own.
     """
     scene, turn = result.scene, result.rest_time
     if turn <= 0.0:
         raise NotMeasuredError("nothing moves")
     rounding = rounding_of_way_back(scene, turn)
     if ROUNDINGS * rounding > BACK * float(np.min(scene.radii)):
-        raise NotMeasuredError("rounding alone doesn't lead back to the start of this shot")
+        raise NotMeasuredError("rounding alone keeps the reversed shot from returning to its start")
     try:
         back = begun_at_end(result, turn, -1.0)
     except SceneError as error:
-        raise RunIncompleteError(f"no shot can begin where this one ends: {error}") from error
+        raise RunIncompleteError(f"its final state isn't a valid initial state: {error}") from error
     off = _played(engine, back).rest_positions - scene.positions
     return float(np.max(np.linalg.norm(off[:, :2], axis=1))), rounding
 
@@ -148,13 +149,13 @@ def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
 
 
 def _played(engine: ReferenceEngine, scene: Scene) -> Result:
-    """Play the other shot; an engine that doesn't finish it is wrong, whatever the first was."""
+    """Simulate the second shot; an engine that doesn't finish it fails."""
     try:
         result = run_engine(engine, scene, "rest")
     except UnsupportedSceneError as error:
-        raise NotMeasuredError(f"the engine doesn't support the other shot: {error}") from error
+        raise NotMeasuredError(f"the engine doesn't support the second shot: {error}") from error
     if not result.status.complete:
-        raise RunIncompleteError(f"the other shot stopped early ({result.status.value})")
+        raise RunIncompleteError(f"the second shot stopped early ({result.status.value})")
     return result
 
 

@@ -1,9 +1,9 @@
-"""How late an engine sees the events of a shot for its step, and which of them that can't change.
+"""Delays with which a time-stepping engine detects events, and the collisions that stay the same.
 
     >>> step = late_events(rule, scene, lateness, resolution, longest)
     >>> step.delays                     # (events,) [s]
 
-`step_limits` says what these delays may come to, and why.
+`step_limits` derives the errors that these delays may cause.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from ghostball.validation.grading.tolerances import TIE
 from ghostball.validation.truth.scene_truth import Truth
 
 _BRANCH = 16.0
-"""By how much more than to first order earlier delays are taken to move what the beginning holds.
+"""Safety factor on first-order displacements by delays, for the first collisions of a shot.
 
-A delay may take an impact from slip to stick, and so to another branch of its law with another
-derivative. In a random shot balls were 14 times as far off as to first order by that.
+A delay may change an impact from slip to stick: another branch of its law, with another derivative.
+In a random shot, this displaced balls by 14 times the first-order value.
 """
 
 
@@ -45,16 +45,16 @@ class LateEvents:
 
     @property
     def words(self) -> str:
-        """What the engine does, the beginning of a reason."""
+        """How the engine finds contacts: the first words of a reason."""
         late = float(np.max(self.delays, initial=0.0))
         if late == 0.0:
             return "Contacts are found in time"
         if late < self.longest:
-            return f"Steps end within {self.resolution:.3g} m of touching"
-        return f"Contacts are seen up to a step of {1e3 * self.longest:.3g} ms late"
+            return f"Time steps end within {self.resolution:.3g} m of touching"
+        return f"Contacts are detected up to one time step, {1e3 * self.longest:.3g} ms, late"
 
     def last(self, scene: Scene) -> float:
-        """Return how much later an engine sees what ends by itself, a slide or a roll [s]."""
+        """Return the delay with which an engine detects the end of a slide or of a roll [s]."""
         if math.isfinite(self.longest):
             return self.longest
         return self.resolution / resolution_of_step(1.0, scene)
@@ -63,10 +63,10 @@ class LateEvents:
 def first_sure(
     rule: StepRule, scene: Scene, truth: Truth, lateness: Lateness, step: LateEvents
 ) -> int:
-    """Return how many collisions come before anything that a step may change.
+    """Return the number of collisions that come before any event that a time step may change.
 
-    An event is sure where all other paths that are within reach begin later, by more than their
-    instants are uncertain; or follow from it, and so come after it.
+    An event is certain if every other path within reach branches off later, by more than the
+    uncertainty of both times, or if the other path is a consequence of this event.
     """
     margins, smallest = lateness.margins, float(np.min(scene.radii))
     if margins is None or step.resolution >= smallest:
@@ -122,9 +122,9 @@ def first_sure(
 def late_events(
     rule: StepRule, scene: Scene, lateness: Lateness, resolution: float, longest: float
 ) -> LateEvents:
-    """Return how late an engine sees events.
+    """Return the delays with which an engine detects events.
 
-    `rule`: which of them it sees late.
+    `rule`: the kinds of events that it detects late.
     `resolution` [m], `longest` [s]: as of `LateEvents`.
     """
     fastest = resolution_of_step(1.0, scene)
@@ -138,7 +138,7 @@ def late_events(
 
 
 def between_contacts(rule: StepRule, scene: Scene, step: LateEvents) -> tuple[float, float]:
-    """Return the position error of the motion between contacts, and the part that is drift [m]."""
+    """Return the position error of the motion between contacts, and the part from drift [m]."""
     if not rule.drifts or not math.isfinite(step.longest):
         return step.resolution, 0.0
     drift = resolution_of_step(step.longest, scene)
@@ -148,10 +148,10 @@ def between_contacts(rule: StepRule, scene: Scene, step: LateEvents) -> tuple[fl
 def separate_collisions(
     lateness: Lateness, step: LateEvents, smallest: float
 ) -> tuple[bool, bool] | None:
-    """Return whether a ball's collisions, and whether all collisions, come one at a time.
+    """Return whether the collisions of each ball, and whether all collisions, come one at a time.
 
-    None where a step may hold what makes another shot of it: a second collision of a ball that
-    follows from the first, the whole of an overlap, or more than the `smallest` radius [m].
+    None if one time step may contain enough to change the collisions: a second collision of a ball
+    that follows from its first, a whole overlap, or more than the `smallest` radius [m].
     """
     meet = np.array([kind is EventKind.BALL_BALL for kind in lateness.kinds], dtype=bool)
     if np.any(step.delays[meet] > 0.0) and step.resolution >= smallest:
@@ -178,9 +178,9 @@ def separate_collisions(
 
 
 def delays_of_falls(lateness: Lateness, step: LateEvents, between: float) -> FloatArray:
-    """Return how late each event comes, if it is a fall into a pocket, (events,) [s].
+    """Return the delay of each event if it is a fall into a pocket, (events,) [s].
 
-    Whatever the engine does in time, it may look for balls over pockets at the ends of its steps.
+    Even an engine that finds contacts in time may look for balls over pockets only after each step.
     """
     with np.errstate(divide="ignore"):
         seen = np.minimum(2.0 * step.resolution / lateness.approach, step.longest)
@@ -189,7 +189,7 @@ def delays_of_falls(lateness: Lateness, step: LateEvents, between: float) -> Flo
 
 
 def falls_alone(lateness: Lateness, step: LateEvents) -> bool:
-    """Return whether no ball falls into a pocket within a step of its collision before."""
+    """Return True if no ball falls into a pocket within a time step after its last collision."""
     late = delays_of_falls(lateness, step, step.resolution)
     before: dict[int, float] = {}
     for k, kind in enumerate(lateness.kinds):

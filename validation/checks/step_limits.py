@@ -1,27 +1,27 @@
-"""What an engine's step allows: limits that are computed, shot by shot.
+"""Limits that follow from the time step of an engine, computed for each shot.
 
-An engine that steps sees an event late, by up to its step: balls have overlapped by then, a ball is
-past the cushion, a slide has continued. To first order that moves the end of the shot by
+A time-stepping engine detects an event up to one time step late. By then balls overlap, a ball has
+passed the cushion, or a slide has continued. To first order, the delays move the end of the shot by
 
     sum over its events k of |dX / d delay_k| delay_k,     0 <= delay_k <= dt,
 
-X where a ball ends. The derivatives are those of the proved motion (`CertifiedGrowth.lateness`), so
-that nothing of the engine that is judged is in its limit but its step. An engine that stops its
-steps where balls touch is late by its resolution r, over the speed of approach; it may end a step r
-short of the contact and see it with an overlap of r: delay_k <= 2 r / approach_k, and never more
-than the step.
+where X is the rest position of a ball. The derivatives are those of the certified motion
+(`CertifiedGrowth.lateness`), so the limit depends on the judged engine only by its time step. An
+engine that ends its steps when balls touch has a delay of its resolution r over the approach speed.
+It may end a step r before the contact and detect the contact with an overlap of r:
+delay_k <= 2 r / approach_k, and never more than the step.
 
-Balls that are displaced, or overlap, as they meet turn the line of centres by more than its
-derivative says: by d / depth, d the displacement and depth that by which they would miss. That
-multiplies what each such meeting passes on (`Margins.amplified`). So does a meeting just before the
-balls would stop short of it: what takes a part x of the way that they would still go multiplies it
-by up to 1 / sqrt(1 - x). The motion between contacts adds r once, which is v dt for an engine that
-steps; and so much for one that finds contacts in time, but drifts. So
+If balls are displaced or overlap when they meet, the line of centres turns by more than its
+derivative: by d / depth, where d is the displacement and depth the displacement that would make
+them miss. Each such meeting multiplies the errors that it passes on (`Margins.amplified`). A
+meeting shortly before the balls would stop multiplies them, too: a displacement by a part x of
+the remaining path multiplies them by up to 1 / sqrt(1 - x). The motion between contacts adds r
+once: v dt for a time-stepping engine, and for an engine that finds contacts in time but drifts. So
 
     rest error <= r + prod_m (1 + d_m / depth_m) / sqrt(1 - x_m) sum_k |dX / d delay_k| delay_k.
 
-The same sums say when things happen, and how much energy there is (`Lateness`). A delay of one
-event moves later ones by their derivative; an event adds its own delay:
+The same sums limit the errors of times and of the energy (`Lateness`). The delay of one event
+shifts later events by their derivative; each event adds its own delay:
 
     |event time error| <= P sum_k max_j |dt_j / d delay_k| delay_k + max_k delay_k,
     |phase end error|  <= P max_i sum_k |dT_i / d delay_k| delay_k + dt,
@@ -29,31 +29,32 @@ event moves later ones by their derivative; an event adds its own delay:
     |energy error|     <= P sum_k |dE / d delay_k| delay_k + r F,
     |path error|       <= P sum_k max_t |dx(t) / d delay_k| delay_k + r,
 
-P the product above, t_j the times of the collisions, T_i when a slide or a roll ends, T when the
-last ball rests; the latter two are seen at the end of a step. Of the T_i the bound isn't to first
-order alone: a slip that a delay changes by more than it is ends sooner or later by all of that.
-What a collision takes is no error of the energy until it is seen (`energy_curve`); dE is what is
-left of a delay after that: friction has worked for longer on the balls as they were, and they part
-along another line. Solvers let balls collide with the velocities that they had before the step, as
-if friction hadn't slowed them in it, with the surface speeds of then, or with both; so each sum is
-that of the delay, of velocities and of surface speeds that are as old. An engine that drifts meets
-a collision late, or early, by v dt over the speed of approach. F is the most that friction takes
-from all balls while the fastest one goes a metre: a rolling ball loses 7/5 mu_r m g; a sliding one
-mu_s m g over what it slips. The slip is the velocity of a ball less that of its surface: no more
-than the fastest ball goes, and as much again, or what the fastest surface turns by at first if that
-is more, as with draw or spin alone.
+where P is the product above, t_j are the times of the collisions, T_i the ends of slides and rolls,
+and T the time at which the last ball rests. T_i and T are detected at the end of a step. The bound
+on T_i isn't only to first order: if a delay changes a slip by more than the slip itself, the slide
+ends earlier or later by the whole change. The energy that a collision dissipates is no error until
+the engine detects the collision (`energy_curve`). dE is the error that remains afterwards: friction
+has acted on the old motion for longer, and the balls separate along another line. In a step, a
+solver may collide balls with the velocities from before the step, without the friction of this
+step, with the surface speeds from before the step, or with both. So each sum includes the delay and
+velocities and surface speeds that are as old as the delay. An engine that drifts detects a
+collision late or early, by v dt over the approach speed. F is the largest energy that friction
+dissipates in all balls while the fastest ball moves one metre: a rolling ball loses 7/5 mu_r m g; a
+sliding ball loses mu_s m g times its slip. The slip is the velocity of a ball minus the velocity of
+its surface. It is at most the speed of the fastest ball, plus the same again or, if larger, the
+initial speed of the fastest surface, as with draw or spin alone.
 
-An engine that is worse than this breaks a law, or steps more coarsely than it says.
+An engine with larger errors violates a physical law, or its time step is longer than it states.
 
-Nothing is said where the sum isn't the whole story: where a ball may collide twice within a step,
-so that the second collision is another one; where delays may close the gap by which a ball passes
-another one, an obstacle or the edge of a pocket, or make it miss what it meets (`other_paths`);
-where balls may pass through each other between two steps, or go more than a radius in one; past
-ties, which have no derivative; past the horizon of the engine, where its errors may have led the
-shot onto another path; and where the shot isn't proved to its end. Nor where a ball may end more
-than a radius from its place: a limit so wide is none. There the first collisions are judged, those
-that come before any of this: they must be found, in their order. And so is the path of each ball
-before the first contact, be it a landing.
+There is no limit if the sum isn't a bound: if a ball may collide twice within a step, so that the
+second collision differs; if delays may close the gap by which a ball passes another ball, an
+obstacle or the edge of a pocket, or make it miss what it hits (`other_paths`); if balls may pass
+through each other between two steps, or move more than a radius in one step; after simultaneous
+collisions, which have no derivative; after the horizon of the engine, where its errors may have
+changed the collisions; and if the shot isn't certified to its end. There is no limit either if a
+ball may end more than a radius from its place, because such a limit is too wide. In these cases the
+first collisions are judged, up to the first of these instants: the engine must find them, in their
+order. The path of each ball before the first contact, or the first landing, is judged, too.
 """
 
 from __future__ import annotations
@@ -110,32 +111,31 @@ STEP_METRICS = frozenset(
 """Metrics on which a limit may be computed."""
 
 LEAST = 1e-12
-"""Error that is allowed whatever the step [m], [s]: roundings of some thousand steps."""
+"""Error allowed at any time step [m], [s]: the roundings of some thousand steps."""
 
 SLIDING_NOISE = 1e-6
-"""Energy that may be made where balls slide, over the first: a table contact in space is noisy."""
+"""Allowed relative gain of energy if balls slide: the contact with a table in space is noisy."""
 
 OVERLAP_MARGIN = 10.0
-"""Overlap, in resolutions, that a contact where a step ends may come to: the engine steps on from
-it.
+"""Allowed overlap, in resolutions, of a contact at the end of a step: the engine continues there.
 
 The last step must be long enough for the engine to see the contact, which takes some resolutions.
 """
 
 _TOUCHING_ROUNDINGS = 1024.0
-"""Roundings of a coordinate that a gap may be off by: an engine takes some at each event."""
+"""Allowed error of a gap, in roundings of a coordinate: an engine takes some at each event."""
 
 _CLOCK_ROUNDINGS = 4.0
-"""Roundings of an instant in which balls may go on into each other."""
+"""Roundings of a time during which balls may continue into each other."""
 
 
 def step_criteria(
     rule: StepRule, engine: ReferenceEngine, scene: Scene, truth: Truth
 ) -> tuple[Criterion, ...]:
-    """Return the limits that an engine's step sets in a scene.
+    """Return the limits for a scene that follow from the time step of an engine.
 
-    `rule`: which events the engine sees late, and what noise its energy has.
-    `truth`: of that scene, with its part "proof".
+    `rule`: the events that the engine detects late, and the noise of its energy.
+    `truth`: the reference of this scene, with its part "proof".
     """
     resolution = stated_error(resolution_of(engine, scene))
     if resolution == 0.0:
@@ -163,13 +163,13 @@ def step_criteria(
 
 
 _Limit = tuple[str, dict[str, float], str]
-"""A metric, its limit by kind, and why."""
+"""A metric, its limit by kind, and the reason."""
 
 
 def _outcome(
     rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
 ) -> Iterator[_Limit]:
-    """Yield what judges how the shot ends."""
+    """Yield the limits on the end of the shot."""
     lateness = truth.lateness
     if lateness is None or truth.rest_time is None or truth.collisions is None:
         return
@@ -218,7 +218,7 @@ def _outcome(
 def _beginning(
     rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
 ) -> Iterator[_Limit]:
-    """Yield what judges how the shot begins, where its end can't be judged."""
+    """Yield the limits on the beginning of a shot whose end can't be judged."""
     yield from _before_contacts(rule, scene, truth, resolution, longest)
     lateness = truth.lateness
     if lateness is None or truth.collisions is None:
@@ -227,8 +227,8 @@ def _beginning(
     first = first_sure(rule, scene, truth, lateness, step)
     if first > 0:
         reason = (
-            f"{step.words}: the first {first} collisions of this shot are found all the same, "
-            "in their order."
+            f"{step.words}: this can't change the first {first} collisions of this shot, "
+            "or their order."
         )
         yield "matching_events", {"at_least": min(first, len(truth.collisions))}, reason
 
@@ -236,11 +236,11 @@ def _beginning(
 def _before_contacts(
     rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
 ) -> Iterator[_Limit]:
-    """Yield what judges the motion before the first contact, in flights too.
+    """Yield the limits on the motion before the first contact, flights included.
 
-    Until then nothing but the engine's own motion displaces a ball: by the resolution, or by v dt;
-    by what the cloth changes of its velocity in a step, where a slide ends that much late, for the
-    time that is left; and by what gravity does, where balls may fly.
+    Until then only errors of the engine's own motion displace a ball: by the resolution, or by
+    v dt; if a slide ends one step late, by the change of velocity in this step times the remaining
+    time; and by the effect of gravity in a step, if balls may fly.
     """
     fastest = resolution_of_step(1.0, scene)
     if truth.certificate is None or fastest == 0.0:
@@ -256,8 +256,8 @@ def _before_contacts(
         off += physics.gravity * dt * until
     if off < float(np.min(scene.radii)):
         reason = (
-            f"Nothing touches a ball before t = {until:.3g} s; until then the steps of this engine "
-            f"take a ball at most {off:.3g} m off its path."
+            f"No ball has a contact before t = {until:.3g} s; until then the time steps of this "
+            f"engine displace a ball by at most {off:.3g} m."
         )
         yield "early_path_error", {"at_most": LEAST + off}, reason
 
@@ -265,7 +265,7 @@ def _before_contacts(
 def _on_the_way(
     rule: StepRule, scene: Scene, lateness: Lateness, step: LateEvents, between: float, more: float
 ) -> Iterator[_Limit]:
-    """Yield what judges when things happen, and the energy meanwhile; see the module."""
+    """Yield the limits on the times of events, on paths and on the energy; see the module."""
     late = step.words
     collides, delays = np.isin(lateness.kinds, COLLISION_KINDS), step.delays.copy()
     if rule.drifts:
@@ -281,7 +281,7 @@ def _on_the_way(
         yield "event_time_error", {"at_most": LEAST + shifted}, reason
     beside = between + more * float(delays @ lateness.strays)
     if math.isfinite(beside) and beside < float(np.min(scene.radii)):
-        reason = f"{late}, which takes a ball at most {beside:.3g} m off its path."
+        reason = f"{late}, which displaces a ball by at most {beside:.3g} m from its path."
         yield "path_error", {"at_most": LEAST + beside}, reason
     fastest = resolution_of_step(1.0, scene)
     if fastest == 0.0:
@@ -292,14 +292,14 @@ def _on_the_way(
     if ends.any() and math.isfinite(shifted):
         reason = (
             f"{late}, which shifts the end of a slide or of a roll of this shot by at most "
-            f"{shifted:.3g} s; {last:.3g} s to see it."
+            f"{shifted:.3g} s; the engine detects the end up to {last:.3g} s later."
         )
         yield "phase_time_error", {"at_most": LEAST + shifted + last}, reason
     shifted = more * float(delays @ lateness.rests)
     if math.isfinite(shifted):
         reason = (
             f"{late}, which makes the last ball rest at most {shifted:.3g} s late or early; "
-            f"{last:.3g} s to see it rest."
+            f"the engine detects it up to {last:.3g} s later."
         )
         yield "rest_time_error", {"at_most": LEAST + shifted + last}, reason
     first = first_energy(scene)
@@ -319,34 +319,35 @@ def _on_the_way(
 def _of_motion(
     rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
 ) -> Iterator[_Limit]:
-    """Yield what must hold wherever the balls go."""
+    """Yield the limits that hold for every path of the balls."""
     noise = rule.energy_noise
     if scene.physics.motion == "sliding":
         noise = max(noise, SLIDING_NOISE)
     yield (
         "energy_rise",
         {"at_most": noise},
-        "Impacts keep energy or lose it, and the cloth only takes: what is more is noise.",
+        "Impacts conserve or dissipate energy, and the cloth dissipates it: a gain is noise.",
     )
     if len(scene.balls) == 1 or EventKind.BALL_BALL not in rule.kinds:
         return
     closing = _closing(scene)
     overlap = longest * closing
-    reason = f"Balls close in at no more than {closing:.3g} m/s, for one step."
+    reason = f"Two balls approach at no more than {closing:.3g} m/s, for one time step."
     if 2.0 * resolution < longest * resolution_of_step(1.0, scene):
         overlap = OVERLAP_MARGIN * resolution
-        reason = f"Steps end within {resolution:.3g} m of touching, and the next one continues."
+        reason = f"Time steps end within {resolution:.3g} m of touching; the next one continues."
     if overlap < float(np.min(scene.radii)):
         yield "overlap_max", {"at_most": touching(scene, truth) + overlap}, reason
 
 
 def touching(scene: Scene, truth: Truth) -> float:
-    """Return the distance within which balls touch, for all an exact engine can tell [m].
+    """Return the gap below which an exact engine may treat balls as touching [m].
 
-    1e-12 m of pool balls on their table. It grows with the balls, with the largest coordinate, and
-    with what the fastest ball goes, if it has all of the energy, while the clock is rounded.
+    1e-12 m for pool balls on their table. The gap grows with the size of the balls, with the
+    largest coordinate, and with the distance that a ball with all of the energy moves in a rounding
+    of time.
 
-    `truth`: of that scene; it says when the shot ends.
+    `truth`: the reference of this scene, which gives the end of the shot.
     """
     until = (scene.t_max if truth.rest_time is None else truth.rest_time) or 0.0
     diameter = 2.0 * float(np.max(scene.radii))
@@ -367,9 +368,10 @@ def travel(engine: ReferenceEngine, scene: Scene) -> float:
 
 
 def _closing(scene: Scene) -> float:
-    """Return the speed at which two balls approach at most [m/s].
+    """Return the largest possible approach speed of two balls [m/s].
 
-    Of two like balls, the sum of their speeds; else, where all the energy is in the lightest two.
+    For two balls of equal mass, the sum of their speeds; otherwise the approach speed if the two
+    lightest balls have all the energy.
     """
     speeds = [
         resolution_of_step(1.0, scene.model_copy(update={"balls": (ball,)})) for ball in scene.balls

@@ -82,5 +82,9 @@ def test_what_was_not_tried_and_an_unfinished_run_are_said_once(results):
         ("error", "not complete", "the run is not complete: running"),
         ("warning", "mine is unavailable", "no wheel"),
         ("warning", "comparison with baselines", "slow"),
-        ("warning", "gone: baseline without a scene", "its baseline is of a scene that is no more"),
+        (
+            "warning",
+            "gone: baseline without a scene",
+            "the scene of this baseline no longer exists",
+        ),
     ]

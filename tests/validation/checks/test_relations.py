@@ -94,7 +94,7 @@ def test_an_exact_engine_comes_back_and_another_does_not(after: float):
 def test_nothing_is_asked_of_a_way_back_on_which_rounding_loses_the_way():
     value, why = related("reversal_error", gas(3, 0.2, 2.0))
     assert value is None
-    assert "rounding alone doesn't lead back" in why
+    assert "rounding alone keeps the reversed shot" in why
 
 
 @pytest.mark.slow
@@ -134,7 +134,7 @@ def test_an_engine_that_leaves_balls_where_no_shot_begins_fails():
     result = engine.simulate(shot, record="trajectory")
     found = measure(result, Truth(None), {"reversal_error"}, engine=engine)
     assert "reversal_error" in found.incomplete
-    assert "no shot can begin where this one ends" in found.notes["reversal_error"]
+    assert "isn't a valid initial state" in found.notes["reversal_error"]
 
 
 def test_every_relation_is_asked_by_some_family():
