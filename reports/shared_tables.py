@@ -35,9 +35,10 @@ SPREAD_HEADS = ("scene", "engine", "ended", "rest positions", *QUANTITIES)
 SPREAD_KEY = (
     "Each scene from randomly perturbed initial states, the same for every engine; touching balls "
     "are only moved apart. Rest positions: rms distance of a ball from its mean rest position. "
-    "Other columns: the mean ± the standard deviation of one shot, and the difference from the mean of "
-    f"`{OURS}` in standard errors; ≠ if it is more than {DIFFERS:g}. This table compares engines "
-    "with each other, not with a reference."
+    "Other columns: the mean ± the standard deviation of one shot, and the difference from the "
+    "mean of "
+    f"`{OURS}` in standard errors; ≠ if it is more than {DIFFERS:g}. This table compares "
+    "engines with each other, not with a reference."
 )
 
 

@@ -1,6 +1,6 @@
-"""The metrics: name, unit and meaning of each, and what it is measured against.
+"""The metrics: name, unit and meaning of each, and the reference that it is compared with.
 
-They are computed in `metrics`.
+`metrics` computes them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ghostball.validation.truth.scene_truth import TruthPart
 
 
 class MetricError(GhostballError, ValueError):
-    """A choice of metrics that names none that exists."""
+    """A choice of metrics that matches no known metric."""
 
 
 @dataclass(frozen=True)
@@ -25,14 +25,14 @@ class Metric:
 
     `name`, `unit`: SI; "1" is a pure number, "class" a class of accuracy.
     `meaning`: one line.
-    `compares`: what of the truth it is measured against; None needs no truth.
-    `outcome`: whether a limit from above, or an exact value, judges where, when or after which
-        collisions the balls ended. Energy, overlaps and the first collisions alone don't: they can
-        be right in a shot that ends wrong.
-    `to_the_end`: whether it is an error of how the shot ends, which means nothing past the engine's
+    `compares`: the part of the reference that it is compared with; None: it needs no reference.
+    `outcome`: True if an upper limit, or an exact value, judges rest positions, the rest time
+        or the collisions of the whole shot. Energy, overlaps and the first collisions alone don't
+        judge them: these can be right in a shot with a wrong end.
+    `to_the_end`: True for an error of the end of the shot, which has no meaning after the engine's
         horizon.
-    `on_demand`: whether it is measured only if a limit, or the user, asks for it: it concerns a
-        special kind of shot, or takes more shots.
+    `on_demand`: True if it is measured only when a limit or the user names it, because it concerns
+        a special kind of shot or needs a second shot.
     """
 
     name: str
@@ -148,9 +148,9 @@ METRICS: dict[str, Metric] = {
         Metric(
             "phase_time_error",
             "s",
-            "largest time error of the ends of slides and rolls, of an engine that steps and "
-            "reports them, up to its horizon; a missing one is taken to be at its ball's nearest "
-            "collision",
+            "largest time error of the ends of slides and rolls up to the horizon, for a "
+            "time-stepping engine that reports them; a missing end is taken at its ball's "
+            "nearest collision",
             "proof",
         ),
         Metric(
@@ -193,7 +193,8 @@ METRICS: dict[str, Metric] = {
         Metric(
             "early_path_error",
             "m",
-            "largest position error before the first contact of the shot, of an engine that steps",
+            "largest position error before the first contact of the shot, for a time-stepping "
+            "engine",
             "proof",
         ),
         Metric(
@@ -240,8 +241,8 @@ METRICS: dict[str, Metric] = {
         Metric(
             "momentum_drift",
             "1",
-            "largest change of the balls' total momentum in the plane, over the largest sum of "
-            "their momenta",
+            "largest change of the balls' total momentum in the plane, divided by the largest "
+            "sum of their momenta",
             on_demand=True,
         ),
         Metric(
@@ -251,34 +252,34 @@ METRICS: dict[str, Metric] = {
         Metric(
             "contact_steps",
             "1",
-            "short steps that the engine takes along resting contacts, if it counts them",
+            "short steps of the engine along resting contacts, if it counts them",
             on_demand=True,
         ),
         Metric(
             "unsolved",
             "1",
-            "resting contacts and simultaneous impacts that the engine says it left unsolved",
+            "resting contacts and simultaneous impacts that the engine reports as unsolved",
             on_demand=True,
         ),
         Metric(
             "mirror_error",
             "m",
-            "largest difference of final positions from the same shot mirrored, x and y swapped, "
-            "with the balls in reverse order",
+            "largest distance between the mirrored final positions and those of the mirrored "
+            "shot, with x and y swapped and the balls in reverse order",
             on_demand=True,
         ),
         Metric(
             "reversal_error",
             "m",
-            "distance from the start after the shot is played backwards from its end, as long as "
-            "rounding leads back",
+            "largest distance from the start after the shot is simulated backwards from its end, "
+            "unless rounding alone prevents the return",
             on_demand=True,
         ),
         Metric(
             "reversal_factor",
             "1",
-            "that distance, in units of the error that one rounding per event would cause on the "
-            "way back",
+            "`reversal_error` in units of the error that one rounding per event would cause on "
+            "the way back",
             on_demand=True,
         ),
         Metric("wall_time", "s", "run time of the simulation alone, one sample"),
@@ -294,15 +295,15 @@ METRICS: dict[str, Metric] = {
 """Every metric by name, in the order of reports."""
 
 USUAL: tuple[str, ...] = tuple(name for name, metric in METRICS.items() if not metric.on_demand)
-"""The metrics that are measured of every shot."""
+"""The metrics that are measured for every shot."""
 
 
 def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
-    """Return the metrics that are named, in the order of `METRICS`, each once.
+    """Return the metrics that match the patterns, in the order of `METRICS`, each once.
 
     `patterns`: names, or patterns with `*`, `?` and `[...]` such as "rest_error_*".
 
-    Raises `MetricError` where there is no pattern, or one fits no metric.
+    Raises `MetricError` if there is no pattern, or if a pattern matches no metric.
     """
     if not patterns:
         raise MetricError("`metrics` must name at least one metric, got none")
@@ -312,7 +313,7 @@ def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
             close = get_close_matches(pattern, METRICS, n=1)
             hint = f"Did you mean `{close[0]}`? " if close else ""
             raise MetricError(
-                f"`metrics` must name metrics that there are, got {pattern!r}. {hint}"
+                f"`metrics` must name known metrics, got {pattern!r}. {hint}"
                 f"Known: {', '.join(METRICS)}"
             )
     return tuple(name for name in METRICS if any(name in names for names in found.values()))

@@ -1,6 +1,6 @@
-"""What no shot may do, whatever its scene: limits that several families ask for.
+"""Limits that hold for every shot; several families use them.
 
-Beside the law, which says the same of energy and of balls that overlap each other.
+They come in addition to the limits for every engine, on energy and on overlaps of balls.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from ghostball.validation.stress.shots import limit
 POSSIBLE: Final[tuple[Criterion, ...]] = (
     limit(
         "cushion_overlap_max",
-        "No ball is in a cushion, by more than rounding and what a contact may be off by.",
+        "A ball overlaps a cushion by no more than rounding and the tolerance of a contact.",
         claiming="rounding",
         at_most=1.0,
         of="touching",
     ),
     limit(
         "cushion_overlap_max",
-        "A ball is in a cushion by no more than it moves in a time step.",
+        "A ball overlaps a cushion by no more than it moves in a time step.",
         at_most=1.0,
         of="step",
     ),
@@ -30,42 +30,43 @@ POSSIBLE: Final[tuple[Criterion, ...]] = (
 ISOLATED: Final[tuple[Criterion, ...]] = (
     limit(
         "momentum_drift",
-        "Nothing external acts on the balls: each impact rounds their momentum.",
+        "No external force acts on the balls; only rounding changes their momentum.",
         claiming="rounding",
         at_most=5e-13,
     ),
     limit(
         "momentum_drift",
-        "Nothing external acts on the balls; 1e-6 is left to a solver's noise.",
+        "No external force acts on the balls; 1e-6 allows for the noise of a solver.",
         at_most=1e-6,
     ),
 )
 
 SKEW_OF_CONTACTS: Final = 2.0**-28
-"""Asymmetry of exact motion, in diameters, where contact steps take part; without them, none.
+"""Asymmetry of exact motion with contact steps, in diameters; without contact steps it is zero.
 
-Their forces are found by iteration over the contacts, in some order. What that leaves is less than
-the tolerance of a gap; in a rack, where it may also change which of two contacts of almost one
-instant comes first, it becomes visible.
+The contact forces are found by iteration over the contacts, in some order. The remaining error is
+below the tolerance of a gap. In a rack it becomes visible, because it may also change the order of
+two almost simultaneous contacts.
 """
 
 
 def symmetric(most: float) -> tuple[Criterion, ...]:
-    """Return the limits on how far the mirrored shot may be from the shot [m].
+    """Return the limits on the distance between the mirrored shot and the shot [m].
 
-    `most` [m]: for an engine that errs by rounding alone.
+    `most` [m]: the limit for an engine whose only error is rounding.
     """
     return (
         limit(
             "mirror_error",
-            "No law knows left from right, nor a ball's place in the list; contacts that are "
-            "solved by iteration may, by less than their tolerance.",
+            "The laws are symmetric in left and right and in the order of balls; an iterative "
+            "solution of contacts may break the symmetry by less than its tolerance.",
             claiming="rounding",
             at_most=most,
         ),
         limit(
             "mirror_error",
-            "No law knows left from right; a solver may, by less than a ball moves in a time step.",
+            "The laws are symmetric; the solver of an engine may break the symmetry by less than a "
+            "ball moves in a time step.",
             at_most=1.0,
             of="step",
         ),
@@ -73,8 +74,8 @@ def symmetric(most: float) -> tuple[Criterion, ...]:
 
 
 def bounded(events: int, steps: int) -> tuple[Criterion, ...]:
-    """Return the limits on the events, and the contact steps, of a shot that may not get stuck."""
-    why = "Three times what any such shot needs; a ball that is stuck takes thousands."
+    """Return the limits on the events and the contact steps of a shot that must not get stuck."""
+    why = "Three times the most that any such shot needs; a stuck ball needs thousands."
     return (
         limit("event_count", why, at_most=events),
         limit("contact_steps", why, at_most=steps),

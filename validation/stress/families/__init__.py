@@ -1,7 +1,7 @@
-"""The families of shots, by name, in the order in which they are shown; which are asked for.
+"""The families of shots, by name, in display order, and the choice of shots.
 
-A family is a module here with a constant `FAMILY`. Its shots are a sweep, each with a right answer
-that is known beforehand, or with something that no shot may break.
+A family is a module here with a constant `FAMILY`. Its shots vary a parameter. Each shot has a
+result that is known in advance, or limits that hold for every shot.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for m
 
 
 def chosen_shots(size: Size, only: Sequence[str] = ()) -> list[Shot]:
-    """Return the shots that are asked for, in order.
+    """Return the chosen shots, in order.
 
     `only`: families, or shots as `FAMILY/SHOT`, each of which may be a pattern such as
-    "grazing/*-miss-*"; all where it is empty. What isn't among the shots of this size is looked for
-    among all.
+    "grazing/*-miss-*"; empty: all. Shots that don't belong to this size are looked up among all
+    shots.
 
-    Raises `StressError` where one of them is the name of nothing.
+    Raises `StressError` if a name or pattern matches no family and no shot.
     """
     chosen, unmatched = _matching(size, only)
     if unmatched and not size.full:
@@ -74,7 +74,7 @@ def _matching(size: Size, only: Sequence[str]) -> tuple[list[Shot], list[str]]:
 
 
 def path_of(scene: str) -> str:
-    """Return how the command line calls the shot with a scene of this name: `FAMILY/SHOT`."""
+    """Return the name of a shot on the command line, `FAMILY/SHOT`, from the name of its scene."""
     return scene.replace(".", "/", 1)
 
 

@@ -1,4 +1,4 @@
-"""Extremes: shots of ordinary shape, with one number of them far out.
+"""Extremes: ordinary shots with one extreme number.
 
 Each has a closed form, or is certified from its very doubles. What growing numbers do to a shot is
 their conditioning: far from the origin a coordinate is rounded by more, and so a right answer is
@@ -26,7 +26,7 @@ from ghostball.model import (
 from ghostball.validation.stress.shots import Family, Shot, Size, power_of_ten, shot
 
 WAY = 0.0625
-"""Way of the cue ball to the other one [m]."""
+"""Distance of the cue ball from the other ball [m]."""
 
 SPEED, T_MAX = 2.0, 0.15
 """Speed of a cue ball [m/s] and end of a shot [s], where these aren't what is far out."""
@@ -113,7 +113,7 @@ def bank(
 
 
 def _spread(size: Size, values: range) -> tuple[int, ...]:
-    """Return all of them, or for the small size both ends."""
+    """Return all values, or the first and the last one for the small size."""
     return tuple(values) if size.full else (values[0], values[-1])
 
 
@@ -279,9 +279,9 @@ def _shots(size: Size) -> Iterator[Shot]:
 FAMILY = Family(
     "extremes",
     "Extremes of speed, size, mass, place and friction",
-    "Shots with one number far out (speeds 5e-324 to 1e49 m/s, two that differ by 1e-11 of them, "
+    "Shots with one extreme number (speeds 5e-324 to 1e49 m/s, two that differ by 1e-11 of them, "
     "ratios of radii and masses to 1e6, tables from 1 mm to 1e6 m, 1e6 m from the origin, friction "
-    "0 to 10, restitution 0 and 1) come out as proved: within some roundings, or, of engines that "
-    "step, within what the step allows.",
+    "0 to 10, restitution 0 and 1) have the certified result, within some roundings, or, for "
+    "time-stepping engines, within the limits of the step.",
     _shots,
 )

@@ -131,6 +131,6 @@ FAMILY = Family(
     "grazing",
     "Grazing hits and near misses",
     "A path that goes 1e-1 to 1e-13 of a diameter into a ball or a cushion gives one "
-    "collision; one that stays as far away gives none.",
+    "collision; a path that misses by as much gives none.",
     _shots,
 )

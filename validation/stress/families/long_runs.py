@@ -37,16 +37,20 @@ def _gases(size: Size) -> Iterator[Shot]:
     for collisions in (1_000, 10_000, 100_000) if size.full else (1_000, 100_000):
         t_max = collisions / collision_rate(ROWS**2, PACKING)
         drift = EPS * (_SUM + DRIFT * math.sqrt(collisions) / ROWS**2)
-        why = "Each collision rounds the energy, either way, and roundings add up as a random walk."
+        why = "Each collision rounds the energy up or down; the roundings add up as a random walk."
         yield shot(
             f"gas-{collisions}",
             gas(ROWS, PACKING, t_max, 1 + size.seed),
             limit("energy_drift", why, claiming="rounding", at_most=drift),
-            limit("energy_drift", "Nothing takes energy, but for a solver's noise.", at_most=1e-6),
+            limit(
+                "energy_drift",
+                "No process dissipates energy; 1e-6 allows for the noise of a solver.",
+                at_most=1e-6,
+            ),
             # The grid that it starts from takes time to dissolve.
             limit(
                 "collision_count",
-                "The theory of the gas gives as many collisions, within a quarter.",
+                "The theory of gases predicts this number of collisions, within a quarter.",
                 at_least=collisions * 3 // 4,
             ),
             truth="none",
@@ -62,10 +66,14 @@ def _galperins() -> Iterator[Shot]:
         yield shot(
             f"galperin-{digits}",
             galperin_shot(digits),
-            limit("collision_count", "They are as many as the digits of pi say.", equals=count),
+            limit(
+                "collision_count",
+                "The number of collisions is given by the digits of pi.",
+                equals=count,
+            ),
             limit(
                 "reversal_error",
-                "Played backwards, it comes back, so that the speeds at its end are right, too.",
+                "The reversed shot returns to its start, so its final speeds are right, too.",
                 claiming="rounding",
                 at_most=1e-3 * RADIUS,
             ),
@@ -116,8 +124,8 @@ def _shots(size: Size) -> Iterator[Shot]:
 FAMILY = Family(
     "long-runs",
     "Long runs: a gas, Galperin's pi",
-    "In 100 000 collisions an elastic gas drifts by no more than a random walk of roundings, and "
-    "balls never overlap; Galperin's balls collide as often as the digits of pi say, to 314 159. "
-    "Engines with a time step are asked for some hundred collisions.",
+    "In 100 000 collisions an elastic gas changes its energy by no more than a random walk of "
+    "roundings, and balls never overlap. The number of collisions of Galperin's balls is given by "
+    "the digits of pi, up to 314 159. Time-stepping engines simulate some hundred collisions.",
     _shots,
 )

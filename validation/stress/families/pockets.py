@@ -81,11 +81,13 @@ def _on_pool(*balls: dict[str, Any], **fields: Any) -> Scene:
 
 
 def _falls(count: int) -> Criterion:
-    return limit("pocketed_count", "So many balls are over the edge of a hole.", equals=count)
+    return limit(
+        "pocketed_count", "This is the number of balls beyond the edge of a hole.", equals=count
+    )
 
 
 def _bounces(count: int) -> Criterion:
-    why = "Unfolded, its path is a straight line, which crosses so many images of the sides."
+    why = "Unfolded, the path is a straight line that crosses this number of side images."
     return limit("ball_cushion_count", why, equals=count)
 
 
@@ -123,7 +125,7 @@ def _at_holes() -> Iterator[Shot]:
     across = x - jaw.centre[0]  # type: ignore[union-attr]
     up = math.sqrt((large + jaw.radius) ** 2 - across**2)  # type: ignore[union-attr]
     frozen = {"position": (x, jaw.centre[1] + up), "radius": large}  # type: ignore[union-attr]
-    still = limit("ball_cushion_count", "Nothing moves.", equals=0)
+    still = limit("ball_cushion_count", "No ball moves.", equals=0)
     yield shot("frozen-in-the-jaws", _on_pool(frozen), still)
     for speed in (0.01, 1.0, 5.0):
         cue = {"position": (x, 0.635), "velocity": (0.0, -speed)}
@@ -160,9 +162,10 @@ def _shots(size: Size) -> Iterator[Shot]:
 FAMILY = Family(
     "pockets",
     "Jaws, holes and sharp corners",
-    "A path that goes 1e-1 to 1e-13 of a diameter into a post or a corner meets it once; a ball "
-    "that hangs at the edge of a hole stays, and falls where it is pushed; one too large for a "
-    "mouth never falls; a rattle between jaws is the proved one; and a corner of 90 to 0.03 "
-    "degrees is left after as many bounces as a straight line crosses its images.",
+    "A path that goes 1e-1 to 1e-13 of a diameter into a post or a corner hits it once. A ball "
+    "that hangs at the edge of a hole stays, and falls if it is pushed. A ball too large for a "
+    "mouth never falls. A ball that rattles between jaws follows its certified motion. A ball "
+    "leaves a corner of 90 to 0.03 degrees after as many bounces as its unfolded path, a straight "
+    "line, crosses images of the sides.",
     _shots,
 )

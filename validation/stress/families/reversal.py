@@ -28,7 +28,7 @@ FACTOR = limit(
 
 def back_within(radius: float) -> Criterion:
     """Return the limit on how far from the start balls may end, for the smallest radius [m]."""
-    why = "Nothing takes energy, and rounding leads back: so does an engine that plays the shot."
+    why = "Without dissipation, and if rounding allows it, the reversed shot returns to its start."
     return limit("reversal_error", why, at_most=BACK * radius)
 
 
@@ -94,9 +94,10 @@ def _shots(size: Size) -> Iterator[Shot]:
 FAMILY = Family(
     "reversal",
     "Time reversal",
-    "Elastic play without friction, turned round after 1/32 s, 1/16 s, 1/8 s ..., is "
-    "back at its start within a thousandth of a radius, as long as rounding, as the tangent map "
-    f"carries it on, leaves {ROUNDINGS:g} times that; an engine that errs by rounding alone is "
-    f"within {ROUNDINGS:g} times what rounding leaves.",
+    "A frictionless elastic shot, reversed after 1/32 s, 1/16 s, 1/8 s ..., returns to its start "
+    "within a thousandth of a radius. A shot is judged only if "
+    f"{ROUNDINGS:g} times the rounding error of the way back, by the tangent map, is smaller than "
+    "this limit. An engine whose only error is rounding returns within "
+    f"{ROUNDINGS:g} times this rounding error.",
     _shots,
 )

@@ -25,13 +25,13 @@ BREAKS: Final[Mapping[str, Wanted]] = {
 """The options of random scenes that are breaks."""
 
 STEPPED_T_MAX = 2.0
-"""How much of a break engines with a time step play [s]: they need seconds for a whole one."""
+"""Simulated time of a break for time-stepping engines [s]: a whole break takes them seconds."""
 
 EVERY = 50
-"""Of so many breaks in a row they play one."""
+"""Time-stepping engines simulate one break of this number of consecutive breaks."""
 
 COUNT, COUNT_OF_ALL = 100, 5_000
-"""How many breaks there are."""
+"""Number of breaks."""
 
 LIMITS = (
     *POSSIBLE,
@@ -54,9 +54,10 @@ def _shots(size: Size) -> Iterator[Shot]:
 FAMILY = Family(
     "storms",
     "Random breaks",
-    "Whatever the break, the laws and the frictions: it ends by itself within "
-    f"{MOST} events and contact steps, energy never rises, and no ball overlaps another or a "
-    "cushion by more than the law allows. Engines with a time step play "
-    f"{STEPPED_T_MAX:g} s of one break in {EVERY}. --seed and --count choose others, and more.",
+    "A random break with random laws and frictions ends by itself within "
+    f"{MOST} events and contact steps, energy never rises, and no ball overlaps another ball "
+    "or a cushion by more than the limits allow. Time-stepping engines simulate "
+    f"{STEPPED_T_MAX:g} s of one break in {EVERY}. --seed and --count choose "
+    "other breaks, or more of them.",
     _shots,
 )

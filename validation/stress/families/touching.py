@@ -134,13 +134,13 @@ def _on_cushions(size: Size) -> Iterator[Shot]:
 
 def _off_both() -> tuple[Criterion, ...]:
     """Return what is asked of a ball that is pushed into a corner with sides that mirror."""
-    both = limit("ball_cushion_count", "It meets both cushions, once each.", equals=2)
+    both = limit("ball_cushion_count", "The ball hits each of the two cushions once.", equals=2)
     return (both, ends(1), *symmetric(0.0))
 
 
 def ends(late: int) -> Criterion:
     """Return the limit on the end of a shot with contacts at one instant, some of them `late`."""
-    why = "Each contact of the chain may be seen late by a time step."
+    why = "The engine may detect each contact of the chain one time step late."
     return limit("rest_error_max", why, at_most=float(late), of="step")
 
 
@@ -189,7 +189,11 @@ def _cradles(size: Size) -> Iterator[Shot]:
         name = f"cradle-{k}-into-{n}-gap-{size_of(gap)}"
         balls = [*reversed(coming), *resting_row(n, gap)]
         scene = Scene(name=name, physics=KINDS["elastic"], t_max=0.125, balls=balls)
-        count = limit("collision_count", "As many as passings of k balls through n.", equals=n * k)
+        count = limit(
+            "collision_count",
+            "Equal balls exchange velocities, so k balls pass through n balls: n k collisions.",
+            equals=n * k,
+        )
         asked = (count, ends(n), *bounded(n * k, 0), *symmetric(0.0))
         yield shot(name, scene, *POSSIBLE, *ISOLATED, *asked, gap=gap)
 
@@ -225,7 +229,7 @@ def _triangles(size: Size) -> Iterator[Shot]:
         scene = Scene(name=name, physics=physics, t_max=0.05, balls=[cue, *balls[1:]])
         yield shot(name, scene, *_limits(scene, kind, SKEW_OF_RACK), gap=gap)
         still = Scene(name="still", physics=physics, t_max=0.01, balls=balls)
-        calm = limit("event_count", "Nothing moves.", equals=0)
+        calm = limit("event_count", "No ball moves.", equals=0)
         yield shot(f"still-{name}", still, *POSSIBLE, calm, *symmetric(0.0), gap=gap)
 
 
@@ -280,9 +284,9 @@ def _shots(size: Size) -> Iterator[Shot]:
 FAMILY = Family(
     "touching",
     "Touching starts",
-    "Balls that touch each other, a cushion or a corner at the start, or are 1e-15 to 1e-3 m from "
-    "it, collide as is proved; as many balls leave a cradle as run into it; racks and lines come "
-    "apart without overlap or gain of energy, "
-    "straight shots stay their own mirror image, and what nothing hits stays where it is.",
+    "Balls that touch each other, a cushion or a corner at the start, or are 1e-15 to 1e-3 m away, "
+    "have the certified collisions. As many balls leave a cradle as run into it. Racks and lines "
+    "separate without overlap or energy gain. Straight shots keep their mirror symmetry. Balls "
+    "that nothing hits stay at rest.",
     _shots,
 )
