@@ -1,8 +1,8 @@
-"""How much energy is in changes of velocity that neither a contact nor the cloth explains.
+"""Energy in changes of velocity that neither a contact, the cloth nor air explains.
 
-The cloth changes the velocity of a ball by mu_s g a second while it slides, and by mu_r g while it
-rolls; air by k v^2. Only what touches a ball does more at once. So a run in which balls stop dead,
-or turn, away from everything plays no physics, whatever its shot is compared with.
+The cloth changes the velocity of a ball by mu_s g per second while it slides, and by mu_r g while
+it rolls; air changes it by k v^2. Only a contact changes it faster. So a run in which a ball
+suddenly stops or turns without a contact is unphysical, whatever its reference.
 """
 
 from __future__ import annotations
@@ -17,20 +17,21 @@ from ghostball.validation.grading.phase_ends import PHASE_ENDS
 from ghostball.validation.runs.sampling import energy_times, events_of, times_gone
 
 _NEAR = 1e-3
-"""Gap at which a ball counts as touching what is there, in units of the smallest radius."""
+"""Gap at which a ball counts as touching a body, in units of the smallest radius."""
 
 
 def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float = 0.0) -> float:
-    """Return the most energy of unexplained changes of velocity between two instants [J].
+    """Return the largest energy of unexplained changes of velocity between two instants [J].
 
-    The sum of m dv^2 / 2 over the balls, dv by how much more a velocity changes than the cloth and
-    the air let it; 0 where balls may fly, whose landings are contacts with the cloth.
+    It is the sum of m dv^2 / 2 over the balls; dv is the part of a change of velocity that exceeds
+    the effect of the cloth and the air. The result is 0 if balls may fly, because a landing is a
+    contact with the cloth.
 
-    `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`. One that steps may
-    report a contact a step sooner or later than its motion shows it.
-    `share` [J]: no more than that needs no explanation, and is returned as 0.
+    `resolution` [m]: of the engine, see `reference_adapters.base.resolution_of`. A time-stepping
+    engine may report a contact one step earlier or later than its motion shows the contact.
+    `share` [J]: an energy up to this value is returned as 0.
 
-    A run that ends by "rest" has all velocities 0 at its end.
+    At the end of a run with the status "rest", all velocities are 0.
     """
     scene = result.scene
     if scene.physics.airborne:
@@ -63,7 +64,7 @@ def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float =
 
 
 def _states(result: Result) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return instants (k,) [s], with the places and velocities then, (k, n, 3) each."""
+    """Return times (k,) [s], and the positions and velocities at these times, (k, n, 3) each."""
     frames = result.trajectory
     if isinstance(frames, SampledTrajectory):
         times, positions, velocities = frames.times, frames.positions, frames.velocities
@@ -89,14 +90,14 @@ def _slowed(scene: Scene, speeds: FloatArray) -> FloatArray:
 
 
 def _contacts_of(ball: int, events: Events) -> FloatArray:
-    """Return when something touches a ball, or it leaves the table, (m,) [s], increasing."""
+    """Return the times at which a ball has a contact or leaves the table, (m,) [s], increasing."""
     mine = (events["a"] == ball) | ((events["kind"] == EventKind.BALL_BALL) & (events["b"] == ball))
     contacts: FloatArray = np.sort(events["t"][mine & ~np.isin(events["kind"], PHASE_ENDS)])
     return contacts
 
 
 def _touches(scene: Scene, ball: int, positions: FloatArray, near: float) -> bool:
-    """Return whether a ball may touch something at some places, (k, n, 3), or so near them [m]."""
+    """Return True if a ball may come within `near` [m] of touching, at positions (k, n, 3)."""
     reach = _NEAR * float(np.min(scene.radii)) + near
     others = [other for other in range(len(scene.balls)) if other != ball]
     things = [*others, *things_of(scene)]

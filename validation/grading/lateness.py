@@ -1,9 +1,9 @@
-"""What seeing the events of a shot late, by up to a step, changes of the shot: to first order.
+"""First-order effects on a shot if an engine detects its events late, by up to a time step.
 
     >>> lateness = lateness_of(growth_of_proof(scene, proof), scene, motion)
-    >>> lateness.places.T @ delays      # how far each ball ends from its place, (n,) [m]
+    >>> lateness.places.T @ delays      # rest position errors, (n,) [m]
 
-The derivatives are those of the proved motion (`certified_growth`).
+The derivatives are those of the certified motion (`certified_growth`).
 """
 
 from __future__ import annotations
@@ -23,24 +23,23 @@ from ghostball.validation.grading.phase_ends import PHASE_ENDS
 
 @dataclass(frozen=True, eq=False)
 class Lateness:
-    """The effects of seeing one event of a shot late, per second of delay.
+    """Effects of a late detection of each event of a shot, per second of delay.
 
     `times` (events,) float64 [s].
-    `balls`: the balls of each.
-    `approach` (events,) float64 [m/s]: at which speed what collides meets; 0 for events that are no
-        collision.
-    `places` (events, n) float64 [m/s]: how far each ball ends from where it should; NaN where no
-        derivative exists.
-    `comes` (events, events) float64 [1]: by how much each event comes later or sooner for each
-        event before it, at most.
-    `rests` (events,) float64 [1]: by how much the last ball rests later or sooner.
-    `energies` (events,) float64 [W]: by how much the energy of all balls differs, at most.
-    `strays` (events,) float64 [m/s]: how far a ball is beside its path at any time, at most.
-    `margins`: where it may lead the shot onto another path; None where nothing says it.
+    `balls`: the balls of each event.
+    `approach` (events,) float64 [m/s]: approach speed of each collision; 0 for other events.
+    `places` (events, n) float64 [m/s]: rest position error of each ball; NaN if no derivative
+        exists.
+    `comes` (events, events) float64 [1]: largest time shift of each event by a delay of each
+        earlier event.
+    `rests` (events,) float64 [1]: time shift of the rest of the last ball.
+    `energies` (events,) float64 [W]: largest error of the energy of all balls.
+    `strays` (events,) float64 [m/s]: largest distance of a ball from its path at any time.
+    `margins`: delays that may change the collisions; None if they are unknown.
 
-    `rests`, `energies` and `strays` are not a number where no derivative exists, and in shots of
-    more than `MOST_EVENTS`; nor is `comes`, from the first event on that has none. They allow for a
-    solver that lets balls collide with the speeds which they had before its step.
+    `rests`, `energies` and `strays` are NaN if no derivative exists, and in shots with more than
+    `MOST_EVENTS` events; `comes` is NaN from the first event without a derivative. All four allow
+    for a solver that collides balls with the speeds that they had before its step.
     """
 
     kinds: tuple[EventKind, ...]
@@ -56,13 +55,13 @@ class Lateness:
 
 
 def lateness_of(growth: CertifiedGrowth, scene: Scene, motion: ExactTrajectory) -> Lateness:
-    """Return what it changes of this scene's shot to see each of its events late.
+    """Return the effects on the shot of this scene if each of its events is detected late.
 
-    `motion`: as it is proved.
+    `motion`: the certified motion.
 
-    Of its end, backwards along the shot: how the end depends on the balls as each event leaves
-    them, times what a second of delay changes there. Of what comes between, forwards: see
-    `_followed`.
+    The effects on the end are computed backwards along the shot: the derivative of the end by the
+    state after each event, times the change of this state per second of delay. The effects on
+    events in between are computed forwards: see `_followed`.
     """
     n, size = len(growth.balls), PARTS * len(growth.balls)
     end = np.zeros((2 * n, size))
@@ -158,9 +157,9 @@ def _followed(
 
 
 def _strayed(ball: ProvedBall, i: int, changes: FloatArray, t: float) -> FloatArray:
-    """Return how far changes of ball i's state have taken it just before t [s], (events,).
+    """Return the displacement of ball i just before t [s] by changes of its state, (events,).
 
-    Between two of its events that is a convex function of the time.
+    Between two events of the ball, the displacement is a convex function of the time.
     """
     _, (flow,) = ball.displacement(np.array([max(np.nextafter(t, 0.0), 0.0)]))
     with np.errstate(over="ignore", invalid="ignore"):

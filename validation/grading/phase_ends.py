@@ -1,12 +1,12 @@
-"""When balls begin to roll, and when they come to rest: a run compared with the proof of its shot.
+"""Compare the ends of slides and rolls of a run with the certified ones.
 
     >>> found = events_in(result.events, ALL_KINDS)
     >>> phase_ends(proved_events(certificate), found, result.rest_time)
 
-Each ball's log is cut at its collisions, which both logs share in order; between two of them a ball
-ends a slide at most once, and a roll at most once. An engine that steps may leave out a phase that
-is shorter than its step, or have one where the proof has none: so an end that a run lacks counts as
-reported when the ball's collision before it is, or the one after it, whichever is nearer.
+The log of each ball is cut at its collisions, whose order both logs share. Between two collisions a
+ball ends at most one slide and one roll. A time-stepping engine may omit a phase that is shorter
+than its step, or report a phase that the certified motion doesn't have. So if a run lacks an end,
+the end is taken at the ball's collision before it or after it, whichever is nearer.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from ghostball.model.events import LEAVING_KINDS
 from ghostball.validation.grading.event_logs import Event, compare_logs
 
 PHASE_ENDS = (EventKind.SLIDE_TO_ROLL, EventKind.ROLL_TO_REST)
-"""Kinds of events that end what a ball does on the cloth, without a contact."""
+"""Kinds of events that end a slide or a roll without a contact."""
 
 _CUTS = (*COLLISION_KINDS, *LEAVING_KINDS)
-"""Kinds of events that end a phase whatever is left of it."""
+"""Kinds of events that interrupt a phase."""
 
 
 class PhaseEnd(NamedTuple):
-    """The proved end of a slide or of a roll, and how far from it a run has it.
+    """The certified end of a slide or of a roll, and the time error of a run.
 
-    `true`: the proved event.
-    `late_by` [s]: without its sign.
+    `true`: the certified event.
+    `late_by` [s]: absolute value of the time error.
     """
 
     true: Event
@@ -39,10 +39,10 @@ class PhaseEnd(NamedTuple):
 
 
 class _Leg(NamedTuple):
-    """What a ball does between two of its collisions.
+    """The motion of a ball between two of its collisions.
 
-    `first`, `last`: indices of these in the proof; inf: there is no further one.
-    `begins`, `ends` [s]: when they come in the run.
+    `first`, `last`: certified indices of the two collisions; inf: there is no further collision.
+    `begins`, `ends` [s]: times of the two collisions in the run.
     """
 
     first: int
@@ -52,13 +52,13 @@ class _Leg(NamedTuple):
 
 
 def phase_ends(proved: Sequence[Event], found: Sequence[Event], end: float) -> list[PhaseEnd]:
-    """Compare the ends of slides and rolls of a run with the proved ones, in the order of balls.
+    """Compare the ends of slides and rolls of a run with the certified ones.
 
-    `proved`, `found`: all events, each in order of time.
-    `end` [s]: of the run.
+    `proved`, `found`: all events of the certified motion and of the run, in order of time.
+    `end` [s]: time at which the run ends.
 
-    Kinds that the run doesn't report at all are left out. So is what comes after a collision that
-    only one of the two has.
+    A kind of end that the run never reports isn't compared. Nothing is compared after a collision
+    that only one of the two logs has.
     """
     reported = {one.kind for one in found} & set(PHASE_ENDS)
     legs = _legs(proved, found, end)
@@ -74,12 +74,12 @@ def phase_ends(proved: Sequence[Event], found: Sequence[Event], end: float) -> l
 
 
 def first_contact(events: Sequence[Event], end: float) -> float:
-    """Return when something first touches a ball, or it leaves the table [s]; else `end` [s]."""
+    """Return the time of the first contact, or of the first ball that leaves; else `end` [s]."""
     return next((one.t for one in events if one.kind not in PHASE_ENDS), end)
 
 
 def _times(leg: _Leg, true: Event, found: Sequence[Event]) -> Collection[float]:
-    """Return when a run may have the end of a phase [s]: at one of these times."""
+    """Return the times at which a run may have the end of a phase [s]."""
     kinds = PHASE_ENDS[PHASE_ENDS.index(true.kind) :]
     for kind in kinds:  # a slide that ends as the ball stops may be reported as that alone
         times = [
@@ -106,7 +106,7 @@ def _legs(proved: Sequence[Event], found: Sequence[Event], end: float) -> dict[i
 
 
 def _between(marks: Sequence[tuple[int, float]], parted: bool, end: float) -> Iterator[_Leg]:
-    """Yield the legs between a ball's collisions; the last one only if none is missing after it."""
+    """Yield the legs between a ball's collisions; the last leg only if no later one is missing."""
     for (first, begins), (last, ends) in pairwise(marks):
         yield _Leg(first, last, begins, ends)
     if not parted:

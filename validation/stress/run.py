@@ -31,7 +31,7 @@ DEFAULT_ENGINES: tuple[str, ...] = (
     "paper-discrete",
     "paper-continuous",
 )
-"""What is tried where no engine is named."""
+"""Engines that run if no engine is named."""
 
 
 def run_stress(
@@ -47,12 +47,12 @@ def run_stress(
     announce: Callable[[Reuse[CaseRecord]], None] | None = None,
     time_limit: float | None = None,
 ) -> Outcome:
-    """Run shots on engines; what the same code left of other shots in the folder stays there.
+    """Run shots on engines; results of other shots by the same code stay in the folder.
 
     `labels`: engines, each `NAME` or `NAME:key=value,...`.
-    All else is as for `suite.run_suite`; no motion is stored.
+    All other parameters are those of `suite.run_suite`; no motion is stored.
 
-    Raises `GhostballError` before anything runs: where an engine is unknown, or the folder can't be
+    Raises `GhostballError` before anything runs if an engine is unknown or the folder can't be
     used.
     """
     return run_suite(
@@ -73,7 +73,7 @@ def run_stress(
 
 
 def _pairs(shots: Sequence[Shot], labels: Sequence[str]) -> set[Name]:
-    """Return which shot is asked of which engine: none that would take it hours."""
+    """Return the pairs of shot and engine, without those that would take hours."""
     pairs: set[Name] = set()
     for label in labels:
         try:

@@ -1,4 +1,4 @@
-"""A generated shot: a scene, and what is asked of it besides the law.
+"""A generated shot: a scene with limits in addition to the limits for every engine.
 
 >>> shot("head-on", scene, limit("collision_count", "They meet once.", equals=1), depth=0.5)
 Shot(scene=..., criteria=..., stepped=True)
@@ -19,7 +19,7 @@ from ghostball.validation.checks.criterion import EVERY, Claim, Criterion
 from ghostball.validation.truth.scene_truth import WantedTruth
 
 LONGEST = 2.0
-"""Simulated time [s] beyond which no engine with a time step is asked, unless a shot says so."""
+"""Longest simulated time for time-stepping engines [s], unless a shot sets `stepped`."""
 
 
 class StressError(GhostballError, ValueError):
@@ -28,11 +28,11 @@ class StressError(GhostballError, ValueError):
 
 @dataclass(frozen=True)
 class Size:
-    """How many shots are generated.
+    """Number of shots to generate.
 
-    `full`: all of a family, not only what a CI has time for.
-    `seed`, `count`: number of the first random shot, and how many there are; None: as many as the
-        family has.
+    `full`: all shots of a family, not only those that a CI has time for.
+    `seed`, `count`: number of the first random shot, and number of random shots; None: the
+        family's own number.
     """
 
     full: bool = False
@@ -42,10 +42,10 @@ class Size:
 
 @dataclass(frozen=True)
 class Shot:
-    """A scene, and what is asked of it.
+    """A scene and its limits.
 
-    `criteria`: besides the law, and how much must be known of it without our engine.
-    `stepped`: whether engines with a time step are asked: else it would take them too long.
+    `criteria`: limits in addition to those for every engine, and the independent reference needed.
+    `stepped`: True if time-stepping engines simulate the shot; False if it takes them too long.
     """
 
     scene: Scene
@@ -55,13 +55,13 @@ class Shot:
 
 @dataclass(frozen=True)
 class Family:
-    """One question, asked over a range.
+    """Shots of one kind, over a range of a parameter.
 
-    `name`: as on the command line, such as "grazing".
+    `name`: name on the command line, such as "grazing".
     `title`: a few words, for tables.
-    `asks`: what is asked of an engine, a sentence or two.
-    `make`: yields the shots; those of the small size are among those of the full one, or are
-        smaller ones of the same kind. Made anew at each call, always the same.
+    `asks`: the expected result, in a sentence or two.
+    `make`: yields the shots, the same at each call. The shots of the small size are part of the
+        full size, or are smaller shots of the same kind.
     """
 
     name: str
@@ -70,7 +70,7 @@ class Family:
     make: Callable[[Size], Iterable[Shot]]
 
     def shots(self, size: Size) -> Iterator[Shot]:
-        """Yield the shots, each scene with the name of the family before its own."""
+        """Yield the shots; the name of each scene starts with the name of the family."""
         for one in self.make(size):
             named = {
                 "name": f"{self.name}.{one.scene.name}",
@@ -91,9 +91,9 @@ def shot(
     """Return a shot of this name.
 
     `truth`, `proved`: see `Criteria`.
-    `stepped`: see `Shot`; left out: whether it is short.
-    `parameters`: what the family varies, with the value here; they become tags such as "depth=0.1",
-        by which the report says where an engine begins to fail.
+    `stepped`: see `Shot`; default: True for short shots.
+    `parameters`: the varied quantities with their values in this shot. They become tags such as
+        "depth=0.1", from which the report computes where an engine begins to fail.
     """
     tags = tuple(f"{key.replace('_', ' ')}={value:g}" for key, value in parameters.items())
     short = lasts(scene) <= LONGEST if stepped is None else stepped
@@ -102,15 +102,16 @@ def shot(
 
 
 def limit(metric: str, reason: str, *, claiming: Claim | None = None, **most: Any) -> Criterion:
-    """Return a limit that holds for every engine, or for those that claim this."""
+    """Return a limit for every engine, or for the engines with this claim."""
     given: dict[str, Any] = {"engines": (EVERY,), "metric": metric, "reason": reason}
     return Criterion(**given, claiming=claiming, if_measured=True, **most)
 
 
 def lasts(scene: Scene) -> float:
-    """Return about how long a shot lasts at most [s]: until friction has stopped its fastest ball.
+    """Return an approximate upper bound on the duration of a shot [s].
 
-    Twice that, since a lighter ball may be hit away faster.
+    Twice the time in which friction stops its fastest ball: a collision may make a lighter ball
+    faster.
     """
     slowing = float(np.min(scene.rolling_frictions)) * scene.physics.gravity
     surfaces = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
@@ -120,16 +121,16 @@ def lasts(scene: Scene) -> float:
 
 
 def parameters_of(tags: Iterable[str]) -> dict[str, float]:
-    """Return what a family varies, with the value in a shot, from the tags of its scene."""
+    """Return the varied quantities of a shot with their values, from the tags of its scene."""
     pairs = (tag.partition("=") for tag in tags)
     return {key: float(value) for key, equals, value in pairs if equals}
 
 
 def power_of_ten(power: int) -> str:
-    """Return a power of ten as names of shots have it: "1e-07", "1e04"."""
+    """Return a power of ten in the format for names of shots: "1e-07", "1e04"."""
     return f"1e{power:+03d}".replace("+", "")
 
 
 def size_of(value: float) -> str:
-    """Return a number as names of shots have it: "0", "1e-07"."""
+    """Return a number in the format for names of shots: "0", "1e-07"."""
     return f"{value:.0e}".replace("+", "") if value else "0"

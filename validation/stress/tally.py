@@ -1,4 +1,4 @@
-"""What engines came through of the stress families, from stored records alone."""
+"""Results of engines in the stress families, from stored records."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ UNITS: Final[Mapping[str, str]] = {
     "length": "s",
     "angle": "degrees",
 }
-"""Unit of what families vary; the others are pure numbers."""
+"""Units of the varied quantities; quantities without an entry are pure numbers."""
 
 
 def standing_of(case: CaseRecord) -> Standing:
@@ -45,13 +45,13 @@ def family_of(case: CaseRecord) -> str:
 
 
 def are_stress(cases: Sequence[CaseRecord]) -> bool:
-    """Whether all cases are shots of stress families, and there are some."""
+    """Return True if there are cases and all of them are shots of stress families."""
     return bool(cases) and all(case.tags[:1] == ("stress",) for case in cases)
 
 
 @dataclass(frozen=True)
 class Tally:
-    """How an engine came through a family."""
+    """Results of an engine in a family."""
 
     cases: tuple[CaseRecord, ...] = ()
 
@@ -66,7 +66,7 @@ class Tally:
 
     @property
     def text(self) -> str:
-        """Passed and judged, as tables show it: "3/4"; or why there is no such number."""
+        """Passed and judged shots for tables, such as "3/4"; or why there are none."""
         judged = self.count("passed") + self.count("failed")
         unjudged = self.count("not judged")
         more = f"{unjudged} not judged" if unjudged else ""
@@ -75,7 +75,7 @@ class Tally:
 
 
 def tallies(cases: Iterable[CaseRecord]) -> dict[tuple[str, str], Tally]:
-    """Return how each engine came through each family, by both; in the order of the families."""
+    """Return the results of each engine in each family, in the order of the families."""
     found: dict[tuple[str, str], list[CaseRecord]] = defaultdict(list)
     for case in cases:
         found[family_of(case), case.label].append(case)
@@ -86,11 +86,11 @@ def tallies(cases: Iterable[CaseRecord]) -> dict[tuple[str, str], Tally]:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Where engines begin to fail as one number of a family's shots varies.
+    """Values of one varied quantity of a family at which engines fail.
 
-    `parameter`: what varies, with its unit.
-    `values`: from the least to the greatest.
-    `fails`: by engine: at which of them it fails, in words; "" if it was asked none.
+    `parameter`: the varied quantity, with its unit.
+    `values`: its values, in increasing order.
+    `fails`: for each engine, the values at which it fails, in words; "" if it ran no shot.
     """
 
     family: str
@@ -100,7 +100,7 @@ class Sweep:
 
 
 def sweeps(cases: Sequence[CaseRecord]) -> list[Sweep]:
-    """Return where engines begin to fail, for each number that a family varies."""
+    """Return the values at which engines fail, for each quantity that a family varies."""
     found: dict[tuple[str, str], list[tuple[float, CaseRecord]]] = defaultdict(list)
     for case in cases:
         for name, value in parameters_of(case.tags).items():
@@ -118,7 +118,7 @@ def sweeps(cases: Sequence[CaseRecord]) -> list[Sweep]:
 
 
 def _failing(pairs: Sequence[tuple[float, CaseRecord]]) -> str:
-    """Return at which values an engine fails: "never", "≥ 80", "≤ 1e-07, 0.1"."""
+    """Return the values at which an engine fails: "never", "≥ 80", "≤ 1e-07, 0.1"."""
     judged: dict[float, bool] = {}
     for value, case in pairs:
         standing = standing_of(case)
@@ -140,7 +140,7 @@ def _failing(pairs: Sequence[tuple[float, CaseRecord]]) -> str:
 
 
 def _in_a_step(speed: float, pairs: Sequence[tuple[float, CaseRecord]]) -> str:
-    """Return what a speed is in diameters per time step, in the family that asks for that."""
+    """Return a speed in diameters per time step, for the family that needs this unit."""
     case = pairs[0][1]
     step = next((case.settings[name] for name in STEP_SETTINGS if case.settings.get(name)), None)
     if family_of(case) != "tunnelling" or step is None:

@@ -119,7 +119,7 @@ def test_an_event_that_is_no_more_or_new_is_named():
     extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
     events = np.concatenate([BASE.log().events, extra])
     more = of(gate.with_events(BASE, events[np.argsort(events["t"])]))
-    assert '"object" hits the left cushion at 0.9 s was not there' in more.first_difference.words
+    assert 'new: "object" hits the left cushion at 0.9 s' in more.first_difference.words
 
 
 def test_the_order_of_events_of_one_instant_is_a_convention():
@@ -291,7 +291,7 @@ def test_two_engines_are_compared_by_their_errors_and_collisions_alone():
     fewer = gate.with_events(fewer, np.delete(BASE.log().events, 0))
     change = compare(BASE, fewer)
     assert change.change == "wrong collisions"
-    assert change.first_difference.words.startswith('event 0: "cue" hits "object" at ')
+    assert change.first_difference.words.startswith('event 0: missing: "cue" hits "object" at ')
 
 
 # --- no answer, or no run ---------------------------------------------------------------------

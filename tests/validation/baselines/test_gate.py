@@ -127,7 +127,7 @@ def test_a_baseline_of_a_scene_that_is_no_more_is_reported_and_removed_when_acce
     found = accepted.compare(scenes=one, whole=True)
     assert found.stale == ("roll",)
     assert found.outcome == "passed"
-    assert any("no more: roll" in warning for warning in found.warnings)
+    assert any("no longer exists: roll" in warning for warning in found.warnings)
     done = accepted.accept("Rolling is gone.")
     assert (done.written, done.deleted) == ((), ("roll",))
     assert baseline_names(accepted.baselines) == ("cut",)
