@@ -1,12 +1,12 @@
-"""Impacts of one instant that share balls, by the model's law: they act at once.
+"""Simultaneous impacts that share balls, by the model's law: they act together.
 
 Balls: (1 + e) times the impulses that just end every approach (Moreau 1988; Smith, Kaufman, Vouga,
-Tamstorf and Grinspun 2012, section 4), with friction against the mean of the slips before and after
-them, each ball split among its contacts (Tonge, Benevolenski and Voroshilov 2012). A ball in a
-corner bounces off both sides in turn until it leaves both; it gets the mean of both orders, with
-the mean of their energies. README and `docs/physics.md` say so of the model that is certified.
+Tamstorf and Grinspun 2012, section 4), with friction against the mean of the slips before and
+after the impacts; each ball is split among its contacts (Tonge, Benevolenski and Voroshilov 2012).
+A ball in a corner bounces off both sides in turn until it leaves both; its motion is the mean over
+both orders, with the mean of their energies. README and `docs/physics.md` describe this model.
 
-The instants must be proved to be equal: `ties.are_at_once`.
+The impacts must be proved to be simultaneous: `ties.are_at_once`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from ghostball.reference_adapters.certified.obstacle_gaps import RoundGap, Strai
 from ghostball.reference_adapters.certified.ties import axis_of_mirror
 
 MOST_IN_CORNER = 64
-"""Bounces in one corner after which a proof gives up."""
+"""Largest number of bounces in one corner; after it, the proof ends."""
 
 
 class _Contact(NamedTuple):
@@ -66,7 +66,7 @@ class _Ball:
         self.wz = body.spin_after(dt)
 
     def push(self, impulse: Vector) -> None:
-        """Give it an impulse through its centre: its surface goes on as before."""
+        """Apply an impulse through the centre; the surface's motion about the centre stays."""
         x, y = (part / self.mass for part in impulse)
         self.velocity = (self.velocity[0] + x, self.velocity[1] + y)
         self.slip = (self.slip[0] + x, self.slip[1] + y)
@@ -83,17 +83,17 @@ class _Ball:
 
 
 class JointImpacts(Impacts):
-    """What impacts do in one run of balls that stay on the cloth, those of one instant too."""
+    """Outcomes of impacts of balls that stay on the cloth, simultaneous impacts included."""
 
     @property
     def act_at_once(self) -> bool:
-        """Whether impacts of one instant act at once."""
+        """Return True if simultaneous impacts act together."""
         return self._problem.simultaneous
 
     def together(self, group: Sequence[Candidate], order: int) -> Together:
-        """Return what impacts of one instant do that share balls.
+        """Return the outcome of simultaneous impacts that share balls.
 
-        Raises `UndecidedError` where their law isn't known, or their outcome isn't.
+        Raises `UndecidedError` if their law or their outcome is unknown.
         """
         if all(one.choice.kind is EventKind.BALL_BALL for one in group):
             return self._collided_together(group, order)
@@ -200,7 +200,7 @@ class JointImpacts(Impacts):
         )
 
     def _corner_normal(self, chosen: Candidate) -> Vector:
-        """Return the normal out of the table where a ball meets something, unless it stays."""
+        """Return the normal, pointing out of the table, at a contact of a ball, unless it stays."""
         gap, s = chosen.gap, chosen.age
         if isinstance(gap, RoundGap):
             x, y = gap.normal(s, touching=not self.overlapping(chosen))
@@ -214,7 +214,7 @@ class JointImpacts(Impacts):
     def _bounce_until_off(
         self, chosen: Candidate, normals: Sequence[Vector]
     ) -> tuple[Vector, Vector, arb, int]:
-        """Return velocity, slip and spin of a ball after bounces in turn, and their number."""
+        """Return velocity, slip and spin of a ball after alternating bounces, and their number."""
         body, s = chosen.bodies[0], chosen.age
         velocity, slip, wz = body.velocity_after(s), body.slip_after(s), body.spin_after(s)
         for count in range(MOST_IN_CORNER):
@@ -236,7 +236,7 @@ class JointImpacts(Impacts):
 def _on_axis(
     first: Candidate, second: Candidate, velocity: Vector, slip: Vector, wz: arb
 ) -> tuple[Vector, Vector, arb]:
-    """Return velocity, slip and spin of the ball of two impacts; what symmetry forbids is 0."""
+    """Return velocity, slip and spin of the ball of two impacts; 0 where symmetry requires it."""
     axis = axis_of_mirror(first, second)
     if axis is None:
         return velocity, slip, wz
@@ -252,9 +252,9 @@ def _opening(a: _Ball, b: _Ball, n: Vector) -> arb:
 def _impulses(
     contacts: Sequence[_Contact], balls: dict[int, _Ball], gains: Sequence[arb]
 ) -> list[arb]:
-    """Return the normal impulses that change the rates of all gaps by so much.
+    """Return the normal impulses that cause given changes of the rates of all gaps.
 
-    Raises `UndecidedError` where one may have to pull: then another choice of contacts acts.
+    Raises `UndecidedError` if an impulse may have to pull: then other contacts act.
     """
 
     def response(one: _Contact, other: _Contact) -> arb:

@@ -1,6 +1,6 @@
-"""Which event comes next, of those that may: one, one of several in any order, or some at once.
+"""The next event among the candidates: one event, one of several that commute, or several together.
 
-Where that can't be decided, an error says so: no engine in doubles could tell either.
+An error is raised if this can't be decided; an engine in doubles couldn't decide it either.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from ghostball.reference_adapters.certified.ties import are_at_once, commute, fi
 TIE_BITS = 100
 """Events of different balls that are within 2^-100 s count as simultaneous.
 
-Either order then has the same outcome, which is proved; some are at one instant by the laws, as
-when a rolling ball meets a resting one and both slides end together.
+Either order then has the same outcome, which is proved; some are at one instant by the laws, for
+example if a rolling ball hits a resting ball and both slides end together.
 """
 
 
 def largest_speeds(problem: Problem) -> list[float]:
-    """Return a speed that each ball never exceeds [m/s]: with all energy of the start in it.
+    """Return an upper bound on the speed of each ball [m/s]: it has all of the initial energy.
 
-    No law, and no cloth, makes energy: m v^2 / 2 is at most the sum of m v^2 / 2 + m R^2 w^2 / 5,
-    and of m g z where balls begin at a height z above the cloth.
+    Neither impacts nor the cloth add energy: m v^2 / 2 is at most the sum of m v^2 / 2
+    + m R^2 w^2 / 5, and of m g z if balls start at a height z above the cloth.
     """
     twice = ZERO
     for ball in problem.balls:
@@ -52,8 +52,8 @@ def largest_speeds(problem: Problem) -> list[float]:
 class Order:
     """The order of the events of one run.
 
-    `agenda`: what may come; `bodies`: the balls, as they are now: the list is the run's own.
-    `act_at_once`: whether impacts of one instant that share balls have a law.
+    `agenda`: the candidates; `bodies`: the balls in their present state, the run's own list.
+    `act_at_once`: True if a law exists for simultaneous impacts that share balls.
     """
 
     def __init__(
@@ -67,9 +67,9 @@ class Order:
         self._speeds = largest_speeds(problem)
 
     def take(self) -> tuple[tuple[Candidate, ...], bool]:
-        """Return the next event, and whether its place is a convention; () is the end.
+        """Return the next event, or the impacts that act together; () is the end.
 
-        Or the impacts that act at once.
+        Also return True if the order of the event is a convention.
         """
         group = self._agenda.take_first(self._bodies)
         if not group:
@@ -108,9 +108,9 @@ class Order:
         return together, bool(rivals)
 
     def _check_order(self, first: Candidate) -> None:
-        """Raise where another contact of a ball closes too, within what counts as touching.
+        """Raise an error if another contact of a ball closes, too, within the touching tolerance.
 
-        No engine in doubles can say then which of both comes first, unless that is the same.
+        An engine in doubles can't decide their order then, unless both orders are the same.
         """
         if first.gap is None:
             return
@@ -145,7 +145,7 @@ class Order:
     def _tie_error(
         self, first: Candidate, rivals: list[Candidate], choices: tuple[Choice, ...]
     ) -> UndecidedError | None:
-        """Return why events that can't be ordered have to be; None: they needn't be."""
+        """Return why events of undecided order need an order; None if they don't."""
         t = first.instant
         for c in rivals:
             if not c.known or set(c.balls) & set(first.balls):
@@ -160,7 +160,7 @@ class Order:
         return None
 
     def _isolated(self, candidate: Candidate, t: arb, width: float) -> bool:
-        """Whether no other ball is near enough to a candidate's to feel it within `width` [s]."""
+        """Return True if no other ball can be affected by a candidate within `width` [s]."""
         for k in candidate.balls:
             x, y = self._place(k, t)
             for m, body in enumerate(self._bodies):
@@ -180,9 +180,9 @@ class Order:
 
 
 def _far_apart(candidate: Candidate, t: float) -> bool:
-    """Whether two balls are surely apart at an instant [s], by doubles; False where they can't say.
+    """Return True if two balls are certainly apart at a time [s], by doubles; False if undecided.
 
-    By a thousandth of their radii, far more than doubles err.
+    The distance is at least a thousandth of their radii, far more than the error of doubles.
     """
     if len(candidate.bodies) == 1:
         return False

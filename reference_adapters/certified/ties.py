@@ -1,8 +1,8 @@
-"""Events at one instant: whether they are so exactly, which come first, and which commute.
+"""Simultaneous events: proof that they are simultaneous, their order, and whether they commute.
 
-Numbers with a width never prove that two instants are equal. But two gaps that are one function
-of the time close at the same instant: those of a ball on the axis of two others, of two jaws, or in
-a corner on its bisector.
+Intervals never prove that two times are equal. But two gaps that are the same function of time
+close at the same time: the gaps of a ball on the symmetry axis of two other balls or of two jaws,
+or on the bisector of a corner.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ghostball.reference_adapters.certified.problem import Problem
 
 
 def are_at_once(first: Candidate, other: Candidate) -> bool:
-    """Whether two impacts, both known to happen, are proved to be at the same instant."""
+    """Return True if two impacts, both known to happen, are proved to be simultaneous."""
     if not (first.choice.kind in COLLISION_KINDS and other.choice.kind in COLLISION_KINDS):
         return False
     if other.instant is first.instant:
@@ -56,7 +56,7 @@ def _are_one(pair: tuple[arb, arb]) -> bool:
 
 
 def _pair_beside(first: Candidate, other: Candidate) -> tuple[Body, Vector, Vector] | None:
-    """Return the ball of two impacts, and where both things rest that it meets as near; or None."""
+    """Return the ball of two impacts and the positions of the two equally near bodies; or None."""
     shared = set(first.bodies) & set(other.bodies)
     if len(shared) != 1:
         return None
@@ -66,7 +66,7 @@ def _pair_beside(first: Candidate, other: Candidate) -> tuple[Body, Vector, Vect
 
 
 def _place_beside(one: Candidate, body: Body) -> tuple[Vector, arb] | None:
-    """Return where what a ball meets rests, and how near that is; None where it moves."""
+    """Return the position of the body that a ball hits, and the distance; None if it moves."""
     if isinstance(one.gap, RoundGap):
         return one.gap.piece.centre, one.gap.reach
     if not isinstance(one.gap, PairGap) or one.gap.free:
@@ -78,8 +78,8 @@ def _place_beside(one: Candidate, body: Body) -> tuple[Vector, arb] | None:
 def axis_of_mirror(first: Candidate, other: Candidate) -> int | None:
     """Return the axis along which two impacts of a ball are mirror images: 0 is x; None: neither.
 
-    It goes between two equal things that rest, straight and without side spin: however the law
-    shares the impact among them, it doesn't move the ball along this axis.
+    The ball moves straight, without side spin, between two equal bodies at rest. However the law
+    divides the impulse between them, it doesn't move the ball along this axis.
     """
     pair = _pair_beside(first, other)
     if pair is None:
@@ -101,9 +101,9 @@ def axis_of_mirror(first: Candidate, other: Candidate) -> int | None:
 
 
 def first_of_instant(tied: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    """Return which impacts of one instant come first: those of a ball with cushions, or all others.
+    """Return the simultaneous impacts that come first: those with cushions, or else all.
 
-    As `docs/physics.md` says of the model: a cushion's impact comes before those of balls.
+    By the model in `docs/physics.md`, an impact with a cushion comes before impacts of balls.
     """
     ranked = sorted(tied, key=lambda one: one.rank)
     bounces = [one for one in ranked if one.choice.kind is EventKind.BALL_CUSHION]
@@ -113,7 +113,7 @@ def first_of_instant(tied: Sequence[Candidate]) -> tuple[Candidate, ...]:
 
 
 def sharing_balls(chosen: Sequence[Candidate]) -> list[list[Candidate]]:
-    """Return impacts in groups: those of different groups have no ball in common."""
+    """Return impacts in groups; impacts of different groups share no ball."""
     groups: list[list[Candidate]] = []
     for one in chosen:
         apart = [group for group in groups if not _share(group, one)]
@@ -127,10 +127,10 @@ def _share(group: Sequence[Candidate], one: Candidate) -> bool:
 
 
 def commute(problem: Problem, first: Candidate, other: Candidate) -> bool:
-    """Whether two impacts of a ball have the same outcome in either order.
+    """Return True if two impacts of a ball have the same outcome in either order.
 
-    Those with two straight sides at right angles, without friction: each changes the ball's motion
-    across its own side alone, or by a factor that doesn't depend on the other.
+    True for two straight sides at right angles, without friction: each impact changes only the
+    motion normal to its own side, or changes the motion by a factor independent of the other side.
     """
     a, b = first.gap, other.gap
     if not (isinstance(a, StraightGap) and isinstance(b, StraightGap)):
