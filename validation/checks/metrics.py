@@ -249,7 +249,7 @@ def _energy_difference_time(result: Result, truth: Truth, horizon: float) -> flo
 
 def _energy_drift(result: Result, _: Truth) -> float:
     if not conserves_energy(result.scene):
-        raise NotMeasuredError("energy is lost in this scene, as it should be")
+        raise NotMeasuredError("energy isn't conserved in this scene")
     energy = _finite(energy_series(result))
     return float(np.max(np.abs(energy - energy[0]))) / _initial(result)
 

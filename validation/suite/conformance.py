@@ -72,8 +72,8 @@ class SceneRun:
         checks = tuple(check for check in record.checks if check.metric == metric)
         if not checks:
             note = record.notes.get(metric) or (
-                "nothing that the engine claims, and no step of it, limits this; or what it is "
-                "compared with isn't independent of the engine `ghostball`"
+                "no limit follows from the claims or the time step of the engine, or the "
+                "reference isn't independent of the engine `ghostball`"
             )
             return Finding("skipped", f"{record.scene}: {note}")
         broken = tuple(check for check in checks if check.passed is False)

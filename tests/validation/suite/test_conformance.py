@@ -36,7 +36,7 @@ def test_who_is_judged_as_another_engine_may_err_by_that_ones_step():
     asked = asked_of(judged, Criteria())
     found = run_scene(judged, galperin, Criteria(), asked).finding("rest_error_max")
     assert found.outcome == "skipped"
-    assert "no step of it, limits this" in found.words
+    assert "no limit follows from the claims" in found.words
 
 
 def test_an_engine_is_found_by_where_its_class_is_with_settings():
