@@ -29,7 +29,7 @@ from ghostball.validation.checks.verdict import (
 )
 from ghostball.validation.results.store import CaseRecord, Results
 
-FAILING = {"unchanged": "unchanged to the bit, but not in work or in the limits that hold"}
+FAILING = {"unchanged": "bit-identical, but its work counters differ or its limits failed"}
 """What a class of changes means where it fails, if that is something else."""
 
 

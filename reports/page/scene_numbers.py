@@ -20,15 +20,15 @@ COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"
 
 
 COUNTED = {
-    "joint_impacts": "impacts of one instant, resolved together",
+    "joint_impacts": "simultaneous impacts, resolved together",
     "unsolved_joint_impacts": "of those, impacts whose impulses were not found",
     "contact_steps": "steps of balls in resting contact",
     "contact_pieces": "further pieces of the motion over such steps",
     "unsolved_contact_steps": "steps of balls in resting contact whose forces were not found",
     "pulls": "overlapping balls pulled apart",
     "put_backs": "balls put back from beyond a cushion",
-    "coincident_pairs": "balls at one and the same place",
-    "overlaps": "overlaps that the search for collisions left alone",
+    "coincident_pairs": "balls at the same position",
+    "overlaps": "overlaps that the search for collisions ignored",
 }
 """Counters of `Result.work` that stand for an approximation or a repair, in words."""
 

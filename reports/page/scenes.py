@@ -201,7 +201,7 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
         series.append(Series(run.style.name, colour, motion.times, drawn, dash_of(run.style)))
         parted = run.metric("first_divergence_time")
         if parted is not None:
-            said = f"{run.style.name}: first other collision at {style.format_time(parted)}"
+            said = f"{run.style.name}: first wrong collision at {style.format_time(parted)}"
             at = np.interp([parted], motion.times, drawn)
             partings.append(
                 Series(said, colour, np.array([parted]), at, marker="✕", line=False, titles=[said])

@@ -25,11 +25,11 @@ STATES = {"running": "it is still running, or was killed"}
 VARIANTS = {
     "contact_steps=exact": (
         "exact steps",
-        "its steps are made to end where balls touch, so that only its solver can err",
+        "its time steps end when balls touch, so the remaining error is from its solver",
     ),
     "config=naive": ("naive", "with the settings that a newcomer types, 60 steps per second"),
 }
-"""What is said of the settings in an engine's name."""
+"""Explanations of settings in the names of engines."""
 
 
 def verdict_html(results: Results, regression: Regression | None) -> Markup:
@@ -128,11 +128,17 @@ def _parts(results: Results, one: Tally) -> list[dict[str, Any]]:
         if kind in one.counts
     ]
     if one.compared_with:
-        counted.append(("own", one.compared_with, "without a truth, others are compared with it"))
+        counted.append(
+            (
+                "own",
+                one.compared_with,
+                "no independent reference: other engines are compared with it",
+            )
+        )
     if one.crashed:
         counted.append(("crashed", one.crashed, "did not finish"))
     if one.unable:
-        counted.append(("unplayed", one.unable, "not played"))
+        counted.append(("unplayed", one.unable, "unsupported"))
     return [
         {
             "slug": slug,

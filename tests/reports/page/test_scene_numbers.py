@@ -43,7 +43,7 @@ def test_every_engine_that_did_not_run_or_failed_has_its_reason(results):
 
 
 def test_what_a_run_counted_is_shown(results):
-    joint = "impacts of one instant, resolved together"
+    joint = "simultaneous impacts, resolved together"
     said = {(one.case.label, one.text) for one in remarks(cases_of(results, "break-7"))}
     assert ("ghostball", f"counted 2 {joint}") in said
 
@@ -62,7 +62,7 @@ def test_a_row_has_a_number_for_each_heading(results):
 
 
 def test_what_engines_counted_is_summed_over_the_scenes(module_folder):
-    joint = "impacts of one instant, resolved together"
+    joint = "simultaneous impacts, resolved together"
     pulls = "overlapping balls pulled apart"
     where = [(scene, 3) for scene in ("break-7", "head-on", "stop")]
     assert list(counted_rows(Results.open(module_folder))) == [
