@@ -292,5 +292,5 @@ def test_a_projects_baselines_are_compared_with(pytester):
     moved = Baseline.of(Played(late, old.played.log), old.accepted, old.engine)
     path.write_text(moved.text, "utf-8")
     result = run(pytester, "--ghostball")
-    result.stdout.fnmatch_lines(["changed: *it ended at *", "*ghostball regress stop -*"])
+    result.stdout.fnmatch_lines(["changed: *the run ended at *", "*ghostball regress stop -*"])
     assert outcomes(result)["stop::baseline"] == "FAILED"
