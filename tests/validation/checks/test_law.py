@@ -118,7 +118,7 @@ def test_naive_settings_are_excused_by_the_file_and_no_others():
     assert limits_of(naive, names=[("pymunk", settings)]) == {}
     tuned = [("pymunk", settings | {"config": "tuned"})]
     assert "accuracy" in limits_of(naive, names=tuned)
-    assert "default settings" in common_criteria().excuse("pymunk", settings)
+    assert "a newcomer types" in common_criteria().excuse("pymunk", settings)
     # A setting of the same name excuses nobody else.
     assert "accuracy" in limits_of(naive, names=[("mine", settings)])
     assert common_criteria().excuse("mine", settings) == ""

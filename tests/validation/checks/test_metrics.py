@@ -294,7 +294,7 @@ def test_drift_where_energy_holds_and_rise_everywhere() -> None:
     assert free.values["energy_rise"] == pytest.approx(0.96, rel=1e-12)
     lossy = measure(result(scene(), ends, [1.0, 0.5, 1.1]), truth())
     assert lossy.values["energy_drift"] is None
-    assert "is lost" in lossy.notes["energy_drift"]
+    assert "conserved" in lossy.notes["energy_drift"]
     assert lossy.values["energy_rise"] == pytest.approx(0.96, rel=1e-12)
     # What comes in sample by sample counts whole: 1, 0.5, 0.8, 1.1 m/s.
     slow = measure(
