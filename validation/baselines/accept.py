@@ -87,8 +87,8 @@ def accept(
     Raises `RefusedError` if a result to be accepted fails a limit on its error; if no limit judges
     any of them; if the engine gave other bits when it played one of the scenes again; if there is
     no more to accept than what the engine did not finish. Raises `AcceptError` if there is no
-    reason, no comparison, one of other code than what is here now, or nothing to accept. Nothing is
-    written then.
+    reason, no comparison, one of other code than what is here now, one of other results than those
+    of the folder, or nothing to accept. Nothing is written then.
     """
     if not reason.strip():
         raise AcceptError(
@@ -97,17 +97,18 @@ def accept(
         )
     regression = _regression_in(results, gate)
     accepted, run = accepted_now(regression.head, reason), Results.open(results)
+    candidates = [one for one in regression.scenes if one.can_be_accepted]
+    left = [one for one in candidates if not _is_any(one.scene, only) and _is_left(one, gate)]
     baselines = {
-        one.scene: Baseline.of(played_in(run, gate, one.scene), accepted, gate.engine)
-        for one in regression.scenes
-        if one.can_be_accepted
+        one.scene: _baseline_of(one, run, accepted, gate)
+        for one in candidates
+        if _is_any(one.scene, only)
     }
-    candidates = [
+    chosen = [
         one
-        for one in regression.scenes
+        for one in candidates
         if one.scene in baselines and not _was_accepted(one, baselines[one.scene], gate)
     ]
-    chosen = [one for one in candidates if _is_any(one.scene, only)]
     there = [one for one in regression.stale if baseline_path(gate.folder, one).exists()]
     stale = [name for name in there if _is_any(name, only)]
     asked = [one for one in regression.scenes if _is_any(one.scene, only)]
@@ -123,7 +124,7 @@ def accept(
         if lost:
             said = "; ".join(f"{one.scene}: {one.summary}" for one in lost)
             raise RefusedError(f"{gate.engine}: {said}. Fix it, and run `ghostball regress` again")
-        names = ", ".join([*(one.scene for one in candidates), *there]) or "nothing"
+        names = ", ".join([*(one.scene for one in left), *there]) or "nothing"
         raise NothingToAcceptError(
             f'nothing to accept matches "{" ".join(only)}"; what there is to accept: {names}'
         )
@@ -137,7 +138,7 @@ def accept(
     return Acceptance(
         tuple(one.scene for one in chosen),
         tuple(stale),
-        tuple(one.scene for one in candidates if one not in chosen),
+        tuple(one.scene for one in left),
         tuple(broken),
         tuple(lost),
         changelog,
@@ -176,6 +177,32 @@ def _refuse_unproved(broken: Sequence[SceneChange], unjudged: str) -> None:
 
 def _is_any(scene: str, patterns: Sequence[str]) -> bool:
     return any(fnmatchcase(scene, pattern) for pattern in patterns)
+
+
+def _baseline_of(change: SceneChange, run: Results, accepted: Accepted, gate: Gate) -> Baseline:
+    """Return the baseline that accepts a run, which must be the run that was compared."""
+    played = played_in(run, gate, change.scene)
+    if played.record.bits != change.head_hash:
+        raise AcceptError(
+            f"{change.scene}: its run isn't the one that was compared, so nobody has seen what "
+            "would be accepted. Run `ghostball regress` again, and look at what it says"
+        )
+    return Baseline.of(played, accepted, gate.engine)
+
+
+def _is_left(change: SceneChange, gate: Gate) -> bool:
+    """Return True unless a scene, for which nobody asks now, was accepted since it was compared."""
+    path = baseline_path(gate.folder, change.scene)
+    if not path.exists():
+        return True
+    try:
+        now = load_baseline(path, gate.engine).record
+    except BaselineSchemaError:
+        return True
+    if change.base_hash == change.head_hash:  # the hash doesn't tell; counters may
+        counters = change.counters
+        return not counters or any(now.work.get(one.name) != one.head for one in counters)
+    return now.bits != change.head_hash
 
 
 def _was_accepted(change: SceneChange, baseline: Baseline, gate: Gate) -> bool:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ghostball.model import EngineFailedError, Scene, UnsupportedSceneError
+from ghostball.model import EngineFailedError, GhostballError, Scene, UnsupportedSceneError
 from ghostball.model.hashes import bits_hash
 from ghostball.reference_adapters.registry import (
     OURS,
@@ -217,11 +217,20 @@ def _played(results: Results, label: str, *, whole: bool) -> Iterator[Played]:
 
 
 def played_in(results: Results, gate: Gate, scene: str) -> Played:
-    """Return what an engine did in a scene that was compared; shots of many balls run again."""
+    """Return what an engine did in a scene that was compared; shots of many balls run again.
+
+    Raises `GhostballError` if the results hold no run of the scene.
+    """
     case = results.case(scene, gate.label)
     if case is not None:
         return Played.stored(results, case)
-    return _many_ball_run(next(one for one in many_balls() if one.name == scene))
+    shot = next((one for one in many_balls() if one.name == scene), None)
+    if shot is None or gate.label != OURS:
+        raise GhostballError(
+            f'scene "{scene}" was compared, and {results.path} holds no run of it on '
+            f"`{gate.label}` any more. Run `ghostball regress` again"
+        )
+    return _many_ball_run(shot)
 
 
 def _many_ball_run(scene: Scene) -> Played:

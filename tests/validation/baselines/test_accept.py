@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import gate
 import pytest
 
+from ghostball.model import GhostballError
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError
 from ghostball.validation.baselines.baseline import baseline_path
-from ghostball.validation.baselines.regression import save_regressions
+from ghostball.validation.baselines.gate import played_in
+from ghostball.validation.baselines.regression import load_regression, save_regressions
 
 
 def test_one_of_two_changes_is_accepted_and_the_other_still_fails(accepted):
@@ -60,6 +64,50 @@ def test_a_baseline_that_is_not_the_one_that_was_compared_with_is_not_overwritte
     with pytest.raises(AcceptError, match="isn't what was compared with"):
         accepted.accept("Mine.")
     assert "cut.json" not in accepted.contents()
+
+
+def test_results_that_are_not_those_that_were_compared_are_not_accepted(accepted):
+    accepted.plant({"cut": 1.01})
+    accepted.compare()
+    found = load_regression(accepted.out)
+    accepted.plant({"cut": 1.02})
+    accepted.compare()
+    save_regressions([found], accepted.out)
+    before = accepted.contents()
+    with pytest.raises(AcceptError, match=r"cut: .*isn't the one that was compared, so"):
+        accepted.accept()
+    assert accepted.contents() == before
+
+
+def test_a_scene_that_the_results_hold_no_more_is_named(accepted):
+    accepted.plant({"cut": 1.01})
+    accepted.compare()
+    found = load_regression(accepted.out)
+    (cut,) = (one for one in found.scenes if one.scene == "cut")
+    gone = cut.model_copy(update={"scene": "gone"})
+    save_regressions([found.model_copy(update={"scenes": (gone,)})], accepted.out)
+    with pytest.raises(
+        GhostballError, match=r'"gone" was compared, and .* no run of it'
+    ):
+        accepted.accept()
+
+
+def test_only_what_is_asked_for_is_read_or_simulated_again(accepted, monkeypatch):
+    asked = []
+
+    def played(results, gate, scene):
+        asked.append(scene)
+        return played_in(results, gate, scene)
+
+    accepting = import_module("ghostball.validation.baselines.accept")  # not the function
+    monkeypatch.setattr(accepting, "played_in", played)
+    accepted.plant({"cut": 1.01, "roll": 0.99})
+    accepted.compare()
+    assert accepted.accept(only=["cut"]).left == ("roll",)
+    assert asked == ["cut"]
+    # What was accepted since isn't left.
+    assert accepted.accept(only=["roll"]).left == ()
+    assert asked == ["cut", "roll"]
 
 
 def test_the_changelog_has_the_newest_entry_on_top_and_keeps_the_others(accepted):
