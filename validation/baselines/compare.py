@@ -193,15 +193,17 @@ _WHY = (
 def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> Answer | None:
     """Return the answer of the third rule; None if no reference result gives one."""
     before, after = one.accuracy, two.accuracy
+    # An unphysical run needs no reference result: only its own motion shows it.
+    was_broken = before is not None and before.kind == "broken"
+    if after is not None and after.kind == "broken":
+        return "changed" if was_broken else "worse"
+    if after is not None and was_broken:
+        return "better"
     if one.is_own_measure != two.is_own_measure:  # one of both is the only reference
         return "changed"
     if before is None or after is None or one.truth != two.truth:
         return _by_proved_part(one, two)
-    if after.kind == "broken":
-        return "changed" if before.kind == "broken" else "worse"
     if after.kind == "another shot":
-        if before.kind == "broken":
-            return "better"
         if before.kind != "another shot":
             return "wrong collisions"
         more = (after.agree or 0) - (before.agree or 0)

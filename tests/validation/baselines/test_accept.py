@@ -86,9 +86,7 @@ def test_a_scene_that_the_results_hold_no_more_is_named(accepted):
     (cut,) = (one for one in found.scenes if one.scene == "cut")
     gone = cut.model_copy(update={"scene": "gone"})
     save_regressions([found.model_copy(update={"scenes": (gone,)})], accepted.out)
-    with pytest.raises(
-        GhostballError, match=r'"gone" was compared, and .* no run of it'
-    ):
+    with pytest.raises(GhostballError, match=r'"gone" was compared, and .* no run of it'):
         accepted.accept()
 
 

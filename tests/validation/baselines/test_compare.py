@@ -255,6 +255,22 @@ def test_errors_against_another_reference_are_not_compared():
     assert of(gate.off(MOVED, 1.0), BASE).base_error == 1e-12
 
 
+@pytest.mark.parametrize("before", [{"accuracy": None}, {"accuracy": None, "truth": None}])
+def test_what_became_unphysical_is_worse_whatever_was_known_before(before):
+    broken = gate.having(MOVED, accuracy=BROKEN)
+    assert of(broken, gate.having(BASE, **before)).change == "worse"
+    assert of(broken, gate.having(BASE, truth="closed form")).change == "worse"
+    was = gate.having(BASE, accuracy=BROKEN, truth="closed form")
+    assert of(broken, was).change == "changed"
+    assert of(gate.off(MOVED, 1e-3), was).change == "better"
+
+
+def test_an_unphysical_run_is_worse_than_the_reference_itself():
+    ours = gate.having(BASE, accuracy=None, truth="our engine (not independent)")
+    other = gate.having(MOVED, accuracy=BROKEN, engine="pymunk", truth=ours.record.truth)
+    assert compare(ours, other).change == "worse"
+
+
 def test_without_a_reference_other_collisions_than_before_are_wrong():
     base = gate.having(BASE, accuracy=None)
     extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
