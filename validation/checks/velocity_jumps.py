@@ -9,12 +9,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from ghostball.model import EventKind, Events, Result, SampledTrajectory, Scene, Status
+from ghostball.model import (
+    COLLISION_KINDS,
+    EventKind,
+    Events,
+    Result,
+    SampledTrajectory,
+    Scene,
+    Status,
+)
 from ghostball.model.arrays import FloatArray
+from ghostball.model.events import LEAVING_KINDS
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
 from ghostball.validation.grading.near_misses import gaps_of, things_of
-from ghostball.validation.grading.phase_ends import PHASE_ENDS
 from ghostball.validation.runs.sampling import energy_times, events_of, times_gone
+
+_CONTACTS = (*COLLISION_KINDS, *LEAVING_KINDS)
+"""Kinds of events that may change a velocity at once, where no ball flies."""
 
 _NEAR = 1e-3
 """Gap at which a ball counts as touching a body, in units of the smallest radius."""
@@ -28,7 +39,8 @@ def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float =
     contact with the cloth.
 
     `resolution` [m]: of the engine, see `reference_adapters.base.resolution_of`. A time-stepping
-    engine may report a contact one step earlier or later than its motion shows the contact.
+    engine may report a contact one step earlier or later than its motion shows the contact. A
+    report explains a change only if the ball could have touched something at that time.
     `share` [J]: an energy up to this value is returned as 0.
 
     At the end of a run with the status "rest", all velocities are 0.
@@ -44,20 +56,25 @@ def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float =
     changes = np.linalg.norm(np.diff(velocities[..., :2], axis=0), axis=2)
     lasts = (np.diff(times) + step)[:, np.newaxis]
     beyond = changes - lasts * _slowed(scene, np.maximum(speeds[:-1], speeds[1:]))
-    beyond[times[1:, np.newaxis] >= times_gone(result)] = 0.0
+    beyond[times[:-1, np.newaxis] >= times_gone(result)] = 0.0
     energies = 0.5 * scene.masses * np.maximum(beyond, 0.0) ** 2
     # An engine that states nothing may step from one instant to the next.
     ends = np.concatenate([times[:1], times, times[-1:]])
     since, until = ends[:-3] - step, ends[3:] + step
+    reported = np.zeros(energies.shape, dtype=bool)
     for ball in range(len(scene.balls)):
         contacts = _contacts_of(ball, events_of(result))
-        reported = np.searchsorted(contacts, until, "right") > np.searchsorted(contacts, since)
-        energies[reported, ball] = 0.0
+        before, after = np.searchsorted(contacts, since), np.searchsorted(contacts, until, "right")
+        reported[:, ball] = after > before
     for k in np.flatnonzero(np.sum(energies, axis=1) > share).tolist():
-        # What two balls may cover of the gap between them from one instant to the next.
-        near = 2.0 * (late + float(np.max(speeds[k : k + 2])) * float(times[k + 1] - times[k]))
         for ball in np.flatnonzero(energies[k]).tolist():
-            if _touches(scene, ball, positions[k : k + 2], near):
+            # A report counts from the instant before to the instant after, and a step beyond.
+            more = 1 if reported[k, ball] else 0
+            rows = slice(max(k - more, 0), k + 2 + more)
+            # What two balls may cover of the gap between them from one instant to the next.
+            longest = float(np.max(np.diff(times[rows])))
+            near = 2.0 * ((1 + more) * late + float(np.max(speeds[rows])) * longest)
+            if _touches(scene, ball, positions[rows], near):
                 energies[k, ball] = 0.0
     largest = float(np.max(np.sum(energies, axis=1), initial=0.0))
     return largest if largest > share else 0.0
@@ -92,7 +109,7 @@ def _slowed(scene: Scene, speeds: FloatArray) -> FloatArray:
 def _contacts_of(ball: int, events: Events) -> FloatArray:
     """Return the times at which a ball has a contact or leaves the table, (m,) [s], increasing."""
     mine = (events["a"] == ball) | ((events["kind"] == EventKind.BALL_BALL) & (events["b"] == ball))
-    contacts: FloatArray = np.sort(events["t"][mine & ~np.isin(events["kind"], PHASE_ENDS)])
+    contacts: FloatArray = np.sort(events["t"][mine & np.isin(events["kind"], _CONTACTS)])
     return contacts
 
 
@@ -100,5 +117,8 @@ def _touches(scene: Scene, ball: int, positions: FloatArray, near: float) -> boo
     """Return True if a ball may come within `near` [m] of touching, at positions (k, n, 3)."""
     reach = _NEAR * float(np.min(scene.radii)) + near
     others = [other for other in range(len(scene.balls)) if other != ball]
-    things = [*others, *things_of(scene)]
+    away = np.linalg.norm((positions - positions[:, ball : ball + 1])[:, others, :2], axis=2)
+    if np.any(away - scene.radii[others] - scene.radii[ball] <= reach):
+        return True
+    things = things_of(scene)
     return any(bool(np.any(gaps_of(scene, ball, one, positions) <= reach)) for one in things)
