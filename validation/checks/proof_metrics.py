@@ -10,16 +10,17 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from ghostball.model import ExactTrajectory, Result, SampledTrajectory, Samples
+from ghostball.model import EventKind, ExactTrajectory, Result, SampledTrajectory, Samples, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.checks.energy_curve import compared_instants, energy_differences
-from ghostball.validation.grading.event_logs import ALL_KINDS, events_in, proved_events
+from ghostball.validation.grading.event_logs import ALL_KINDS, Event, events_in, proved_events
 from ghostball.validation.grading.gradable import Gradable, proved_motion
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.grading.horizon import extent_of
-from ghostball.validation.grading.phase_ends import first_contact, phase_ends
+from ghostball.validation.grading.near_misses import gaps_of, things_of
+from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact, phase_ends
 from ghostball.validation.grading.tolerances import LEAST_DOUBLE, UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import UNIFORM_TIMES, events_of, times_gone
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
@@ -143,17 +144,23 @@ def phase_time_error(result: Result, truth: Truth, horizon: float, resolution: R
 def early_path_error(result: Result, truth: Truth, resolution: Resolution) -> float:
     """Return the largest position error before the first contact [m], of an engine that steps.
 
-    Of the proved contacts and those of the run, the first. In space where balls may fly, else in
-    the plane.
+    Of the proved contacts and those of the run, the first. A contact of the run counts only where
+    the proved motion has the ball near what it is said to touch. In space where balls may fly, else
+    in the plane.
 
     `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
     """
     certificate = known(truth.certificate, truth, "proof")
     require_end(result)
-    if stated_error(resolution) == 0.0:
+    error = stated_error(resolution)
+    if error == 0.0:
         raise NotMeasuredError("`path_factor` compares the whole path of this engine")
-    found = first_contact(events_in(events_of(result), ALL_KINDS), result.rest_time)
-    until = min(first_contact(proved_events(certificate), float(certificate.t_end)), found)
+    motion = proved_motion(result.scene, certificate)
+    proved = first_contact(proved_events(certificate), float(certificate.t_end))
+    until = min(proved, result.rest_time)
+    for event in events_in(events_of(result), ALL_KINDS):
+        if event.t < until and _may_touch(result.scene, motion, event, error):
+            until = event.t
     frames = result.trajectory
     times = np.linspace(0.0, until, UNIFORM_TIMES)
     if isinstance(frames, SampledTrajectory):
@@ -161,10 +168,26 @@ def early_path_error(result: Result, truth: Truth, resolution: Resolution) -> fl
     times = times[times < until]
     if not len(times) or times[-1] == 0.0:
         raise NotMeasuredError("the run shows no motion before its first contact")
-    true = proved_motion(result.scene, certificate).sample(times).positions
+    true = motion.sample(times).positions
     axes = slice(3 if result.scene.physics.airborne else 2)
     errors = np.linalg.norm((result.sample(times).positions - true)[..., axes], axis=2)
     return float(np.max(np.where(np.isfinite(errors), errors, np.inf)))
+
+
+def _may_touch(scene: Scene, motion: ExactTrajectory, event: Event, error: float) -> bool:
+    """Return True if an event is a contact that an engine's balls may have in a proved motion.
+
+    Both balls may be a radius off, and `error` [m]: past that, nothing is asked of an engine.
+    """
+    if event.kind in PHASE_ENDS:
+        return False
+    reach = 2.0 * (float(np.min(scene.radii)) + error)
+    centres = motion.sample(np.array([event.t])).positions
+    if event.kind is EventKind.BALL_CLOTH:
+        height = float(centres[0, event.a, 2] - scene.radii[event.a])
+        return scene.physics.airborne and 0.0 < height <= reach
+    things = [event.b] if event.kind is EventKind.BALL_BALL else things_of(scene)
+    return any(float(gaps_of(scene, event.a, one, centres)[0]) <= reach for one in things)
 
 
 def _event_time_factor(result: Result, truth: Truth) -> float:

@@ -22,6 +22,7 @@ from ghostball.model import (
     Table,
 )
 from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.function import engine_of
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
@@ -397,3 +398,25 @@ def test_the_path_before_the_first_contact_is_asked_where_the_end_cannot_be_judg
     )
     assert "early_path_error" not in failed_with(name, right)
     assert "early_path_error" in failed_with(name, aside)
+
+
+@pytest.mark.parametrize(
+    ("kind", "b"),
+    [(EventKind.BALL_CLOTH, -1), (EventKind.BALL_CUSHION, 0), (EventKind.BALL_BALL, 1)],
+)
+def test_a_contact_that_no_ball_could_have_hides_nothing_of_the_path_before(
+    kind: EventKind, b: int
+) -> None:
+    scene = find_scene("half-ball-cut")
+    engine = make_engine("pymunk")
+    run = engine.simulate(scene, record="trajectory")
+    positions = frames_of(run).positions.copy()
+    positions[1:, 0, 1] += 0.01
+    aside = with_frames(run, positions=positions)
+    early = np.array([(1e-9, kind, 0, b)], dtype=events_in(run).dtype)
+    said = with_events(aside, np.concatenate([early, events_in(run)]))
+    for shown in (aside, said):
+        found = measure(
+            shown, truth_of(scene), ["early_path_error"], resolution=resolution_of(engine, scene)
+        )
+        assert found.values["early_path_error"] == pytest.approx(0.01, abs=2e-3)
