@@ -29,6 +29,9 @@ Three rules give it, tried in this order:
    is no reference result, the certified part of the shot decides (`quality_factor`); if there is
    no such part, the collisions are compared with the earlier collisions.
 
+A run of generated shots keeps no motion, so its events are unknown. Then the second rule and the
+collisions give no answer, and no first difference is shown.
+
 Records of different scenes can't be compared: "not-comparable", with the reason. A baseline of
 another engine, or of other settings, is refused when it is read (`baseline.load_baseline`).
 """
@@ -66,6 +69,10 @@ NOT_COMPARED = ("wall_time", "accuracy")
 
 Pair = tuple[Event | None, Event | None]
 """An event of the base and an event of the head that differ; None if one log has no event there."""
+
+
+class MotionNotKeptError(GhostballError):
+    """The events of a run are not known, because its motion was not kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +119,7 @@ class Played:
 
 def _log_in(record: CaseRecord, motion: Motion | None) -> Log:
     if motion is None:
-        raise GhostballError(
+        raise MotionNotKeptError(
             f'scene "{record.scene}" on `{record.label}`: its motion was not kept, so its events '
             "can't be compared. Run the scene again"
         )
@@ -150,8 +157,11 @@ def compare(
         common["counters"] = ()
     if one.bits == two.bits != "" and _end_of(one) == _end_of(two):
         return SceneChange(**common, change="unchanged", summary=_said(["the same bits"], common))
+    try:
+        before, after = base.log(), head.log()
+    except MotionNotKeptError:
+        return _without_events(one, two, common)
     explained = None if allowance is None else allowance()
-    before, after = base.log(), head.log()
     pair = _apart(before, after, explained)
     horizon = two.shot_horizon if explained is None else _finite(explained.horizon)
     until = math.inf if horizon is None else horizon
@@ -183,6 +193,21 @@ def compare(
         horizon=horizon,
         first_difference=first,
     )
+
+
+def _without_events(one: CaseRecord, two: CaseRecord, common: dict[str, Any]) -> SceneChange:
+    """Compare two runs, the events of one of which are unknown, by error, status and counts."""
+    words = [] if _end_of(one) == _end_of(two) else [_end_words(one, two)]
+    words.append(_distance_words(one, two))
+    if one.accuracy is not None and two.accuracy is not None:
+        words.insert(0, f"{one.accuracy.sentence} -> {two.accuracy.sentence}")
+    for kind in dict.fromkeys([*one.collision_counts, *two.collision_counts]):
+        before, after = (case.collision_counts.get(kind, 0) for case in (one, two))
+        if before != after:
+            words.append(f"{kind} collisions {before} -> {after}")
+    words.append("events aren't compared, because the motion was not kept")
+    answer = _by_error(one, two, None) or "changed"
+    return SceneChange(**common, change=answer, summary=_said(words, common))
 
 
 _WHY = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import get_args
 
 import gate
@@ -12,7 +13,7 @@ from hypothesis import given, settings, strategies as st
 
 from ghostball.model import Ball, EventKind
 from ghostball.validation.baselines.baseline import KEPT_EVENTS
-from ghostball.validation.baselines.compare import NEGLIGIBLE, compare
+from ghostball.validation.baselines.compare import NEGLIGIBLE, MotionNotKeptError, compare
 from ghostball.validation.baselines.regression import Answer
 from ghostball.validation.results.records import Accuracy
 from ghostball.validation.scenes.library import find_scene
@@ -308,6 +309,33 @@ def test_two_engines_are_compared_by_their_errors_and_collisions_alone():
     change = compare(BASE, fewer)
     assert change.change == "wrong collisions"
     assert change.first_difference.words.startswith('event 0: missing: "cue" hits "object" at ')
+
+
+def no_motion():
+    raise MotionNotKeptError("its motion was not kept")
+
+
+def test_runs_without_motion_are_compared_by_error_counts_and_status():
+    def bare(run, **changes):
+        return gate.Played(replace(run.record, **changes), no_motion)
+
+    def never():
+        raise AssertionError("an allowance needs events")
+
+    base = bare(BASE, collision_counts={"ball-ball": 1})
+    far = bare(gate.off(MOVED, 1e-3), collision_counts={"ball-ball": 3}, status="t-max")
+    for allowance in (None, never):
+        change = compare(base, far, allowance)
+        assert (change.change, change.first_difference) == ("worse", None)
+        assert "ball-ball collisions 1 -> 3" in change.summary
+        assert 'the run ended as "t-max" instead of "rest"' in change.summary
+        assert "events aren't compared" in change.summary
+        assert change.rest_head != change.rest_base
+    unknown = compare(bare(BASE, accuracy=None), bare(MOVED, accuracy=None))
+    assert unknown.change == "changed"
+    # One of both runs is enough, and the same bits need no events.
+    assert compare(BASE, far).change == "worse"
+    assert compare(base, base).change == "unchanged"
 
 
 # --- no answer, or no run ---------------------------------------------------------------------
