@@ -45,8 +45,16 @@ def family_of(case: CaseRecord) -> str:
 
 
 def are_stress(cases: Sequence[CaseRecord]) -> bool:
-    """Return True if there are cases and all of them are shots of stress families."""
-    return bool(cases) and all(case.tags[:1] == ("stress",) for case in cases)
+    """Return True if there are cases and all of them are shots of stress families.
+
+    A scene of a user may have the tag "stress" too.
+    """
+    return bool(cases) and all(_is_generated(case) for case in cases)
+
+
+def _is_generated(case: CaseRecord) -> bool:
+    kind, family = [*case.tags, "", ""][:2]
+    return kind == "stress" and family in FAMILIES and case.scene.startswith(f"{family}.")
 
 
 @dataclass(frozen=True)

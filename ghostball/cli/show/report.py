@@ -9,6 +9,7 @@ import typer
 from ghostball.cli.shared.options import FigureChoice, Format, refuse_given
 from ghostball.cli.shared.report import printed, write
 from ghostball.model import GhostballError
+from ghostball.reports.page.stress import FOLDER
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results import frames
 from ghostball.validation.results.store import Results
@@ -37,13 +38,24 @@ def run(
         typer.echo(printed(folder, form), nl=False)
         return ExitStatus.PASSED
     if are_stress(Results.open(folder).cases):
-        raise GhostballError(
-            f"{folder}: holds a run of `ghostball stress`, which is a section of the report of the "
-            f"folder that it lies in: `ghostball validate --out {folder.parent}`, then `ghostball "
-            f"report {folder.parent}`"
-        )
+        raise GhostballError(_where_it_is_shown(folder if folder.name else folder.resolve()))
     written = write(folder, jobs=jobs, figures=figures.value)
     typer.echo(written.page)
     if opened:
         typer.launch(written.page.resolve().as_uri())
     return written.status()
+
+
+def _where_it_is_shown(folder: Path) -> str:
+    """Return why a run of `ghostball stress` has no report of its own, and what to do instead."""
+    why = (
+        f"{folder}: holds a run of `ghostball stress`, which is a section of the report of the "
+        "results folder OUT if it lies in OUT/stress"
+    )
+    if folder.name == FOLDER:
+        out = folder.parent
+        return f"{why}. Run `ghostball validate --out {out}`, then `ghostball report {out}`"
+    return (
+        f"{why}. Move {folder} to OUT/stress, then run `ghostball report OUT`, or print its "
+        f"results: `ghostball report {folder} --format text`"
+    )

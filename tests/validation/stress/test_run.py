@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.results.records import CaseRecord, Check
 from ghostball.validation.results.store import Results
 from ghostball.validation.stress import Size, chosen_shots, run_stress
@@ -42,6 +43,17 @@ def test_an_engine_with_a_step_is_asked_no_shot_that_lasts(tmp_path):
     assert [case.label for case in slow.cases] == ["ghostball"]
 
 
+@pytest.mark.usefixtures("in_this_process")
+def test_an_engine_that_cannot_state_its_error_is_asked_and_fails(tmp_path, monkeypatch):
+    def broken(engine, scene):
+        raise ZeroDivisionError("planted")
+
+    monkeypatch.setattr(PymunkEngine, "resolution", broken)
+    (found,) = run(tmp_path, ["pymunk"], ["extremes/speed-elastic-1e-09"]).cases
+    assert (found.outcome, found.fault) == ("failed", "engine")
+    assert "planted" in found.reason
+
+
 SHOT = chosen_shots(Size(), ONE)[0].scene
 
 
@@ -72,6 +84,8 @@ def test_shots_are_counted_by_family_and_engine():
     ]
     assert are_stress(cases)
     assert not are_stress([])
+    for other in ({"tags": ("stress",)}, {"tags": ("stress", "mine")}, {"scene": "mine"}):
+        assert not are_stress([*cases, case(0.1, **other)])
     found = tallies(cases)
     assert found["grazing", "pymunk"].text == "1/3, 1 not judged"
     assert found["grazing", "other"].text == "–"

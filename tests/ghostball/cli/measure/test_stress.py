@@ -11,6 +11,7 @@ import ghostball.cli.measure.stress
 from ghostball.cli import app
 from ghostball.reference_adapters.pybullet.engine import PybulletEngine
 from ghostball.validation.results.store import Results
+from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress import FAMILIES
 
 ONE = "grazing/rolling-hit-1e-01"
@@ -40,6 +41,41 @@ def test_a_run_is_a_section_of_the_report_of_the_folder_that_it_lies_in(tmp_path
     assert stress(ONE, "-e", "ghostball", "--out", folder).exit_code == 0
     alone = CliRunner().invoke(app, ["report", str(folder)])
     assert refused(alone, f"`ghostball report {folder.parent}`")
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_a_run_elsewhere_is_told_where_the_report_looks_for_it(tmp_path):
+    folder = tmp_path / "shots"
+    assert stress(ONE, "-e", "ghostball", "--out", folder).exit_code == 0
+    alone = CliRunner().invoke(app, ["report", str(folder)])
+    assert refused(alone, f"Move {folder} to OUT/stress")
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_a_scene_of_a_user_with_the_same_tag_has_a_report(tmp_path):
+    file = tmp_path / "mine.toml"
+    scene = find_scene("stop").model_copy(update={"name": "mine", "tags": ("stress",)})
+    scene.save(file)
+    arguments = ["-e", "ghostball", "--no-report", "--out", str(tmp_path / "out")]
+    assert CliRunner().invoke(app, ["validate", str(file), *arguments]).exit_code == 0
+    arguments = ["report", str(tmp_path / "out"), "--figures=none"]
+    assert CliRunner().invoke(app, arguments).exit_code == 0
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_runs_and_engines_are_compared_although_no_motion_is_kept(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    name, coarse = "grazing/rolling-hit-1e-04", "pymunk:dt=0.05"
+    for folder in ("a", "b"):
+        stress(name, "-e", "ghostball", "-e", coarse, "--out", tmp_path / folder)
+    same = CliRunner().invoke(app, ["diff", str(tmp_path / "a"), str(tmp_path / "b")])
+    assert same.exit_code == 0, same.output
+    assert "2 of 2 cases alike" in same.stdout
+    arguments = ["diff", "ghostball", coarse, "--out", str(tmp_path / "a"), "--format=json"]
+    (case,) = json.loads(CliRunner().invoke(app, arguments).stdout)["cases"]
+    assert case["failed"]
+    assert case["first_difference"] is None
+    assert "ball-ball collisions 1 -> 0" in case["summary"]
 
 
 @pytest.mark.parametrize("option", ["--open", "--figures=none", "--jobs=2"])
