@@ -126,7 +126,7 @@ def board_of(results: Results, *, progress: Progress[str] | None = None) -> Boar
                     )
                 )
     stored = committed(BoardMeasurement)
-    earlier: dict[str, str] = Field(default_factory=dict)
+    earlier: dict[str, str] = {}
     if stored is not None:
         kept = [one for one in stored.cases if one.label not in results.labels]
         earlier = {one.label: stored.earlier.get(one.label, stored.where) for one in kept}

@@ -28,9 +28,10 @@ made elsewhere is a file of it. In SI units; balls are in the order of the scene
                         approximately, and how: {"balls that roll and never slide": "in steps"}, by
                         the names of `ghostball engines`. The rest it claims to be exact
 
-Positions and velocities may be in the plane, [x, y]: then balls lie on the cloth. A run in a file
-must have `engine`, `scene`, `status` and `rest_time`; for a function they are known, or follow from
-the samples. `ghostball run --format json` prints the same keys, but the samples.
+Positions and velocities may be in the plane, [x, y]: then balls lie on the cloth. A function must
+return `rest_positions`, `events` and `samples`, and may return `rest_time`, `status`, `reason`,
+`wall_time` and `scene`. All keys are for runs in files, which must have `engine`, `scene`, `status`
+and `rest_time`, too. `ghostball run --format json` prints the same keys, but the samples.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@
     samples         (t, positions, velocities, angular_velocities) each: the motion, from t = 0 to
                     the end. Balls that roll without slip need no angular velocities
 
-`answer` says all that it may hold.
+`answer` says which keys the dict may hold.
 
 Its parameters with a default are its settings, but for those that begin with an underscore:
 `-e my_module:simulate:dt=1e-4`. One that is called `dt` is its step: what that allows is then

@@ -268,6 +268,7 @@ class ClosedForm(Stepper):
     def _advance(self, dt: float, t: float) -> None:
         """Step by `dt` [s], to the instant `t` [s]."""
         world, before = self._world, self._positions
+        self._kicked[:] = False
         start = self._cloth.copy() if world.collides_first else None
         displacements, changes = self._cloth.advance(dt)
         self.changes = list(changes)
