@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from right_shots import broken, stress_shots
+from right_shots import broken, judged, stress_shots
 from shots import kept_scene
 
 from ghostball.engine import simulate
@@ -153,6 +153,27 @@ def test_a_row_that_takes_too_many_events_or_steps_or_leaves_some_unsolved_is_se
 
 def test_the_collisions_of_galperin_are_the_digits_of_pi():
     assert [galperin(k) for k in range(9)] == [int("314159265"[: k + 1]) for k in range(9)]
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("seed", [0, 7])
+def test_a_gas_that_collides_too_often_or_too_seldom_is_seen(seed: int):
+    asked = shot("long-runs/gas-1000", Size(seed=seed))
+    run = simulate(asked.scene, record="trajectory")
+    assert broken_in(asked, run) == set()
+    for share in (0.6, 1.5):
+        counts = {kind: int(share * count) for kind, count in run.collision_counts.items()}
+        assert broken_in(asked, replace(run, collision_counts=counts)) == {"ball_ball_count"}
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("path", [path for path, _ in stress_shots(Size(), "reversal")])
+def test_each_shot_of_the_quick_size_is_turned_round_and_measured(path: str):
+    asked = shot(path, Size())
+    found = judged(asked.scene, asked.criteria, reference=False)
+    assert found.faults == ()
+    measured = {check.metric for check in found.record.checks if check.passed is not None}
+    assert {"reversal_error", "reversal_factor"} <= measured
 
 
 @pytest.mark.slow
