@@ -119,7 +119,7 @@ def page_text(
             "Engines beside real tables",
             Part(lambda: real_tables_html(results)),
         ),
-        section("stress", "Stress", "Stress survival", Part(lambda: stress_html(results))),
+        section("stress", "Generated shots", "Generated shots", Part(lambda: stress_html(results))),
         section(
             "run",
             "About this run",

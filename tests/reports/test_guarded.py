@@ -45,7 +45,7 @@ PARTS = {
     "ledgers_html": "Where the energy went",
     "hashes_html": "Determinism",
     "timing_html": "Run times",
-    "stress_html": "Stress survival",
+    "stress_html": "Generated shots",
     "truth_html": "What is true here",
     "environment_html": "Environment",
 }

@@ -64,11 +64,6 @@ def definition_hash(definition: Mapping[str, Any]) -> str:
     return sha256(json.dumps(definition, sort_keys=True).encode()).hexdigest()
 
 
-def scene_hash(scene: Scene) -> str:
-    """Return the hash of a scene."""
-    return definition_hash(scene.model_dump(mode="json", by_alias=True))
-
-
 def scene_from(definition: Mapping[str, Any], name: str) -> Scene:
     """Return the scene that results hold the definition of.
 
