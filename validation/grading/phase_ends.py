@@ -6,7 +6,8 @@
 The log of each ball is cut at its collisions, whose order both logs share. Between two collisions a
 ball ends at most one slide and one roll. A time-stepping engine may omit a phase that is shorter
 than its step, or report a phase that the certified motion doesn't have. So if a run lacks an end,
-the end is taken at the ball's collision before it or after it, whichever is nearer.
+the end is taken at the ball's collision before it or after it in the run, whichever is nearer in
+time; the end of the run counts as the collision after the last one.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ def _times(leg: _Leg, true: Event, found: Sequence[Event]) -> Collection[float]:
         ]
         if times:
             return times
-    return leg.begins, max(leg.ends, true.t)
+    return leg.begins, leg.ends
 
 
 def _legs(proved: Sequence[Event], found: Sequence[Event], end: float) -> dict[int, list[_Leg]]:

@@ -58,6 +58,14 @@ def test_an_end_that_is_missing_is_at_the_nearest_collision() -> None:
     assert late_by(found)[1.5] == 0.5
 
 
+def test_an_end_that_is_missing_is_no_later_than_the_collision_after_it() -> None:
+    # The cushion comes at 1.375 s, before the end of 1.5 s.
+    found = [one for one in changed(PROOF[5], (1.375, BOUNCE, 1, 0)) if one != PROOF[3]]
+    assert late_by(found)[1.5] == 0.125
+    # So it is where the run ends before.
+    assert late_by(PROOF[:-1], end=4.5)[5.0] == 0.5
+
+
 def test_a_slide_may_end_as_the_ball_rests() -> None:
     assert late_by([one for one in PROOF if one != PROOF[2]])[1.25] == 0.75
 
