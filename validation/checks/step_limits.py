@@ -190,18 +190,18 @@ def _outcome(
     if more is None:
         return
     late = step.words
-    moved = float(np.max(more * (step.delays @ lateness.places)))
-    if math.isfinite(moved):
-        if between + moved > smallest:
-            return
-        yield (
-            "rest_error_max",
-            {"at_most": LEAST + between + moved},
-            f"{late}, which moves the rest positions of this shot by at most {moved:.3g} m; "
-            f"the motion between contacts adds {between:.3g} m.",
-        )
-        most = float(np.max(more))
-        yield from _on_the_way(rule, scene, lateness, step, between, most)
+    # NaN or infinite where a collision has no derivative: the sums limit nothing past it.
+    with np.errstate(invalid="ignore"):
+        moved = float(np.max(more * (step.delays @ lateness.places)))
+    if not between + moved <= smallest:
+        return
+    yield (
+        "rest_error_max",
+        {"at_most": LEAST + between + moved},
+        f"{late}, which moves the rest positions of this shot by at most {moved:.3g} m; "
+        f"the motion between contacts adds {between:.3g} m.",
+    )
+    yield from _on_the_way(rule, scene, lateness, step, between, float(np.max(more)))
     if own:
         reason = f"{late}: this can't make a collision of this shot vanish or come twice."
         yield "ball_ball_count_error", {"equals": 0}, reason

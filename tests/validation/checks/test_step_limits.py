@@ -420,3 +420,19 @@ def test_a_contact_that_no_ball_could_have_hides_nothing_of_the_path_before(
             shown, truth_of(scene), ["early_path_error"], resolution=resolution_of(engine, scene)
         )
         assert found.values["early_path_error"] == pytest.approx(0.01, abs=2e-3)
+
+
+@pytest.mark.parametrize("unknown", [np.nan, np.inf])
+def test_past_what_has_no_derivative_only_the_beginning_is_judged(unknown: float) -> None:
+    scene, engine = find_scene("stun-shot"), make_engine("pymunk")
+    truth = truth_of(scene)
+    assert truth.lateness is not None
+    lateness = replace(truth.lateness, places=np.full_like(truth.lateness.places, unknown))
+    rule = Criteria().step_rule(engine.name, plain_settings(engine), common_criteria())
+    assert rule is not None
+    known, past = (
+        {one.metric for one in step_criteria(rule, engine, scene, each)}
+        for each in (truth, replace(truth, lateness=lateness))
+    )
+    assert {"rest_error_max", "ball_ball_count_error"} <= known
+    assert past - {"matching_events"} == {"energy_rise", "overlap_max", "early_path_error"}
