@@ -19,7 +19,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ghostball.model import EventKind, Result, SampledTrajectory
+from ghostball.model import EventKind, Result, SampledTrajectory, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.grading.event_logs import compare_logs, events_in
 from ghostball.validation.runs.sampling import (
@@ -34,6 +34,28 @@ _JUMPS = tuple(
     kind for kind in EventKind if kind not in (EventKind.SLIDE_TO_ROLL, EventKind.ROLL_TO_REST)
 )
 """Kinds of events that change the energy at once."""
+
+
+def conserves_energy(scene: Scene) -> bool:
+    """Whether energy should hold in a scene: no friction, no drag, everything elastic."""
+    physics = scene.physics
+    cushions = scene.table is not None and scene.table.has_cushions
+    elastic_cushions = physics.cushion == "mirror" or (
+        physics.cushion == "restitution"
+        and physics.cushion_restitution == physics.cushion_tangential_restitution == 1.0
+        and physics.cushion_restitution_loss == 0.0
+    )
+    slides = bool(np.any(scene.sliding_frictions)) or physics.ball_friction != 0.0
+    twists = bool(np.any(scene.spinning_friction_rates * scene.angular_velocities[:, 2]))
+    return (
+        (physics.motion == "rolling" or not (slides or twists))
+        and physics.rolling_friction == 0.0
+        and physics.air_drag == physics.rolling_friction_quadratic == 0.0
+        and not physics.airborne
+        and (scene.table is None or not scene.table.holes)
+        and (len(scene.balls) == 1 or physics.ball_restitution == 1.0)
+        and (not cushions or elastic_cushions)
+    )
 
 
 def energy_differences(

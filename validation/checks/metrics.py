@@ -12,9 +12,10 @@ from functools import partial
 
 import numpy as np
 
-from ghostball.model import COLLISION_KINDS, EventKind, Result, Scene, first_energy
+from ghostball.model import COLLISION_KINDS, EventKind, Result, first_energy
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import ReferenceEngine, Resolution
+from ghostball.validation.checks.energy_curve import conserves_energy
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric_table import METRICS, USUAL
 from ghostball.validation.checks.proof_metrics import (
@@ -164,28 +165,6 @@ def ball_errors(result: Result, truth: Truth) -> FloatArray:
     difference = (result.rest_positions - right) - truth.rest_positions_low
     distances: FloatArray = np.linalg.norm(difference, axis=1)
     return distances
-
-
-def conserves_energy(scene: Scene) -> bool:
-    """Whether energy should hold in a scene: no friction, no drag, everything elastic."""
-    physics = scene.physics
-    cushions = scene.table is not None and scene.table.has_cushions
-    elastic_cushions = physics.cushion == "mirror" or (
-        physics.cushion == "restitution"
-        and physics.cushion_restitution == physics.cushion_tangential_restitution == 1.0
-        and physics.cushion_restitution_loss == 0.0
-    )
-    slides = bool(np.any(scene.sliding_frictions)) or physics.ball_friction != 0.0
-    twists = bool(np.any(scene.spinning_friction_rates * scene.angular_velocities[:, 2]))
-    return (
-        (physics.motion == "rolling" or not (slides or twists))
-        and physics.rolling_friction == 0.0
-        and physics.air_drag == physics.rolling_friction_quadratic == 0.0
-        and not physics.airborne
-        and (scene.table is None or not scene.table.holes)
-        and (len(scene.balls) == 1 or physics.ball_restitution == 1.0)
-        and (not cushions or elastic_cushions)
-    )
 
 
 def _rest_error_ulps(result: Result, truth: Truth) -> float:

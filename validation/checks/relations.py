@@ -18,6 +18,7 @@ import numpy as np
 
 from ghostball.model import Ball, Result, Scene, SceneError, Table, UnsupportedSceneError
 from ghostball.reference_adapters.base import ReferenceEngine
+from ghostball.validation.checks.energy_curve import conserves_energy
 from ghostball.validation.checks.proof_metrics import NotMeasuredError, RunIncompleteError
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.playing import run_engine, run_ours
@@ -79,7 +80,10 @@ def reversal_error(engine: ReferenceEngine, result: Result) -> float:
 
 
 def reversal_factor(engine: ReferenceEngine, result: Result) -> float:
-    """Return `reversal_error` in units of what one rounding per event leaves on the way back."""
+    """Return `reversal_error` in units of what one rounding per event leaves on the way back.
+
+    Raises `NotMeasuredError` where `reversal_error` does.
+    """
     error, rounding = _way_back(engine, result)
     return error / rounding
 
@@ -93,6 +97,8 @@ def _way_back(engine: ReferenceEngine, result: Result) -> tuple[float, float]:
     without growth; the way back adds errors of its own.
     """
     scene, turn = result.scene, result.rest_time
+    if not conserves_energy(scene):
+        raise NotMeasuredError("the way back differs from the way there: energy is lost")
     if turn <= 0.0:
         raise NotMeasuredError("nothing moves")
     rounding = rounding_of_way_back(scene, turn)

@@ -24,8 +24,9 @@ from ghostball.model import (
     Status,
     Table,
 )
+from ghostball.validation.checks.energy_curve import conserves_energy
 from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.checks.metrics import _computes, conserves_energy, measure
+from ghostball.validation.checks.metrics import _computes, measure
 from ghostball.validation.runs.sampling import energy_at
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.scene_truth import Truth, truth_of

@@ -97,6 +97,24 @@ def test_nothing_is_asked_of_a_way_back_on_which_rounding_loses_the_way():
     assert "rounding alone keeps the reversed shot" in why
 
 
+@pytest.mark.parametrize("relation", ["reversal_error", "reversal_factor"])
+@pytest.mark.parametrize("friction", [0.0, 0.02])
+def test_nothing_is_asked_of_a_way_back_without_the_energy_lost(
+    relation: str, friction: float
+) -> None:
+    shot = Scene(
+        name="cut",
+        t_max=0.5,
+        physics=Physics(rolling_friction=friction),
+        balls=[
+            Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+            Ball(id="b", position=(0.3, 0.03)),
+        ],
+    )
+    value, why = related(relation, shot)
+    assert (value is None) == ("energy is lost" in why) == (friction > 0.0)
+
+
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_our_engine_is_lost_where_the_tangent_map_says():
