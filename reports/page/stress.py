@@ -39,13 +39,13 @@ def stress_html(results: Results) -> Markup:
         whole=run.state == "complete",
         labels=labels,
         families=[
-            (_title(family), [found.get((family, label), Tally()) for label in labels])
+            (FAMILIES[family].title, [found.get((family, label), Tally()) for label in labels])
             for family in families
         ],
-        sweeps=[(_title(one.family), one) for one in sweeps(run.cases)],
+        sweeps=[(FAMILIES[one.family].title, one) for one in sweeps(run.cases)],
         failed=[
             (
-                _title(family),
+                FAMILIES[family].title,
                 label,
                 len(one.failed),
                 path_of(case.scene),
@@ -55,10 +55,5 @@ def stress_html(results: Results) -> Markup:
             for (family, label), one in found.items()
             for case in one.failed[:1]
         ],
-        asked=[FAMILIES[name] for name in families if name in FAMILIES],
+        asked=[FAMILIES[name] for name in families],
     )
-
-
-def _title(family: str) -> str:
-    known = FAMILIES.get(family)
-    return family if known is None else known.title

@@ -88,7 +88,7 @@ def tallies(cases: Iterable[CaseRecord]) -> dict[tuple[str, str], Tally]:
     for case in cases:
         found[family_of(case), case.label].append(case)
     order = list(FAMILIES)
-    keys = sorted(found, key=lambda key: order.index(key[0]) if key[0] in order else len(order))
+    keys = sorted(found, key=lambda key: order.index(key[0]))
     return {key: Tally(tuple(found[key])) for key in keys}
 
 
