@@ -142,8 +142,9 @@ class Criterion(ForEngines):
 
     With `of` = "touching" the limit is that many times the distance within which balls of the scene
     touch, for all that double precision can tell: `step_limits.touching`. With `of` = "step" it is
-    that many times what the fastest ball moves in a time step of the engine, and no more than the
-    radius of the smallest ball: `step_limits.travel`.
+    that many times the sum of this distance and the way of the fastest ball in a time step of the
+    engine. The way counts as the radius of the smallest ball if the way is longer, or if the engine
+    has no time step: `step_limits.travel`.
     """
 
     claiming: Claim | None = None
