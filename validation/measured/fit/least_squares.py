@@ -228,10 +228,11 @@ class Problem:
         found: Sequence[_Nearest],
         slopes: FloatArray,
     ) -> tuple[FloatArray, Sequence[_Nearest], bool]:
-        """Return better values, what was before each event then, and whether the search has ended.
+        """Return better values, what was before each event then, and whether these are settled.
 
         Those that fit best if all is linear; where it isn't, so little of the way there that the
-        misfit falls; the same if that is hardly a step.
+        misfit falls. The same values if the whole way is hardly a step: they are settled. The same
+        values, not settled, if the misfit falls nowhere on the way.
         """
         weights = np.sqrt(self._precisions)
         left = np.concatenate([_left(found), weights * (values - self._means)])
@@ -255,13 +256,16 @@ class Problem:
             - values
         )
         step[~np.any(every, axis=0)] = 0.0
+        close = _SETTLED * errors
+        if np.all(np.abs(step) <= close):
+            return values, found, True
         for _ in range(_HALVINGS):
-            if np.all(np.abs(step) <= _SETTLED * errors):
-                return values, found, True
             nearest = self._beside(values + step, found)
             if self._misfit(values + step, nearest) < self._misfit(values, found):
                 return values + step, nearest, False
             step = step / 2.0
+            if np.all(np.abs(step) <= close):
+                break
         return values, found, False
 
     def _misfit(self, values: FloatArray, found: Sequence[_Nearest]) -> float:

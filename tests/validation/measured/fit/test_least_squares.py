@@ -85,6 +85,23 @@ def test_the_goodness_is_1_where_only_noise_is_left(solutions):
     assert np.mean([goodness([one]) for one in solutions]) == pytest.approx(1.0, abs=0.1)
 
 
+def test_a_search_that_stalls_has_not_settled(solutions):
+    assert all(one.settled for one in solutions)
+
+    def misleading(physics, played):
+        """Fall only near the place at which the derivative is taken."""
+        off = abs(physics.rolling_friction - 0.1)
+        dip = 2e-5 if abs(off - FRICTION.step) < FRICTION.step / 10.0 else 0.0
+        return [np.array([1.0 + 1e-3 * off - dip]) for _ in played]
+
+    events = [Made(str(k), np.array([1.0]), np.array([0.0])) for k in range(40)]
+    found = Problem(events, [FRICTION], lambda values: build([values[0], 0.2]), misleading).solve(
+        np.array([0.1])
+    )
+    assert found.values[0] == 0.1
+    assert not found.settled
+
+
 def test_events_that_are_spoilt_move_the_values_little():
     clean, spoilt = solved(made(3)), solved(made(3, spoilt=4))
     assert np.all(np.abs(clean.values - spoilt.values) < 3.0 * clean.errors)
