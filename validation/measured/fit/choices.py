@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import Final
@@ -17,6 +17,35 @@ ALIKE: Final = 0.95
 """Correlation from which on two values aren't told apart: one makes up for the other."""
 _TOLD_APART = 2.0
 """Standard deviations by which a law must fit worse to be told from the best one."""
+_MOST_SPREADS = 2
+"""Standard deviations from the mean within which heights of the nose are tried."""
+_HOPELESS = 5.0
+"""Squares of errors by which a height may be worse than the best one if the next is to be tried."""
+MOST_HEIGHTS: Final = 2 * _MOST_SPREADS + 1
+"""Heights of the nose that are tried at most."""
+
+
+def solutions_around(
+    first: int, near: Solution, solve: Callable[[int, Solution], Solution]
+) -> dict[int, Solution]:
+    """Return solutions for several heights of the nose, as `mean_of` takes them.
+
+    `first`: by how many standard deviations the first height is from the mean; the next ones are on
+    both sides of it, until one is hopeless.
+    `near`: where the first search begins.
+    `solve`: solves with a height, beginning at another solution.
+    """
+    first = min(max(first, -_MOST_SPREADS), _MOST_SPREADS)
+    tried: dict[int, Solution] = {}
+    for spreads in (range(first, _MOST_SPREADS + 1), range(first - 1, -_MOST_SPREADS - 1, -1)):
+        last = tried.get(first, near)
+        for each in spreads:
+            last = tried[each] = solve(each, last)
+            least = min(one.misfit for one in tried.values())
+            worse = (last.misfit - least) / max(goodness([last]), 1.0)
+            if worse + each**2 > _HOPELESS:
+                break
+    return tried
 
 
 def mean_of(tried: Mapping[int, Solution]) -> tuple[Solution, float, int]:

@@ -17,11 +17,13 @@ from ghostball.model.features import has_feature
 from ghostball.model.impact_laws import CUSHION_LAWS, LawEntry
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.measured.fit.choices import (
+    MOST_HEIGHTS,
     by_name,
     laws_alike,
     mean_of,
     moves_by_law,
     pairs_alike,
+    solutions_around,
 )
 from ghostball.validation.measured.fit.fields import (
     BEGIN,
@@ -135,7 +137,10 @@ class _Fitting:
         own = {name: [one for one in fields if told_by(one) == {name}] for name in _NAMES}
         laws = self._laws(own["cushion"])
         tries_frictions = bool(own["hit"]) and self._is_friction_open()
-        self._player.steps = sum(map(bool, own.values())) + tries_frictions + len(laws)
+        steps = sum(map(bool, own.values())) + tries_frictions + len(laws)
+        if "cushion_height" in assumed and any("cushion_height" in law.uses for law in laws):
+            steps += MOST_HEIGHTS
+        self._player.steps = steps
         if own["rolling"]:
             self._keep("rolling", own["rolling"], self._solve("rolling", own["rolling"]), {})
         if own["hit"]:
@@ -204,19 +209,14 @@ class _Fitting:
         other. No error from near the best fit tells that: values were 7 errors off.
         """
         height = self._assumed.pop("cushion_height")
+
+        def solve(spreads: int, last: Solution) -> Solution:
+            height_there = height.mean + spreads * height.spread
+            self._values |= {**by_name(fields, last), "cushion_height": height_there}
+            return self._solve("cushion", fields, last.befores)
+
         first = round((near.assumed["cushion_height"] - height.mean) / height.spread)
-        first = min(max(first, -_MOST_SPREADS), _MOST_SPREADS)
-        tried: dict[int, Solution] = {}
-        for spreads in (range(first, _MOST_SPREADS + 1), range(first - 1, -_MOST_SPREADS - 1, -1)):
-            last = tried.get(first, near)
-            for each in spreads:
-                height_there = height.mean + each * height.spread
-                self._values |= {**by_name(fields, last), "cushion_height": height_there}
-                last = tried[each] = self._solve("cushion", fields, last.befores)
-                least = min(one.misfit for one in tried.values())
-                worse = (last.misfit - least) / max(goodness([last]), 1.0)
-                if worse + each**2 > _HOPELESS:
-                    break
+        tried = solutions_around(first, near, solve)
         self._assumed["cushion_height"] = height
         mean, there, best = mean_of(tried)
         found = height.mean + there * height.spread
@@ -394,9 +394,5 @@ _NAMES = {
     "cushion": "contacts with cushions",
     "hit": "hits of a ball at rest",
 }
-_MOST_SPREADS = 2
-"""Standard deviations from the mean within which heights of the nose are tried."""
-_HOPELESS = 5.0
-"""Squares of errors by which a height may be worse than the best one if the next is to be tried."""
 _HELD = 1.5
 """Spread of what a family has told, in steps of differences, up to which the next ones hold it."""

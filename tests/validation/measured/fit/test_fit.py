@@ -105,7 +105,10 @@ def test_a_law_that_uses_no_such_field_is_refused(found):
 
 def test_contacts_alone_tell_no_friction_of_the_cloth(found):
     alone = Harvest([], found.cushion[:20], [], found.noise)
-    fit = fitted(alone, law="han2005")
+    said = []
+    fit = fitted(
+        alone, law="han2005", progress=lambda done, planned, _: said.append((done, planned))
+    )
     assert set(fit.errors) == {
         "cushion_restitution",
         "cushion_restitution_loss",
@@ -116,6 +119,8 @@ def test_contacts_alone_tell_no_friction_of_the_cloth(found):
     assert set(fit.assumed) == {"rolling_friction", "sliding_friction", "cushion_height"}
     height = 0.01 * 2.0 * POOL.radius
     assert fit.assumed["cushion_height"] == Assumed(0.0357, height)
+    # The contacts are fitted again with several heights.
+    assert 1 < max(done for done, _ in said) < said[0][1]
 
 
 @pytest.mark.slow
