@@ -26,7 +26,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
     (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8-sig")
     (tmp_path / "baselines" / "ghostball").mkdir(parents=True)
-    for name in ("pipe.toml", "scene.expect.toml", "baselines/ghostball/stop.toml"):
+    for name in ("pipe.toml", "scene.expect.toml", "baselines/ghostball/stop.json"):
         os.mkfifo(tmp_path / name)
     return tmp_path
 
