@@ -23,8 +23,8 @@ from ghostball.validation.scenes.library import BOARD, select
 class BoardCase(Record):
     """One scene on one engine with its settings.
 
-    `kind`, `error` [m]: class of accuracy, and the rest error; None if there is none, and `note`
-        says why.
+    `kind`, `error` [m]: the accuracy class and the rest error. Each is None if the case has none;
+        `note` then says why.
     `seconds` [s]: run time; None if it was not measured.
     """
 

@@ -23,10 +23,11 @@ made elsewhere is a file of it. In SI units; balls are in the order of the scene
                         as wanted: the engine's name; how it was set; its run time [s]; its version;
                         why it stopped early; counters of its work, such as {"steps": 500}; how many
                         events are "ball-ball" and "ball-cushion", which the events must agree with;
-                        how far off a ball may be when it collides [m], 0 by rounding alone, left
-                        out where nothing is known of that; and what of the scene it represents only
-                        approximately, and how: {"balls that roll and never slide": "in steps"}, by
-                        the names of `ghostball engines`. The rest it claims to be exact
+                        how far a ball may be from its true place at a collision [m]: 0 if only
+                        rounding moves the ball, left out if nobody knows; and the features that the
+                        engine represents only approximately, and how: {"balls that roll and never
+                        slide": "in steps"}, by the names of `ghostball engines`. The engine claims
+                        to represent all other features exactly
 
 Positions and velocities may be in the plane, [x, y]: then balls lie on the cloth. A function must
 return `rest_positions`, `events` and `samples`, and may return `rest_time`, `status`, `reason`,

@@ -186,8 +186,8 @@ def scale(contacts: Contacts, count: int, factor: float) -> None:
 def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) -> None:
     """Find in FORCE the impulses that take the RATE of just the active contacts away.
 
-    But for `noise`: no impulses take what of it is the same in each contact of a row between two
-    cushions, and those that were to take it became arbitrarily large.
+    A part of the rates up to `noise` stays. In a row between two cushions no impulses can take the
+    part that all contacts share; impulses that tried to became arbitrarily large.
 
     Conjugate gradients (Hestenes and Stiefel 1952), scaled by each contact's own mass: few steps
     whatever the masses.

@@ -37,13 +37,14 @@ _LONG = 4.0
 goes e times as far from there: by then what leans as little as `_ASIDE` has gone farther."""
 
 _LEAN = 2.0**-23
-"""How much the push of what holds a ball may lean, over its weight, where it counts as in balance:
-in the time `_LONG`, which multiplies a lean by cosh 4 = 27, it goes less than `_STILL`."""
+"""Largest sideways part of the pushes on a ball in balance, over the ball's weight: in the time
+`_LONG`, which multiplies a lean by cosh 4 = 27, the ball goes less than `_STILL`."""
 
 _MANY_SLOW_IMPACTS = 2**12
 """Slow impacts of a ball, since it last landed on the cloth, after which a wedge may hold it.
 
-Five times what a bounce of `CAPTURE_HEIGHT` comes to in the time `_LONG`: its bounces are lower.
+Five times as many as bounces of the height `CAPTURE_HEIGHT` in the time `_LONG`. The bounces in a
+wedge are lower.
 """
 
 _MOST_SLOW_IMPACTS = 2**17
@@ -167,8 +168,8 @@ def is_wedged(height: FloatArray, balls: Balls, k: int, laws: Laws) -> bool:
     """Whether ball k, which flies, is as slow as its bounces, and in balance between two supports.
 
     Bounces to and fro in a wedge take their energy in a finite time, in which the clock stands
-    still: it can't be waited for what the ball does next. So its balance is found from the weight,
-    which pushes of both supports carry.
+    still, so a run can't wait for the next motion of the ball. The balance of the ball is found
+    from the weight, which pushes of both supports carry.
     """
     ball, up = balls.state[k], height[k, st.UP_SPEED]
     slow = capture_speed(laws, ball.radius)
@@ -188,7 +189,7 @@ def is_wedged(height: FloatArray, balls: Balls, k: int, laws: Laws) -> bool:
             push, push_too = nz - same * oz, oz - same * nz
             if not (square > 0.0 and push > 0.0 and push_too > 0.0):
                 continue
-            # Across both normals: what of the weight no push carries, and the velocity.
+            # Across both normals: the part of the weight that no push carries, and the velocity.
             ax, ay, az = ny * oz - nz * oy, nz * ox - nx * oz, nx * oy - ny * ox
             speed = ax * ball.vx + ay * ball.vy + az * up
             far = _LEAN * _LEAN * square

@@ -5,11 +5,9 @@ The store writes these, and reports are made of them alone.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from hashlib import sha256
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
@@ -57,11 +55,6 @@ BrokenBy = Literal["stopped", "not finite", "energy", "overlap", "jump"]
 changed velocities at once although nothing touched the balls."""
 
 _SIGNS: Final[Mapping[LimitKind, str]] = {"at_most": "<=", "at_least": ">=", "equals": "=="}
-
-
-def definition_hash(definition: Mapping[str, Any]) -> str:
-    """Return the hash of a scene's definition as plain values, as a `CaseRecord` has it."""
-    return sha256(json.dumps(definition, sort_keys=True).encode()).hexdigest()
 
 
 def scene_from(definition: Mapping[str, Any], name: str) -> Scene:

@@ -38,8 +38,8 @@ def regress(
         typer.Option(
             metavar="REV",
             help="Validate at another revision too, and say what differs, instead of comparing "
-            "with baselines. Its results lie in OUT/against. Run times of both are measured by "
-            "turns; they decide nothing.",
+            "with baselines. The results of that revision are in OUT/against. The run times of "
+            "both revisions are measured by turns; they decide nothing.",
         ),
     ] = None,
     baselines: BaselineFolder = None,

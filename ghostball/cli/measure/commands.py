@@ -296,10 +296,11 @@ def stress(
 ) -> None:
     """Try to break engines; say where each fails.
 
-    Generated shots are judged like any other: by the limits for every engine, and by what is known
-    of them. The first shot that an engine fails is saved as a scene, and the report of the folder
-    around has a section about them: `ghostball report out`. Exit status as for `validate`, for the
-    engines that `--engine` names, or for Ghostball's own if none is named.
+    Generated shots are judged like all other scenes: by the limits for every engine, and by limits
+    on numbers that are known for the shot. The first shot that an engine fails is saved as a scene,
+    and the report of the folder around has a section about the shots: `ghostball report out`. Exit
+    status as for `validate`, for the engines that `--engine` names, or for Ghostball's own if none
+    is named.
     """
 
 
