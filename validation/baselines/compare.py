@@ -12,7 +12,7 @@ compare the runs of two folders or engines. All of them, and every report, call 
 | wrong collisions | fewer collisions agree with the reference, or else with the earlier result |
 | changed | not rounding, and neither better nor worse by the third rule |
 
-Three rules give it, tried in this order:
+Three rules give the answer; the first that applies decides:
 
 1. *Hash.* If the hash of events and rest positions, the status and the rest time are equal, the
    answer is unchanged. Metrics that differ don't matter here: limits judge them.
@@ -196,7 +196,7 @@ def compare(
 
 
 def _without_events(one: CaseRecord, two: CaseRecord, common: dict[str, Any]) -> SceneChange:
-    """Compare two runs, the events of one of which are unknown, by error, status and counts."""
+    """Compare two runs by error, status and counts; the events of at least one are unknown."""
     words = [] if _end_of(one) == _end_of(two) else [_end_words(one, two)]
     words.append(_distance_words(one, two))
     if one.accuracy is not None and two.accuracy is not None:
@@ -344,7 +344,7 @@ def _end_moved(
         return True
     if explained.rest is None:
         return False
-    if min(before.until, after.until) < math.inf:  # of what isn't kept, order and end are known
+    if min(before.until, after.until) < math.inf:  # a baseline holds the order and the end of all
         late = abs((one.rest_time or 0.0) - (two.rest_time or 0.0))
         if before.sequence != after.sequence or not late <= explained.event_times[-1]:
             return True

@@ -71,7 +71,7 @@ def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float =
             # A report counts from the instant before to the instant after, and a step beyond.
             more = 1 if reported[k, ball] else 0
             rows = slice(max(k - more, 0), k + 2 + more)
-            # What two balls may cover of the gap between them from one instant to the next.
+            # Two balls may close their gap by this length [m] from one instant to the next.
             longest = float(np.max(np.diff(times[rows])))
             near = 2.0 * ((1 + more) * late + float(np.max(speeds[rows])) * longest)
             if _touches(scene, ball, positions[rows], near):
@@ -96,7 +96,7 @@ def _states(result: Result) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _slowed(scene: Scene, speeds: FloatArray) -> FloatArray:
-    """Return the largest deceleration of balls of these speeds, (k, n) [m/s], on the cloth."""
+    """Return the largest deceleration on the cloth at speeds (k, n) [m/s], (k, n) [m/s^2]."""
     physics = scene.physics
     friction = scene.rolling_frictions
     if physics.motion == "sliding":

@@ -82,7 +82,7 @@ def first_contact(events: Sequence[Event], end: float) -> float:
 def _times(leg: _Leg, true: Event, found: Sequence[Event]) -> Collection[float]:
     """Return the times at which a run may have the end of a phase [s]."""
     kinds = PHASE_ENDS[PHASE_ENDS.index(true.kind) :]
-    for kind in kinds:  # a slide that ends as the ball stops may be reported as that alone
+    for kind in kinds:  # if a ball stops as its slide ends, a run may report the rest alone
         times = [
             one.t
             for one in found
