@@ -20,9 +20,9 @@ from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
 from ghostball.validation.grading.horizon import Growth, RunGrowth, extent_of, horizon
 from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from ghostball.validation.runs.ladder import step_of
 from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.sampling import events_of
-from ghostball.validation.runs.steps import step_of
 from ghostball.validation.truth.proof import proof_of
 
 UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF

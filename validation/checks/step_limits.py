@@ -87,7 +87,7 @@ from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.lateness import Lateness
 from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.runs.steps import step_of
+from ghostball.validation.runs.ladder import step_of
 from ghostball.validation.truth.scene_truth import Truth
 
 STEP_METRICS = frozenset(

@@ -15,22 +15,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Final, Literal
 
 import numpy as np
 from pydantic import ValidationError
 
-from ghostball.model import GhostballError, Record, Result, Scene
+from ghostball.model import GhostballError, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.checks.law import approximations_of
 from ghostball.validation.grading.event_logs import Agreement, Event, compare_logs, events_in
 from ghostball.validation.grading.horizon import growth_along, horizon
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.ladder import (
+    run_with_step,
+    shorter_steps,
+    shrinks,
+    with_setting,
+)
 from ghostball.validation.runs.sampling import events_of
-from ghostball.validation.runs.steps import step_of, with_setting, with_step
 from ghostball.validation.truth.known_shot import KnownBy, KnownShot, known_shot
 from ghostball.validation.truth.proof import proof_of
 
@@ -42,18 +45,8 @@ matches the reference as far as the two can be compared. "unseparated": collisio
 times of the shared ones don't say whether the step or the model is the cause.
 """
 
-FINER: Final = 4.0
-"""How many times shorter each step of a ladder is than the one before."""
-
 RUNGS: Final = 3
-
-GOES_AWAY: Final = 0.5
-"""A difference goes away where the shortest step leaves at most this part of it.
-
-A step sees a contact late by any part of it: a ball's error over the step is as good as random. So
-the largest difference at the two longer steps is compared with that at a sixteenth: where it is the
-step's, it stays above this part in one shot of fifty, by chance.
-"""
+"""Steps that a shot is played with; a fourth decides where these contradict each other."""
 
 VARIES: Final = 0.75
 """Largest relative change, from step to step, of an error that the model alone causes."""
@@ -164,8 +157,7 @@ def attribute(
         known.kind,
         approximations=approximations_of(engine, scene),
     )
-    step = step_of(engine)
-    steps = [] if step is None else [step / FINER**k for k in range(RUNGS)]
+    steps = shorter_steps(engine, RUNGS)
     proof, _ = proof_of(scene)
     growth = growth_along(scene, proof, known.result)
     predictable = horizon(growth, PREDICTABLE, ROUNDINGS * UNIT_ROUNDOFF)
@@ -173,25 +165,27 @@ def attribute(
     open_ended = proof is not None and proof.ending in ("ambiguous", "precision cap")
     if proof is not None and open_ended and float(proof.t_end) < predictable:
         predictable, limit = float(proof.t_end), f"nothing later is certified: {proof.ending}"
-    engines = [engine, *(with_step(engine, one) for one in steps[1:])]
-    run = partial(run_with_step, engine, scene) if run is None else run
+
+    def play(step: float | None, instant: float | None = None) -> Result:
+        """Run the scene with a step [s], None for the engine's own, until an instant."""
+        if instant is None and run is not None:
+            return _finished(run(step))
+        return _finished(run_with_step(engine, _until(scene, instant), step))
+
     true = events_in(events_of(known.result))
     try:
-        runs = [_finished(run(step)) for step in (None, *steps[1:])]
+        runs = [play(step) for step in (None, *steps[1:])]
         shared = _shared_collisions(true, runs, predictable)
         if shared is not None:
             return _by_times(found, engine, known, steps, shared)
-        runs, instant = _compared(engines, runs, known, predictable)
+        runs, instant = _compared(play, (None, *steps[1:]), runs, known, predictable)
         truth = known.positions(instant)
         differences = [largest_distance(one.rest_positions[:, :2], truth) for one in runs]
         varies = min(differences) < VARIES * max(differences)
-        if steps and varies and not _shrinks(differences):
+        if steps and varies and not shrinks(differences):
             # The delay with which a step sees a contact is almost random, so a fourth run decides.
-            steps.append(steps[-1] / FINER)
-            if instant is None:
-                once_more = _finished(run(steps[-1]))
-            else:
-                once_more = _play(with_step(engine, steps[-1]), _until(scene, instant))
+            steps = shorter_steps(engine, RUNGS + 1)
+            once_more = play(steps[-1], instant)
             before = [one for one in true if instant is None or one.t <= instant]
             shared = _shared_collisions(before, [*runs, once_more], math.inf)
             if shared is not None:
@@ -211,18 +205,13 @@ def attribute(
     size = float(np.max(growth.sizes([t])))
     rounding = 0.0
     if math.isfinite(size):
-        taken = 0.0 if step is None else t / step
+        taken = t / steps[0] if steps else 0.0
         rounding = ROUNDINGS * UNIT_ROUNDOFF * size * (1.0 + taken)
         found = replace(found, rounding=rounding)
     if differences[0] <= max(rounding, NEGLIGIBLE):
         exact = instant is None and differences[0] <= rounding
         return replace(found, outcome="rounding" if exact else "agrees")
-    return replace(found, outcome="step" if _shrinks(differences) else "model")
-
-
-def _shrinks(errors: Sequence[float]) -> bool:
-    """Return whether the shortest step leaves little of the errors at the longer ones."""
-    return len(errors) > 1 and errors[-1] <= GOES_AWAY * max(errors[:-1])
+    return replace(found, outcome="step" if shrinks(differences) else "model")
 
 
 @dataclass(frozen=True)
@@ -282,8 +271,8 @@ def _by_times(
     )
     if not steps:
         return replace(found, outcome="model")
-    shrinks = shared.count > 0 and shared.late[0] > INSTANT and _shrinks(shared.late)
-    return replace(found, outcome="step" if shrinks else "unseparated")
+    separated = shared.count > 0 and shared.late[0] > INSTANT and shrinks(shared.late)
+    return replace(found, outcome="step" if separated else "unseparated")
 
 
 def largest_distance(a: FloatArray, b: FloatArray) -> float:
@@ -292,14 +281,16 @@ def largest_distance(a: FloatArray, b: FloatArray) -> float:
 
 
 def _compared(
-    engines: Sequence[ReferenceEngine],
+    play: Callable[[float | None, float | None], Result],
+    steps: Sequence[float | None],
     runs: list[Result],
     known: KnownShot,
     predictable: float,
 ) -> tuple[list[Result], float | None]:
-    """Run engines to the last instant up to which all can be compared; None: to the end.
+    """Run an engine to the last instant up to which all runs can be compared; None: to the end.
 
-    `runs`: to the end; none of them has a wrong collision before `predictable` [s].
+    `play`: runs the scene with a step [s], None for the engine's own, until an instant.
+    `runs`: with these steps, to the end; no wrong collision comes before `predictable` [s].
 
     Raises `NotComparedError` if there is no such instant, or a run stops early.
     """
@@ -313,27 +304,15 @@ def _compared(
         if agreed < EARLIEST:
             break
         instant = agreed
-        runs = [_play(engine, _until(known.scene, instant)) for engine in engines]
+        runs = [play(step, instant) for step in steps]
     raise NotComparedError(
-        f"engine `{engines[0].name}` and the reference have no instant at which they could be "
+        f"engine `{runs[0].engine}` and the reference have no instant at which they could be "
         "compared"
     )
 
 
 def _until(scene: Scene, instant: float | None) -> Scene:
     return scene if instant is None else scene.model_copy(update={"t_max": instant})
-
-
-def run_with_step(
-    engine: ReferenceEngine, scene: Scene, step: float | None, record: Record = "events"
-) -> Result:
-    """Run a scene with a step of the engine [s]; None: its own."""
-    return run_engine(engine if step is None else with_step(engine, step), scene, record)
-
-
-def _play(engine: ReferenceEngine, scene: Scene) -> Result:
-    """Run a scene; see `_finished`."""
-    return _finished(run_engine(engine, scene, "events"))
 
 
 def _finished(result: Result) -> Result:
@@ -357,7 +336,7 @@ def _with_exact_steps(
         return None
     try:
         exact = with_setting(engine, "contact_steps", "exact")
-        result = _play(exact, _until(known.scene, instant))
+        result = _finished(run_with_step(exact, _until(known.scene, instant), None))
     except (NotComparedError, ValidationError):
         return None  # no better way to play it, or none with its other settings
     if instant is None:

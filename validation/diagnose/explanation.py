@@ -21,12 +21,7 @@ from ghostball.model import (
 from ghostball.model.arrays import FloatArray
 from ghostball.model.rounding import CONTACT_TOLERANCE
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.diagnose.attribution import (
-    INSTANT,
-    Attribution,
-    attribute,
-    run_with_step,
-)
+from ghostball.validation.diagnose.attribution import INSTANT, Attribution, attribute
 from ghostball.validation.diagnose.contact_states import ContactFault, fault_at_contacts
 from ghostball.validation.diagnose.near_misses import Margin, margins_of
 from ghostball.validation.diagnose.self_check import contradiction_in
@@ -39,6 +34,7 @@ from ghostball.validation.grading.event_logs import (
     events_in,
 )
 from ghostball.validation.results.records import status_name
+from ghostball.validation.runs.ladder import run_with_step
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot, farthest, known_shot
 

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from statistics import median
+from typing import Any
 
 import numpy as np
 
-from ghostball.model import EngineFailedError, Result, Scene, UnsupportedSceneError
-from ghostball.reference_adapters import EngineUnavailableError, make_engine
+from ghostball.model import EngineFailedError, Record, Result, Scene, UnsupportedSceneError
+from ghostball.reference_adapters import (
+    EngineUnavailableError,
+    ReferenceEngine,
+    make_engine,
+    parse_spec,
+)
 from ghostball.reference_adapters.base import resolution_of
+from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSettings, certify
+from ghostball.reference_adapters.certified.engine import result_of
+from ghostball.reference_adapters.output import captured
+from ghostball.reference_adapters.registry import spec_of
 from ghostball.validation.checks.metrics import ball_errors
 from ghostball.validation.grading.event_logs import collisions_of
 from ghostball.validation.parallel.pool import Progress
-from ghostball.validation.precision.ladder import Rung, ladder_of, start_of
+from ghostball.validation.precision.phases import start_of
 from ghostball.validation.precision.points import LeftOut, PrecisionMeasurement, PrecisionPoint
 from ghostball.validation.results.measurement import MeasurementError
 from ghostball.validation.results.records import CERTIFIED, INDEPENDENT
 from ghostball.validation.runs.interleave import Sampler, Task, interleave
+from ghostball.validation.runs.ladder import halved_steps, step_of, step_setting, with_step
+from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.suite.suite import DEFAULT_ENGINES
 from ghostball.validation.truth.scene_truth import Truth, truth_of
 
@@ -44,6 +57,74 @@ MANY_STEPS, FEW = 5_000, 2
 and with them the errors, differ from machine to machine."""
 
 
+@dataclass(frozen=True, eq=False)
+class EngineAtStep:
+    """One engine with all of its settings.
+
+    `family`: the engine as asked for: one curve.
+    `label`: with the step of this point.
+    `step` [s]: none where the engine has none: a point, no ladder.
+    """
+
+    family: str
+    label: str
+    engine: ReferenceEngine
+    step: float | None
+
+    def simulate(self, scene: Scene) -> tuple[Result, float]:
+        """Run a scene to its end; return the result and the run time of the whole call [s].
+
+        A certified result is always computed: a stored one would take no time.
+        """
+        if not isinstance(self.engine, CertifiedEngine):
+            # The collisions of a ladder are looked at; an exact engine isn't slowed by its log.
+            record: Record = "rest" if self.step is None else "events"
+            timed: Any = _TimedEngine(self.engine)
+            with captured():
+                result = run_engine(timed, scene, record)
+            return result, float(timed.seconds)
+        self.engine.check(scene)
+        settings: CertifiedSettings = self.engine.settings
+        began = time.perf_counter()
+        result = result_of(scene, certify(scene, settings, cached=False), settings, "rest")
+        return result, time.perf_counter() - began
+
+
+class _TimedEngine:
+    """An engine that records the run time of each of its calls, without the checks around them."""
+
+    def __init__(self, engine: ReferenceEngine) -> None:
+        self.engine = engine
+        self.seconds = math.nan
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what isn't here from the engine, such as its name."""
+        return getattr(self.engine, name)
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
+        """Run the scene on the engine, and note the seconds that the call took."""
+        began = time.perf_counter()
+        result = self.engine.simulate(scene, record=record)
+        self.seconds = time.perf_counter() - began
+        return result
+
+
+def ladder_of(family: str, engine: ReferenceEngine, duration: float) -> Iterator[EngineAtStep]:
+    """Yield an engine with each step of its ladder, the longest first; itself where it has none.
+
+    `family`: the engine as asked for.
+    `duration` [s]: of the shot.
+    """
+    own, name = step_of(engine), step_setting(engine)
+    if own is None or name is None:
+        yield EngineAtStep(family, family, engine, None)
+        return
+    known_as, settings = parse_spec(family)
+    for step in halved_steps(own, duration):
+        label = spec_of(known_as, {**settings, name: repr(step)})
+        yield EngineAtStep(family, label, with_step(engine, step), step)
+
+
 @dataclass(eq=False)
 class Place:
     """One point to be measured: each turn begins the shot at another part of a step.
@@ -55,14 +136,14 @@ class Place:
 
     scene: Scene
     truth: Truth
-    rung: Rung
+    at_step: EngineAtStep
     level: int
     samples: list[tuple[float, float, float, bool]] = field(default_factory=list)
     why_not: str = ""
 
     def task(self) -> Task:
         """Return it as something to be measured; its ladder's first level is played beforehand."""
-        step, duration = self.rung.step, self.truth.rest_time
+        step, duration = self.at_step.step, self.truth.rest_time
         assert duration is not None  # of every independent truth
         slow = step is not None and duration > MANY_STEPS * step
 
@@ -71,10 +152,10 @@ class Place:
                 self._run(self.scene)
             return self._sample
 
-        return Task(f"{self.scene.name}, {self.rung.label}", prepare, FEW if slow else None)
+        return Task(f"{self.scene.name}, {self.at_step.label}", prepare, FEW if slow else None)
 
     def _sample(self) -> dict[str, float]:
-        start = start_of(self.scene, self.rung, len(self.samples))
+        start = start_of(self.scene, self.at_step.step, len(self.samples))
         began = time.perf_counter()
         runs: list[tuple[Result, float]] = []
         while len(runs) < MOST_RUNS and (not runs or time.perf_counter() - began < LEAST_SAMPLE):
@@ -92,7 +173,7 @@ class Place:
     def _run(self, scene: Scene) -> tuple[Result, float] | None:
         """Run a shot and time the whole call; if it failed, note the reason and return None."""
         try:
-            result, seconds = self.rung.simulate(scene)
+            result, seconds = self.at_step.simulate(scene)
         except UnsupportedSceneError as error:
             self.why_not = f"not representable: {'; '.join(error.features)}"
         except EngineFailedError as error:
@@ -105,19 +186,19 @@ class Place:
 
     def found(self) -> PrecisionPoint | LeftOut:
         """Return the point, or why there is none."""
-        rung = self.rung
+        at_step = self.at_step
         if self.why_not:
             return LeftOut(
-                scene=self.scene.name, engine=rung.family, why=self.why_not, step=rung.step
+                scene=self.scene.name, engine=at_step.family, why=self.why_not, step=at_step.step
             )
         calls, inside, errors, all_same = zip(*self.samples, strict=True)
         return PrecisionPoint(
             scene=self.scene.name,
             title=self.scene.title,
             truth=self.truth.kind or "",
-            engine=rung.family,
-            label=rung.label,
-            step=rung.step,
+            engine=at_step.family,
+            label=at_step.label,
+            step=at_step.step,
             call_seconds=min(calls),
             seconds=min(inside),
             samples=len(calls),
@@ -168,13 +249,13 @@ def measure_precision(
             else:
                 assert truth.rest_time is not None  # of every independent truth
                 level = 0
-                for rung in ladder_of(label, engine, truth.rest_time):
-                    horizon = truth.horizon_of(resolution_of(rung.engine, scene))
+                for at_step in ladder_of(label, engine, truth.rest_time):
+                    horizon = truth.horizon_of(resolution_of(at_step.engine, scene))
                     if horizon < truth.rest_time:
                         past = f"past its horizon, {horizon:.3g} s: errors may change its events"
-                        left_out.append(LeftOut(scene=scene.name, engine=rung.label, why=past))
+                        left_out.append(LeftOut(scene=scene.name, engine=at_step.label, why=past))
                     else:
-                        places.append(Place(scene, truth, rung, level))
+                        places.append(Place(scene, truth, at_step, level))
                         level += 1
     order = {scene.name: k for k, scene in enumerate(scenes)}
     turns = sorted(places, key=lambda place: (order[place.scene.name], place.level))

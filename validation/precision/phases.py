@@ -9,17 +9,44 @@ every step falls elsewhere.
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from ghostball.model import Ball, Scene, SceneError, Status
 from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.rolling import rolling_spin
 
-RETURN_TOLERANCE = 1e-12
+RETURN_TOLERANCE: Final = 1e-12
 """How far from the scene's states, in m, m/s and m/s of a surface, a shot begun earlier may pass.
 
 Rounding leaves 1e-15; what happened in between, if anything did, leaves far more.
 """
+
+
+def part_of_step(turn: int) -> float:
+    """Return where in a step the shot begins in a turn: 0, 1/2, 1/4, 3/4, 1/8, ...
+
+    The first 1, 2, 4, 8, ... are spread evenly, however many follow.
+
+    van der Corput (1935), base 2: the binary digits of the turn, mirrored at the point.
+    """
+    part, digit = 0.0, 0.5
+    while turn:
+        turn, bit = divmod(turn, 2)
+        part += bit * digit
+        digit /= 2.0
+    return part
+
+
+def start_of(scene: Scene, step: float | None, turn: int) -> Scene:
+    """Return the shot as it begins in a turn, for a step [s]; the scene where it can't begin there.
+
+    `step`: None where the engine has none: every turn begins alike.
+    """
+    if step is None:
+        return scene
+    return begun_earlier(scene, part_of_step(turn) * step) or scene
 
 
 def begun_earlier(scene: Scene, dt: float) -> Scene | None:

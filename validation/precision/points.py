@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 from ghostball.validation.results.measurement import Measurement, Record
+from ghostball.validation.runs.ladder import knee_step
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 """Accuracies whose time is given [m]."""
@@ -87,16 +88,3 @@ def knee_of(points: Iterable[PrecisionPoint]) -> PrecisionPoint | None:
     steps = {one.step: one for one in points if one.step is not None and one.same_events}
     knee = knee_step({step: one.error_high for step, one in steps.items()})
     return None if knee is None else steps[knee]
-
-
-def knee_step(errors: Mapping[float, float]) -> float | None:
-    """Return the step that is worth it [s]: finer ones cost more than they mend; None of none.
-
-    It is that of the least error, times the root of the steps that it takes: so from any coarser
-    one four times the steps at least halve the error, and to any finer one not.
-
-    `errors`: of each step [s] that has one.
-
-    Steps are counted, not timed: so the answer is the same on every machine.
-    """
-    return min(errors, key=lambda step: (errors[step] / step**0.5, -step), default=None)

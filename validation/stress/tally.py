@@ -12,7 +12,7 @@ from typing import Final, Literal
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
 from ghostball.validation.results.files import cannot_write
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.runs.steps import STEP_SETTINGS
+from ghostball.validation.runs.ladder import step_in
 from ghostball.validation.stress.families import FAMILIES, path_of
 from ghostball.validation.stress.shots import parameters_of
 
@@ -150,10 +150,10 @@ def _failing(pairs: Sequence[tuple[float, CaseRecord]]) -> str:
 def _in_a_step(speed: float, pairs: Sequence[tuple[float, CaseRecord]]) -> str:
     """Return a speed in diameters per time step, for the family that needs this unit."""
     case = pairs[0][1]
-    step = next((case.settings[name] for name in STEP_SETTINGS if case.settings.get(name)), None)
+    step = step_in(case.settings)
     if family_of(case) != "tunnelling" or step is None:
         return ""
-    way = speed * float(step) / (2.0 * float(case.definition["balls"][0]["radius"]))
+    way = speed * step / (2.0 * float(case.definition["balls"][0]["radius"]))
     return f" ({way:.2g} diameters a time step)"
 
 

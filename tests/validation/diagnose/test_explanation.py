@@ -17,7 +17,6 @@ from ghostball.model.features import EXACT, Feature
 from ghostball.reference_adapters import EngineBase, make_engine
 from ghostball.reports.reason import reason_of
 from ghostball.validation import find_scene
-from ghostball.validation.diagnose import attribution
 from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.explanation import (
     ExplanationError,
@@ -26,6 +25,7 @@ from ghostball.validation.diagnose.explanation import (
 )
 from ghostball.validation.diagnose.wrong_factor import LEAVES
 from ghostball.validation.grading.event_logs import Event
+from ghostball.validation.runs import ladder
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.scenes.library import select
 
@@ -241,7 +241,7 @@ def test_no_run_is_made_twice(monkeypatch):
         runs.append((engine.settings.dt, scene.t_max))
         return run_engine(engine, scene, record)
 
-    monkeypatch.setattr(attribution, "run_engine", counted)
+    monkeypatch.setattr(ladder, "run_engine", counted)
     found = explain(hit(), stepping(energy=1.02, **SAME))
     assert found.fault is not None  # looked for in the run with the shortest step
     assert len(runs) == len(found.attribution.ladder)

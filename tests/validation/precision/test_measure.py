@@ -4,10 +4,17 @@ import pytest
 from toy_engines import NoSettings, ToyEngine, ToySettings, cut, other_shot, roll
 
 from ghostball.model import UnsupportedSceneError
-from ghostball.reference_adapters import EngineBase, EngineError, EngineUnavailableError
-from ghostball.validation.precision import ladder, measure as precision
-from ghostball.validation.precision.measure import measure_precision
+from ghostball.reference_adapters import (
+    EngineBase,
+    EngineError,
+    EngineUnavailableError,
+    make_engine,
+)
+from ghostball.validation.precision import measure as precision
+from ghostball.validation.precision.measure import ladder_of, measure_precision
 from ghostball.validation.precision.points import PrecisionMeasurement, seconds_to
+from ghostball.validation.runs import ladder
+from ghostball.validation.runs.ladder import step_of
 from ghostball.validation.scenes.library import find_scene
 
 
@@ -27,6 +34,19 @@ def engines(monkeypatch):
         lambda label: made[label] if label in made else honest(label),
     )
     return made
+
+
+@pytest.mark.parametrize(
+    "label", ["pymunk:contact_steps=exact,iterations=3", "paper-continuous:frame=0.01"]
+)
+def test_labels_make_the_engine_with_the_step(label):
+    own = make_engine(label)
+    points = list(ladder_of(label, own, 4.0))
+    assert step_of(own) in [point.step for point in points]
+    for point in points:
+        assert point.family == label
+        assert make_engine(point.label).settings == point.engine.settings
+        assert step_of(point.engine) == point.step
 
 
 def measure(labels, scenes=None, *, rounds=2):

@@ -7,7 +7,7 @@ from toy_engines import cut, roll
 from ghostball.engine import simulate
 from ghostball.model import Ball, Scene, Table
 from ghostball.validation import find_scene
-from ghostball.validation.precision.phases import begun_earlier
+from ghostball.validation.precision.phases import begun_earlier, start_of
 
 
 @pytest.mark.parametrize("name", ["half-ball-cut", "sliding-swerve", "masse", "throw-by-spin"])
@@ -32,6 +32,13 @@ def test_nothing_earlier_is_the_scene_itself():
     assert begun_earlier(scene, 0.0) is scene
 
 
+def test_each_turn_begins_the_shot_a_part_of_a_step_earlier():
+    scene = roll()
+    assert start_of(scene, 0.02, 0) is scene
+    assert start_of(scene, 0.02, 2) == begun_earlier(scene, 0.005)
+    assert start_of(scene, None, 3) is scene
+
+
 def test_a_ball_that_just_left_a_cushion_or_a_ball_has_no_such_start():
     leaving = Scene(
         name="leaving",
@@ -48,3 +55,4 @@ def test_a_ball_that_just_left_a_cushion_or_a_ball_has_no_such_start():
     )
     assert begun_earlier(parting, 0.01) is None
     assert begun_earlier(parting, 0.001) is not None
+    assert start_of(parting, 0.02, 1) is parting

@@ -3,13 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from pydantic import ValidationError
 
 from ghostball.model import Ball, Physics, Scene
-from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.runs.interleave import Task, interleave
 from ghostball.validation.runs.rolling import rolling_spin
-from ghostball.validation.runs.steps import step_of, step_setting, with_setting, with_step
 
 # The timer takes turns, and prepares each task once
 
@@ -57,49 +54,3 @@ def test_its_spin_is_that_of_a_ball_which_rolls_to_the_bit(x, y, radius, about_v
     scene = Scene(name="rolls", physics=Physics(motion="sliding"), balls=[ball])
     assert spin[2] == about_vertical
     assert np.all(scene.rolls)
-
-
-# The step of an engine, by whichever name it has it
-
-
-@pytest.mark.parametrize(
-    ("label", "name"),
-    [
-        ("ghostball", None),
-        ("pymunk", "dt"),
-        ("paper-discrete", "dt"),
-        ("paper-continuous", "frame"),
-    ],
-)
-def test_an_engine_has_its_step_by_name_or_none(label, name):
-    assert step_setting(make_engine(label)) == name
-
-
-@pytest.mark.parametrize("label", ["pymunk:contact_steps=exact", "paper-continuous"])
-def test_an_engine_at_another_step_is_else_the_same(label):
-    engine = make_engine(label)
-    name = step_setting(engine)
-    other = with_step(engine, 0.005)
-    assert type(other) is type(engine)
-    assert other.settings.model_dump() == engine.settings.model_dump() | {name: 0.005}
-
-
-def test_a_setting_that_is_not_there_or_breaks_its_rule_is_refused():
-    with pytest.raises(ValidationError):
-        with_step(make_engine("pymunk"), -1.0)
-    with pytest.raises(ValidationError):
-        with_setting(make_engine("ghostball"), "dt", 1.0)
-
-
-@pytest.mark.parametrize(
-    ("label", "step"),
-    [
-        ("ghostball", None),
-        ("pymunk", 1e-3),
-        ("pymunk:contact_steps=exact", 0.02),
-        ("pymunk:dt=2e-3", 2e-3),
-        ("paper-continuous", 0.02),
-    ],
-)
-def test_a_step_that_is_left_out_is_the_one_that_it_stands_for(label, step):
-    assert step_of(make_engine(label)) == step
