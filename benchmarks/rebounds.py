@@ -15,8 +15,8 @@ from benchmarks.measurements import Shown, table_of
 from ghostball.model import Physics
 from ghostball.model.features import Feature, has_feature
 from ghostball.reference_adapters import ReferenceEngine, make_engine
-from ghostball.validation.measured.cushion_families import ANGLES
 from ghostball.validation.measured.facts import facts_of
+from ghostball.validation.measured.likeness import ANGLES
 from ghostball.validation.measured.rebounds import rebounds
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.measurement import Record

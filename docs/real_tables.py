@@ -17,10 +17,10 @@ from ghostball.model import Physics
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.banks import through_points
 from ghostball.validation.measured.best import best_cloth, best_cushion
-from ghostball.validation.measured.cloth_families import deceleration
 from ghostball.validation.measured.facts import Row, facts_of
 from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds, square_rebound
+from ghostball.validation.measured.rolling import deceleration
 
 _PLAY = partial(simulate, record="trajectory")
 _SYMBOLS = {"cushion_restitution": "e", "cushion_restitution_loss": "c"}
@@ -35,9 +35,8 @@ def rebounds() -> str:
         for physics, degrees in ((carom, 5.0), (carom, 45.0), (fixed, 5.0))
     ]
     rows = []
-    for bins in zip(*columns, strict=True):
-        row = bins[0].row
-        ratios = (f"{one.ratio:.3f} ({one.errors_off:+.1f})" for one in bins)
+    for row, *bins in zip(facts_of("cushion-carom").rows, *columns, strict=True):
+        ratios = (f"{one.played:.3f} ({one.errors_off:+.1f})" for one in bins)
         rows.append(
             (f"{row.low:g} to {row.high:g} m/s", f"{row.value:.3f} ± {row.error:.3f}", *ratios)
         )

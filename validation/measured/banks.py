@@ -17,10 +17,9 @@ from typing import Final
 
 import numpy as np
 
-from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model import Physics, Table
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.measured.play import POOL_BALL, OperatorError, Play
-from ghostball.validation.measured.tracks import tracks_of
+from ghostball.validation.measured.play import POOL_BALL, OperatorError, Play, track_of
 
 _DIAMOND: Final = 12.5 * 0.0254  # [m]
 _ACROSS: Final = 48.25 * 0.0254  # from groove to groove [m]
@@ -79,21 +78,20 @@ def _slope(aim: float, kept: float) -> float:
 
 def _kept(play: Play, physics: Physics, slope: float, speed: float, before: float) -> float:
     """Return how far along the cushion a ball comes back, over how far it came."""
-    radius, mass = POOL_BALL
-    groove = radius + _BEYOND + _ACROSS
-    table = Table(length=_FAR + 2.0, width=groove + radius)
-    unit = np.array([-slope, 1.0]) / np.hypot(slope, 1.0)
-    position = (_FAR + slope * before, groove - before)
-    ball = Ball(
-        id="cue",
-        position=position,
-        velocity=tuple(map(float, speed * unit)),
+    groove = POOL_BALL.radius + _BEYOND + _ACROSS
+    along, across = np.array([-slope, 1.0]) / np.hypot(slope, 1.0)
+    track = track_of(
+        play,
+        physics,
+        Table(length=_FAR + 2.0, width=groove + POOL_BALL.radius),
+        POOL_BALL,
+        position=(_FAR + slope * before, groove - before),
+        velocity=(float(speed * along), float(speed * across)),
         angular_velocity=(0.0, 0.0, 0.0),
-        radius=radius,
-        mass=mass,
+        lasts=_WAY / speed,
+        rate=_RATE,
     )
-    scene = Scene(name="bank", table=table, physics=physics, balls=[ball], t_max=_WAY / speed)
-    crossing = _crossing(tracks_of(play(scene), _RATE)["cue"].positions, groove - _ACROSS)
+    crossing = _crossing(track.positions, groove - _ACROSS)
     return (_FAR - crossing) / (slope * _ACROSS)
 
 

@@ -14,7 +14,7 @@ from ghostball.model import GhostballError
 
 
 class FactsError(GhostballError):
-    """A table of facts that isn't there, or that says something else than it must."""
+    """A table of facts that says something else than it must."""
 
 
 class Quantity(BaseModel, frozen=True, extra="forbid"):
@@ -22,6 +22,16 @@ class Quantity(BaseModel, frozen=True, extra="forbid"):
 
     quantity: str
     unit: str
+
+
+class Heading(BaseModel, frozen=True, extra="forbid"):
+    """What a family of figures is called; and what it says otherwise than its facts."""
+
+    name: str
+    short: str
+    title: str | None = None
+    quantity: str | None = None
+    unit: str | None = None
 
 
 class Row(BaseModel, frozen=True, extra="forbid"):
@@ -88,8 +98,8 @@ class Facts(BaseModel, frozen=True, extra="forbid"):
 
     `against` says what `at`, `low` and `high` are. `given` says what else each row was measured
     at; `also`, what else was measured there, without an error. `tables` are those of `of_each`.
-    Only where `grades` is true may an engine be judged by the figures; elsewhere `conditions` says
-    why not.
+    `families` are those of the figures by which engines are compared. Only where `grades` is true
+    may an engine be judged by the figures; elsewhere `conditions` says why not.
     """
 
     title: str
@@ -99,6 +109,7 @@ class Facts(BaseModel, frozen=True, extra="forbid"):
     given: dict[str, str] = {}
     also: dict[str, Quantity] = {}
     tables: tuple[str, ...] = ()
+    families: tuple[Heading, ...] = ()
     citation: str = Field(min_length=20)
     conditions: str = Field(min_length=20)
     grades: bool
@@ -132,13 +143,7 @@ def names_of_facts() -> list[str]:
 
 
 def facts_of(name: str) -> Facts:
-    """Return the table of this name.
-
-    Raises `FactsError` where there is none.
-    """
-    known = names_of_facts()
-    if name not in known:
-        raise FactsError(f'no facts called "{name}"; there are {", ".join(known)}')
+    """Return the table of this name; see `names_of_facts`."""
     file = files("ghostball.validation.measured") / "facts" / f"{name}.toml"
     return parsed(file.read_text(encoding="utf-8"), f"{name}.toml")
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from typing import Annotated, Self
 
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
-from ghostball.model import EngineFailedError, GhostballError, UnsupportedSceneError
 from ghostball.validation.measured.facts import Facts, Row
-from ghostball.validation.measured.play import OperatorError
 
 
 class Measured(BaseModel, frozen=True, allow_inf_nan=False):
@@ -90,16 +87,6 @@ class Family(BaseModel, frozen=True):
         """The root of the mean square of how far the figures are off, in their unit."""
         return float(np.sqrt(np.mean([one.difference**2 for one in self.figures])))
 
-    def played(
-        self, settings: Mapping[str, str | float], play: Callable[[], tuple[Measured, ...]]
-    ) -> Family:
-        """Return it with the figures that are played, or with what an engine lacks for them."""
-        try:
-            figures = play()
-        except (UnsupportedSceneError, EngineFailedError, OperatorError) as error:
-            return self.lacking(_why(error), failed=isinstance(error, EngineFailedError))
-        return self.model_copy(update={"figures": figures, "settings": dict(settings)})
-
     def lacking(self, why: str, *, failed: bool = False) -> Family:
         """Return it without figures, and why: the engine lacks something, or it failed."""
         return self.model_copy(update={"lacks": why, "failed": failed})
@@ -137,21 +124,10 @@ class Likeness(BaseModel, frozen=True):
         return max((one.typical for one in self.graded if not one.lacks), default=None)
 
 
-def family_of(facts: Facts, name: str, short: str, **other: str) -> Family:
-    """Return a family without figures: it says what its facts say, but for what is given."""
-    said = {
-        "title": facts.title,
-        "quantity": facts.quantity,
-        "unit": facts.unit,
-        "against": facts.against,
-        "citation": facts.citation,
-        "conditions": facts.conditions,
-    }
-    return Family(name=name, short=short, grades=facts.grades, **{**said, **other})
-
-
-def _why(error: GhostballError) -> str:
-    """Return what an engine lacks, or did instead, without its name."""
-    if isinstance(error, UnsupportedSceneError):
-        return f"it has {'; '.join(error.features)}"
-    return f"it failed: {error.reason}" if isinstance(error, EngineFailedError) else str(error)
+def families_in(facts: Facts) -> list[Family]:
+    """Return the families of facts without figures: they say what the facts say, or their own."""
+    shared = facts.model_dump(include={*Family.model_fields})
+    return [
+        Family.model_validate(shared | heading.model_dump(exclude_none=True))
+        for heading in facts.families
+    ]

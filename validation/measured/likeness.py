@@ -2,16 +2,51 @@
 
 from __future__ import annotations
 
-from ghostball.model import Result, Scene
-from ghostball.model.features import check_supported
-from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.measured.ball_families import oblique_hits, throw
-from ghostball.validation.measured.cloth_families import pool_rolling
-from ghostball.validation.measured.cushion_families import banks, carom_rebounds, snooker_rebounds
-from ghostball.validation.measured.family import Family, Likeness, Measured
-from ghostball.validation.measured.play import Play
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+from typing import Any, Final, NamedTuple
 
-__all__ = ["Family", "Likeness", "Measured", "likeness"]
+import numpy as np
+
+from ghostball.model import EngineFailedError, Physics, Result, Scene, UnsupportedSceneError
+from ghostball.model.features import Feature, check_supported, has_feature
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.validation.measured.banks import through_points
+from ghostball.validation.measured.best import best_cloth, best_cushion
+from ghostball.validation.measured.facts import Row, facts_of
+from ghostball.validation.measured.family import Family, Likeness, Measured, families_in
+from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
+from ghostball.validation.measured.play import OperatorError, Play
+from ghostball.validation.measured.rebounds import rebounds, square_rebound
+from ghostball.validation.measured.rolling import deceleration
+
+__all__ = ["MEASUREMENTS", "Family", "Likeness", "Measured", "families_of", "likeness"]
+
+ANGLES: Final = (5.0, 45.0)
+"""From the normal: what was measured hardly depends on it [degrees]."""
+
+Settings = Mapping[str, Any]
+"""Fields of the physics."""
+
+Rows = Sequence[Row]
+
+Figures = Iterator[Iterable[Measured]]
+"""Those of each family of a measurement."""
+
+
+class Player(NamedTuple):
+    """An engine, and what plays a scene on it and records the motion."""
+
+    engine: ReferenceEngine
+    play: Play
+
+    def cushion(self, facts: str) -> Settings | None:
+        """Return the best law of cushions for some facts and its numbers; None: it has none."""
+        return best_cushion(facts, self.engine.name, self.engine.capabilities)
+
+    def any_cushion(self, facts: str) -> Settings:
+        """Return a law of cushions that it has: no ball comes there, but a scene needs one."""
+        return self.cushion(facts) or {"cushion": "mirror"}
 
 
 def likeness(label: str, engine: ReferenceEngine, play: Play) -> Likeness:
@@ -25,14 +60,144 @@ def likeness(label: str, engine: ReferenceEngine, play: Play) -> Likeness:
         check_supported(engine.name, engine.capabilities, scene)
         return play(scene)
 
-    return Likeness(
-        label=label,
-        families=(
-            *carom_rebounds(engine, checked),
-            pool_rolling(engine, checked),
-            banks(engine, checked),
-            snooker_rebounds(engine, checked),
-            *oblique_hits(engine, checked),
-            throw(engine, checked),
-        ),
+    player = Player(engine, checked)
+    families = chain.from_iterable(families_of(name, player) for name in MEASUREMENTS)
+    return Likeness(label=label, families=tuple(families))
+
+
+def families_of(name: str, player: Player) -> list[Family]:
+    """Return the families of the measurement of this name, played, or what the engine lacks."""
+    facts, (settings_of, figures_of) = facts_of(name), MEASUREMENTS[name]
+    families, settings, failed = families_in(facts), settings_of(player), False
+    if settings is None:
+        return [one.lacking("it has no law of cushions that turns balls") for one in families]
+    try:
+        played = [tuple(figures) for figures in figures_of(player, settings, facts.rows)]
+        return [
+            one.model_copy(update={"figures": figures, "settings": dict(settings)})
+            for one, figures in zip(families, played, strict=True)
+        ]
+    except UnsupportedSceneError as error:
+        why = f"it has {'; '.join(error.features)}"
+    except EngineFailedError as error:
+        why, failed = f"it failed: {error.reason}", True
+    except OperatorError as error:
+        why = str(error)
+    return [one.lacking(why, failed=failed) for one in families]
+
+
+def _carom_rebounds(player: Player, cushion: Settings, _rows: Rows) -> Figures:
+    """Yield the rebounds of a match of three-cushion, and how they change with speed."""
+    cloth = best_cloth("rolling-carom", player.engine.capabilities)
+    physics = Physics(preset="carom", **{**cloth, **cushion})
+    ratios = [rebounds(player.play, physics, degrees) for degrees in ANGLES]
+    yield chain.from_iterable(ratios)
+    yield map(_slope, ratios)
+
+
+def _slope(figures: Sequence[Measured]) -> Measured:
+    """Return the slope of measured and of played figures, by the same weighted least squares."""
+    at, value, error, played = np.array(
+        [(one.at, one.value, one.error, one.played) for one in figures]
+    ).T
+    slopes, covariance = np.polyfit(at, value, 1, w=1.0 / error, cov="unscaled")
+    return Measured(
+        at=float(np.mean(at)),
+        value=float(slopes[0]),
+        error=float(np.sqrt(covariance[0, 0])),
+        played=float(np.polyfit(at, played, 1, w=1.0 / error)[0]),
     )
+
+
+def _pool_rolling(player: Player, cloth: Settings, rows: Rows) -> Figures:
+    """Yield how the cloth of nine-ball matches slowed cue balls."""
+    physics = Physics(motion="sliding", **cloth, **(player.cushion("cushion-carom") or {}))
+    yield [Measured.of(row, deceleration(player.play, physics, row.place)) for row in rows]
+
+
+def _banks(player: Player, cushion: Settings, rows: Rows) -> Figures:
+    """Yield slid banks, beside those of five pool tables."""
+    physics = Physics(preset="pool", **cushion)
+    yield map(Measured.of, rows, through_points(player.play, physics, [row.place for row in rows]))
+
+
+def _snooker_rebounds(player: Player, cushion: Settings, rows: Rows) -> Figures:
+    """Yield the square rebounds of a snooker table."""
+    physics = Physics(preset="snooker", **cushion)
+    contacts = [square_rebound(player.play, physics, row.place) for row in rows]
+    yield [
+        Measured.of(row, contact.normal_ratio * row.place)
+        for row, contact in zip(rows, contacts, strict=True)
+    ]
+
+
+def _oblique_hits(player: Player, _settings: Settings, rows: Rows) -> Figures:
+    """Yield the speeds after five hits of snooker balls, and where the cue ball went.
+
+    The speeds are over that before, so that hits of all speeds can be compared.
+    """
+    physics = Physics(preset="snooker", **player.any_cushion("cushion-snooker"))
+    speeds, angles = [], []
+    for row in rows:
+        before = row.given["speed"]
+        hit = oblique_hit(player.play, physics, before, row.place)
+        for what, value, played in (
+            ("cue ball", row.value, hit.cue_speed),
+            ("object ball", row.also["object_speed"], hit.object_speed),
+        ):
+            speeds.append(_without_error(row, value / before, played / before, what))
+        angles.append(_without_error(row, row.also["cue_angle"], hit.cue_angle))
+    yield speeds
+    yield angles
+
+
+def _throws(player: Player, balls: Settings, rows: Rows) -> Figures:
+    """Yield the throw of stunned cuts."""
+    physics = Physics(motion="sliding", **balls, **player.any_cushion("banks-pool"))
+    yield [
+        _without_error(
+            row,
+            value,
+            throw_angle(player.play, physics, row.place, cut),
+            f"cut of {cut:g} degrees",
+        )
+        for row in rows
+        for cut, value in ((30.0, row.value), (45.0, row.also["at_45_degrees"]))
+    ]
+
+
+def _without_error(row: Row, value: float, played: float, what: str = "") -> Measured:
+    return Measured(at=row.place, value=value, error=None, played=played, what=what)
+
+
+def _pool_friction(player: Player) -> Settings:
+    """Return the friction between balls of `pool`; where that is one number, of `pool-coulomb`."""
+    falls = has_feature(player.engine.capabilities, Feature.SPEED_DEPENDENT_FRICTION)
+    return _of_balls("pool" if falls else "pool-coulomb")
+
+
+def _of_balls(preset: str) -> Settings:
+    """Return what balls that meet feel of a preset."""
+    physics = Physics(preset=preset)
+    return {name: getattr(physics, name) for name in ("ball_restitution", "ball_friction")}
+
+
+MEASUREMENTS: Final[
+    Mapping[
+        str,
+        tuple[Callable[[Player], Settings | None], Callable[[Player, Settings, Rows], Figures]],
+    ]
+] = {
+    "cushion-carom": (lambda player: player.cushion("cushion-carom"), _carom_rebounds),
+    "rolling-pool": (
+        lambda player: best_cloth("rolling-pool", player.engine.capabilities),
+        _pool_rolling,
+    ),
+    "banks-pool": (lambda player: player.cushion("banks-pool"), _banks),
+    "cushion-snooker": (lambda player: player.cushion("cushion-snooker"), _snooker_rebounds),
+    "hits-snooker": (lambda _: _of_balls("snooker"), _oblique_hits),
+    "throw-pool": (_pool_friction, _throws),
+}
+"""Of each measurement, by the name of its facts: the settings with which an engine comes nearest to
+it, None if it has no law of cushions for it; and its figures, played with these settings.
+"""

@@ -1,4 +1,4 @@
-"""What every operator plays with: an engine, and the balls of the measurements."""
+"""What every operator plays with: an engine, the balls of the measurements, and one ball alone."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import Final, NamedTuple
 from ghostball.model import (
     POOL_BALL_MASS,
     POOL_BALL_RADIUS,
+    Ball,
     GhostballError,
     Physics,
     Result,
     Scene,
     Table,
 )
+from ghostball.validation.measured.tracks import Track, tracks_of
 
 Play = Callable[[Scene], Result]
 """What plays a scene and records its motion."""
@@ -40,3 +42,32 @@ def rolling_deceleration(physics: Physics, speed: float) -> float:
     return physics.rolling_friction * physics.gravity + (
         physics.rolling_friction_quadratic * speed**2
     )
+
+
+def track_of(
+    play: Play,
+    physics: Physics,
+    table: Table,
+    size: BallSize,
+    *,
+    position: tuple[float, float],
+    velocity: tuple[float, float],
+    lasts: float,
+    angular_velocity: tuple[float, float, float] | None = None,
+    rate: float = 50.0,
+) -> Track:
+    """Play one ball alone on a table, and return the track that a camera sees.
+
+    `lasts` [s].
+    `angular_velocity` [rad/s]: if left out, the ball rolls.
+    `rate`: pictures per second.
+    """
+    ball = Ball(
+        id="cue",
+        position=position,
+        velocity=velocity,
+        angular_velocity=angular_velocity,
+        **size._asdict(),
+    )
+    scene = Scene(name="one-ball", table=table, physics=physics, balls=[ball], t_max=lasts)
+    return tracks_of(play(scene), rate)["cue"]

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model import Physics, Table
 from ghostball.validation.measured.cushion_contacts import (
     CushionContact,
     Windows,
     cushion_contacts,
 )
-from ghostball.validation.measured.facts import Row, facts_of
+from ghostball.validation.measured.facts import facts_of
+from ghostball.validation.measured.family import Measured
 from ghostball.validation.measured.play import (
     CAROM_BALL,
     SNOOKER_BALL,
     OperatorError,
     Play,
     rolling_deceleration,
+    track_of,
 )
-from ghostball.validation.measured.tracks import Surface, Track, tracks_of
+from ghostball.validation.measured.tracks import Surface, Track
 
 _ROLLS = 0.6  # how long before the contact it begins [s]
 _PLAYED = 1.45  # until the contact has been alone for long enough [s]
@@ -39,26 +41,12 @@ engine takes is over, and the slowest ball still slides."""
 _RATE: Final = 1000.0  # of samples [1/s]
 
 
-class Rebound(NamedTuple):
-    """One bin of the facts, and what a model makes of it."""
-
-    row: Row
-    ratio: float
-
-    @property
-    def errors_off(self) -> float:
-        """How many standard errors of the measurement the model is above it."""
-        assert self.row.error is not None
-        return (self.ratio - self.row.value) / self.row.error
-
-
-def rebounds(play: Play, physics: Physics, degrees: float) -> list[Rebound]:
+def rebounds(play: Play, physics: Physics, degrees: float) -> list[Measured]:
     """Return what a model makes of each bin, of balls that come at an angle from the normal."""
-    found = []
-    for row in facts_of("cushion-carom").rows:
-        assert row.at is not None
-        found.append(Rebound(row, rebound(play, physics, row.at, degrees).normal_ratio))
-    return found
+    return [
+        Measured.of(row, rebound(play, physics, row.place, degrees).normal_ratio)
+        for row in facts_of("cushion-carom").rows
+    ]
 
 
 def rebound(play: Play, physics: Physics, speed: float, degrees: float) -> CushionContact:
@@ -72,18 +60,17 @@ def rebound(play: Play, physics: Physics, speed: float, degrees: float) -> Cushi
     start = total + slowing * (_ROLLS - middle)
     way = (start - slowing * _ROLLS / 2.0) * _ROLLS
     table = Table(length=way * math.cos(angle) + 1.0, width=3.0 * way + 1.0)
-    radius, mass = CAROM_BALL
-    place = (table.length - radius - way * math.cos(angle), 0.2)
-    velocity = (start * math.cos(angle), start * math.sin(angle))
-    scene = Scene(
-        name="rebound",
-        table=table,
-        physics=physics,
-        t_max=_PLAYED,
-        balls=[Ball(id="cue", position=place, velocity=velocity, radius=radius, mass=mass)],
+    track = track_of(
+        play,
+        physics,
+        table,
+        CAROM_BALL,
+        position=(table.length - CAROM_BALL.radius - way * math.cos(angle), 0.2),
+        velocity=(start * math.cos(angle), start * math.sin(angle)),
+        lasts=_PLAYED,
     )
-    surface = Surface(table.length, table.width, radius)
-    contacts = cushion_contacts(tracks_of(play(scene)), surface, _ANY)
+    surface = Surface(table.length, table.width, CAROM_BALL.radius)
+    contacts = cushion_contacts({"cue": track}, surface, _ANY)
     if len(contacts) != 1:
         raise OperatorError(
             f"a ball that came to a cushion at {speed:g} m/s, {degrees:g} degrees from the normal, "
@@ -102,15 +89,18 @@ def square_rebound(play: Play, physics: Physics, speed: float) -> CushionContact
     """
     slowing = rolling_deceleration(physics, speed)
     start = speed + slowing * _COMES
-    radius, mass = SNOOKER_BALL
     table = Table(length=4.0, width=2.0)
     way = (start + speed) / 2.0 * _COMES
-    position = (table.length - radius - way, table.width / 2.0)
-    ball = Ball(id="cue", position=position, velocity=(start, 0.0), radius=radius, mass=mass)
-    scene = Scene(
-        name="square-rebound", table=table, physics=physics, t_max=2.0 * _COMES, balls=[ball]
+    track = track_of(
+        play,
+        physics,
+        table,
+        SNOOKER_BALL,
+        position=(table.length - SNOOKER_BALL.radius - way, table.width / 2.0),
+        velocity=(start, 0.0),
+        lasts=2.0 * _COMES,
+        rate=_RATE,
     )
-    track = tracks_of(play(scene), _RATE)["cue"]
     time = float(track.times[np.argmax(track.positions[:, 0])])
     before, after = (_speed_at(track, time, sign) for sign in (-1.0, 1.0))
     if not before > 0.0 > after:

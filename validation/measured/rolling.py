@@ -8,7 +8,15 @@ from itertools import pairwise
 
 import numpy as np
 
+from ghostball.model import Physics, Table
 from ghostball.model.arrays import FloatArray
+from ghostball.validation.measured.play import (
+    POOL_BALL,
+    OperatorError,
+    Play,
+    rolling_deceleration,
+    track_of,
+)
 from ghostball.validation.measured.tracks import Surface, Track
 
 
@@ -86,3 +94,25 @@ def _rolled(name: str, track: Track, first: float, windows: RollingWindows) -> R
     if speed == 0.0:
         return None
     return Rolling(name, middle, speed, float(-2.0 * (half @ velocity) / speed))
+
+
+_TABLE = Table(length=10.0, width=2.0)
+_PLAYED = 1.65  # [s]
+_ANY_SPEED = RollingWindows(slowest=0.0)
+
+
+def deceleration(play: Play, physics: Physics, speed: float) -> float:
+    """Return how a model slows a rolling ball that has a speed in the middle of a window [m/s^2].
+
+    Raises `OperatorError` where it doesn't roll.
+    """
+    before = _ANY_SPEED.after + _ANY_SPEED.length / 2.0
+    start = speed + rolling_deceleration(physics, speed) * before
+    track = track_of(
+        play, physics, _TABLE, POOL_BALL, position=(1.0, 1.0), velocity=(start, 0.0), lasts=_PLAYED
+    )
+    surface = Surface(_TABLE.length, _TABLE.width, POOL_BALL.radius)
+    found = rolling_windows({"cue": track}, surface, _ANY_SPEED)
+    if not found:
+        raise OperatorError(f"a ball that begins to roll at {start:.3g} m/s doesn't roll")
+    return found[0].deceleration

@@ -7,36 +7,39 @@ from likenesses import family, likeness
 from pydantic import ValidationError
 
 from ghostball.model import EngineFailedError, UnsupportedSceneError
+from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.family import Likeness, Measured, family_of
+from ghostball.validation.measured.family import Family, Likeness, Measured, families_in
+from ghostball.validation.measured.likeness import Player, families_of
 from ghostball.validation.measured.play import OperatorError
 
-GRADED = family_of(facts_of("banks-pool"), "banks-pool", "bank")
-SHOWN = family_of(facts_of("cushion-snooker"), "cushion-snooker", "snooker rebound")
+
+def with_figures(name: str, error: float | None) -> Family:
+    (found,) = families_in(facts_of(name))
+    figures = [Measured(at=1.0, value=0.5, error=error, played=x) for x in (0.48, 0.49)]
+    return found.model_copy(update={"figures": tuple(figures)})
 
 
-def figures(error: float | None) -> tuple[Measured, ...]:
-    return tuple(Measured(at=1.0, value=0.5, error=error, played=x) for x in (0.48, 0.49))
-
-
-def test_a_family_says_what_its_facts_say_but_for_what_is_given():
-    facts = facts_of("banks-pool")
-    assert (GRADED.title, GRADED.unit, GRADED.grades) == (facts.title, "diamonds", True)
-    assert SHOWN.grades is False
-    assert "doesn't grade" in SHOWN.conditions
-    assert family_of(facts, "a", "b", unit="m").unit == "m"
+def test_a_family_says_what_its_facts_say_but_for_what_its_heading_says():
+    facts = facts_of("cushion-carom")
+    ratio, slope = families_in(facts)
+    assert (ratio.title, ratio.unit, ratio.grades) == (facts.title, "1", True)
+    assert (slope.against, slope.unit) == (facts.against, "s/m")
+    assert facts.quantity in slope.quantity
+    (shown,) = families_in(facts_of("cushion-snooker"))
+    assert shown.grades is False
+    assert "doesn't grade" in shown.conditions
 
 
 def test_figures_with_errors_are_off_by_standard_errors():
-    found = GRADED.played({"a": 1.0}, lambda: figures(0.01))
+    found = with_figures("banks-pool", 0.01)
     assert [one.errors_off for one in found.figures] == pytest.approx([-2.0, -1.0])
     assert found.typical == pytest.approx(2.5**0.5)
     assert found.most == pytest.approx(2.0)
-    assert found.settings == {"a": 1.0}
 
 
 def test_figures_without_errors_are_off_in_their_unit_and_by_nothing_else():
-    found = SHOWN.played({}, lambda: figures(None))
+    found = with_figures("cushion-snooker", None)
     assert found.typical_difference == pytest.approx(0.00025**0.5)
     with pytest.raises(ValueError, match="no standard error of this figure is known"):
         _ = found.typical
@@ -45,33 +48,25 @@ def test_figures_without_errors_are_off_in_their_unit_and_by_nothing_else():
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "said", "failed"),
     [
         (
             UnsupportedSceneError("somebody", ("no friction", "no air")),
             "it has no friction; no air",
+            False,
         ),
-        (EngineFailedError("somebody", "lost the balls"), "it failed: lost the balls"),
-        (OperatorError("a ball rests"), "a ball rests"),
+        (EngineFailedError("somebody", "lost the balls"), "it failed: lost the balls", True),
+        (OperatorError("a ball rests"), "a ball rests", False),
     ],
 )
-def test_what_an_engine_lacks_stands_for_its_figures(error, said):
-    def play():
+def test_what_an_engine_lacks_or_that_it_failed_stands_for_its_figures(error, said, failed):
+    def play(scene):
         raise error
 
-    found = GRADED.played({"a": 1.0}, play)
-    assert found.lacks == said
-    assert found.figures == ()
-    assert found.settings == {}
-
-
-def test_what_failed_is_told_from_what_is_lacking():
-    def play():
-        raise EngineFailedError("somebody", "lost the balls")
-
-    assert GRADED.played({}, play).failed
-    assert not GRADED.lacking("it rolls none").failed
-    assert not GRADED.played({}, lambda: figures(0.01)).failed
+    for found in families_of("hits-snooker", Player(make_engine("ghostball"), play)):
+        assert (found.lacks, found.failed) == (said, failed)
+        assert found.figures == ()
+        assert found.settings == {}
 
 
 def test_an_engine_as_a_whole_is_where_it_is_furthest_off_of_what_grades():

@@ -8,12 +8,10 @@ import pytest
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Physics
 from ghostball.reference_adapters import make_engine
-from ghostball.validation.measured.ball_families import oblique_hits, throw
 from ghostball.validation.measured.banks import through_points
 from ghostball.validation.measured.cushion_contacts import cushion_contacts
-from ghostball.validation.measured.cushion_families import banks, carom_rebounds, snooker_rebounds
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.likeness import Family, likeness
+from ghostball.validation.measured.likeness import Family, Player, families_of, likeness
 from ghostball.validation.measured.play import OperatorError, rolling_deceleration
 from ghostball.validation.measured.rebounds import rebounds, square_rebound
 from ghostball.validation.measured.tracks import Surface, Track
@@ -21,14 +19,14 @@ from ghostball.validation.measured.tracks import Surface, Track
 # Families of hits: speeds and ways after oblique ones, and throw; shown, but not graded
 
 
-def of(spec, families):
+def of(spec, facts):
     engine = make_engine(spec)
-    return families(engine, partial(engine.simulate, record="trajectory"))
+    return families_of(facts, Player(engine, partial(engine.simulate, record="trajectory")))
 
 
 @pytest.mark.parametrize("spec", ["ghostball", "pymunk", "pybullet"])
 def test_hits_are_off_by_some_percent_and_degrees(spec):
-    speeds, angle = of(spec, oblique_hits)
+    speeds, angle = of(spec, "hits-snooker")
     assert not speeds.grades
     assert not angle.grades
     assert {one.what for one in speeds.figures} == {"cue ball", "object ball"}
@@ -40,26 +38,28 @@ def test_hits_are_off_by_some_percent_and_degrees(spec):
 
 def test_the_hit_that_differs_from_all_models_is_one():
     # A cut of 33.83 degrees; the authors' model is as far off there.
-    _, angle = of("ghostball", oblique_hits)
+    _, angle = of("ghostball", "hits-snooker")
     off = sorted(abs(one.difference) for one in angle.figures)
     assert off[-2] < 1.2
     assert off[-1] > 4.0
 
 
 def test_no_friction_throws_as_far_as_was_measured_at_small_cuts():
-    family = of("ghostball", throw)
+    (family,) = of("ghostball", "throw-pool")
     assert not family.grades
     assert len(family.figures) == 6
     assert all(one.difference < -2.0 for one in family.figures)
     assert family.settings["ball_friction"] == "alciatore"
-    assert of("pybullet", throw).settings["ball_friction"] == 0.06
+    (family,) = of("pybullet", "throw-pool")
+    assert family.settings["ball_friction"] == 0.06
 
 
 def test_an_engine_whose_balls_only_roll_says_so():
-    speeds, angle = of("paper-continuous", oblique_hits)
+    speeds, angle = of("paper-continuous", "hits-snooker")
     assert speeds.lacks.startswith("it has no sliding that turns into rolling")
     assert angle.lacks == speeds.lacks
-    assert of("paper-continuous", throw).lacks.startswith("it has no sliding")
+    (throw,) = of("paper-continuous", "throw-pool")
+    assert throw.lacks.startswith("it has no sliding")
 
 
 # The operator of slid banks: mirrors and plain restitution lead where geometry says
@@ -177,7 +177,7 @@ def test_another_cushion_in_the_windows_does_not_count():
 
 
 def test_our_engine_comes_near_to_rebounds_of_carom():
-    ratio, slope = of("ghostball", carom_rebounds)
+    ratio, slope = of("ghostball", "cushion-carom")
     assert len(ratio.figures) == 10
     assert ratio.typical < 1.5
     assert ratio.most < 2.5
@@ -186,36 +186,37 @@ def test_our_engine_comes_near_to_rebounds_of_carom():
 
 
 def test_one_restitution_for_all_speeds_is_far_off_and_rises():
-    ratio, slope = of("pybullet", carom_rebounds)
+    ratio, slope = of("pybullet", "cushion-carom")
     assert ratio.settings["cushion_restitution_loss"] == 0.0
     assert ratio.most > 10.0
     assert all(one.value < 0.0 < one.played for one in slope.figures)
 
 
 def test_a_ball_that_does_not_bounce_is_said():
-    ratio, slope = of("pybullet:config=naive", carom_rebounds)
+    ratio, slope = of("pybullet:config=naive", "cushion-carom")
     assert "bounced 0 times" in ratio.lacks
     assert slope.lacks == ratio.lacks
 
 
 @pytest.mark.parametrize(("spec", "typical"), [("ghostball", 0.066), ("pybullet", 0.100)])
 def test_rebounds_of_snooker_are_shown_in_metres_a_second(spec, typical):
-    family = of(spec, snooker_rebounds)
+    (family,) = of(spec, "cushion-snooker")
     assert (family.grades, family.unit, len(family.figures)) == (False, "m/s", 8)
     assert family.typical_difference == pytest.approx(typical, abs=0.002)
 
 
 @pytest.mark.parametrize("spec", ["ghostball", "pymunk", "pybullet"])
 def test_banks_are_those_of_a_table(spec):
-    family = of(spec, banks)
+    (family,) = of(spec, "banks-pool")
     assert family.grades
     assert len(family.figures) == 6
     assert family.most < 1.0
 
 
-@pytest.mark.parametrize("families", [banks, snooker_rebounds])
-def test_an_engine_that_turns_no_balls_says_so(families):
-    assert of("paper-discrete", families).lacks == "it has no law of cushions that turns balls"
+@pytest.mark.parametrize("facts", ["banks-pool", "cushion-snooker"])
+def test_an_engine_that_turns_no_balls_says_so(facts):
+    (family,) = of("paper-discrete", facts)
+    assert family.lacks == "it has no law of cushions that turns balls"
 
 
 # How like a real table engines can be: every family, and what each engine lacks
@@ -272,8 +273,8 @@ def test_the_preset_carom_keeps_the_measured_ratios(degrees):
 def test_a_restitution_that_is_one_number_rises_where_cushions_fall():
     physics = Physics(preset="carom", cushion_restitution=0.87, cushion_restitution_loss=0.0)
     _, slow, *_, fast = rebounds(PLAY, physics, 5.0)
-    assert fast.ratio > slow.ratio
-    assert fast.row.value < slow.row.value
+    assert fast.played > slow.played
+    assert fast.value < slow.value
 
 
 SLIDES = {"motion": "sliding", "rolling_friction": 0.0128, "sliding_friction": 0.21}

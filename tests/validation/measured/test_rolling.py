@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene
+from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.rolling import rolling_windows
+from ghostball.validation.measured.likeness import Player, families_of
+from ghostball.validation.measured.play import OperatorError
+from ghostball.validation.measured.rolling import deceleration, rolling_windows
 from ghostball.validation.measured.tracks import Surface, Track, tracks_of
 
 SURFACE = Surface(2.84, 1.42, 0.03075)
 TIMES = np.arange(0.0, 3.0, 0.02)
+PLAY = partial(simulate, record="trajectory")
 
 
 def rolls(deceleration: float = 0.05, noise: float = 0.0) -> Track:
@@ -61,3 +67,23 @@ def test_the_preset_carom_slows_balls_as_was_measured():
         first, *_ = rolling_windows(tracks, Surface(10.0, 2.0, 0.03075))
         assert first.speed == pytest.approx(row.at, abs=0.001)
         assert first.deceleration == pytest.approx(row.value, rel=0.01)
+
+
+def test_our_engine_follows_what_cloth_does_at_each_speed():
+    (family,) = families_of("rolling-pool", Player(make_engine("ghostball"), PLAY))
+    assert family.most < 1.0
+    assert family.settings["rolling_friction_quadratic"] > 0.0
+
+
+def test_a_deceleration_is_that_of_the_cloth():
+    physics = Physics(motion="sliding", rolling_friction=0.01, rolling_friction_quadratic=0.02)
+    expected = 0.01 * 9.81 + 0.02 * 0.8**2
+    assert deceleration(PLAY, physics, 0.8) == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_ball_that_does_not_roll_is_said():
+    def still(scene):
+        return PLAY(scene.model_copy(update={"t_max": 0.5}))
+
+    with pytest.raises(OperatorError, match="doesn't roll"):
+        deceleration(still, Physics(motion="sliding"), 0.8)

@@ -7,10 +7,11 @@ from rich.console import Console
 
 from ghostball.cli.measure.verdicts import likeness_table
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.family import Likeness, Measured, family_of
+from ghostball.validation.measured.family import Likeness, Measured, families_in
 
-BANKS = family_of(facts_of("banks-pool"), "banks-pool", "bank")
-REBOUNDS = family_of(facts_of("cushion-snooker"), "cushion-snooker", "snooker rebound")
+BANKS, REBOUNDS = (
+    one for name in ("banks-pool", "cushion-snooker") for one in families_in(facts_of(name))
+)
 
 
 def test_engines_beside_real_tables_come_with_how_to_read_them():
@@ -36,8 +37,10 @@ def said(found: list[Likeness]) -> str:
 
 
 def test_what_grades_and_what_does_not_are_two_tables():
-    banks = BANKS.played({}, lambda: (Measured(at=1.0, value=2.0, error=0.1, played=2.2),))
-    rebounds = REBOUNDS.played({}, lambda: (Measured(at=1.0, value=0.9, error=None, played=0.8),))
+    bank = Measured(at=1.0, value=2.0, error=0.1, played=2.2)
+    rebound = Measured(at=1.0, value=0.9, error=None, played=0.8)
+    banks = BANKS.model_copy(update={"figures": (bank,)})
+    rebounds = REBOUNDS.model_copy(update={"figures": (rebound,)})
     text = said([Likeness(label="some[engine]", families=(banks, rebounds))])
     graded, shown = text.split("Off what was measured without a known error")
     assert "standard errors of the measurement" in graded
