@@ -13,7 +13,7 @@ import json
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, Final, Literal
 from urllib.parse import quote
@@ -26,7 +26,7 @@ from ghostball.validation.results.files import ResultsError, cannot_write, descr
 DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
 
-SCHEMA: Final = 14
+SCHEMA: Final = 15
 """Version of the tables and of the records in them; another one is refused."""
 
 APPLICATION: Final = int.from_bytes(b"ball")
@@ -39,7 +39,10 @@ Kind = Literal["case", "likeness"]
 """What a record is of: of which there are many, each with a name of its own."""
 
 _TABLES = """
-CREATE TABLE documents (name TEXT PRIMARY KEY, content TEXT NOT NULL);
+CREATE TABLE documents (
+    name TEXT PRIMARY KEY,
+    content TEXT NOT NULL CHECK (json_valid(content))
+);
 
 -- `current` is part of what the last run of its kind left; others are kept for a later run. The key
 -- is a hash of all that a record depends on besides the code; "" where it must be made again.
@@ -51,7 +54,7 @@ CREATE TABLE records (
     code TEXT NOT NULL,
     current INTEGER NOT NULL,
     reused INTEGER NOT NULL DEFAULT 0,
-    record TEXT NOT NULL,
+    record TEXT NOT NULL CHECK (json_valid(record)),
     UNIQUE (kind, name)
 );
 CREATE TABLE motions (
@@ -265,12 +268,19 @@ def _check(database: sqlite3.Connection, path: Path) -> None:
             f"wrote it. {AGAIN}"
         )
     if not _tables_of(_TABLES) <= _tables(database):
-        raise ResultsError(f"{path}: is cut short or damaged (its tables are others). {AGAIN}")
-    # SQLite reads what is missing of a last page as zeros. While a run writes, pages lie elsewhere.
-    (pages,) = database.execute("PRAGMA page_count").fetchone()
-    (size,) = database.execute("PRAGMA page_size").fetchone()
-    if path.stat().st_size < pages * size and not path.with_name(f"{DATABASE}-wal").exists():
-        raise ResultsError(f"{path}: is cut short or damaged (a page is not whole). {AGAIN}")
+        raise _damaged(path, "its tables are others")
+    state = path.stat()
+    _check_pages(path, state.st_size, state.st_mtime_ns)
+
+
+# A report reads the motion of each case: a file that hasn't changed since is checked once.
+@lru_cache(maxsize=1)
+def _check_pages(path: Path, *_: int) -> None:
+    """Let SQLite look through all pages, and whether rows keep the rules of their tables."""
+    with closing(_connect(path, "rw")) as database:
+        (said,) = database.execute("PRAGMA quick_check(1)").fetchone()
+    if said != "ok":
+        raise _damaged(path, " ".join(said.split()))
 
 
 def _tables(database: sqlite3.Connection) -> frozenset[str]:
@@ -291,13 +301,12 @@ def _explained(path: Path) -> Iterator[None]:
     try:
         yield
     except UnicodeDecodeError as error:  # of a name, which SQLite quotes in what it says
-        raise ResultsError(f"{path}: is cut short or damaged ({error}). {AGAIN}") from None
+        raise _damaged(path, error) from None
     except sqlite3.Error as error:
-        code = getattr(error, "sqlite_errorcode", _NOT_TEXT) & 0xFF
-        if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, _NOT_TEXT) or (
-            str(error) == "malformed JSON"  # of a view, which has no code of its own
-        ):
-            raise ResultsError(f"{path}: is cut short or damaged ({error}). {AGAIN}") from None
+        # Python itself raises without a code, where a text isn't UTF-8.
+        code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF
+        if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
+            raise _damaged(path, error) from None
         if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
             raise ResultsError(f"{path}: another process writes there. Try again later") from None
         if code in _OF_THE_DISK:
@@ -307,16 +316,11 @@ def _explained(path: Path) -> Iterator[None]:
         raise  # a fault of ours
 
 
-_NOT_TEXT: Final = 0xFF
-"""Stands for the code where Python itself raises, since a text isn't UTF-8."""
+def _damaged(path: Path, why: object) -> ResultsError:
+    return ResultsError(f"{path}: is cut short or damaged ({why}). {AGAIN}")
 
-_OF_THE_DISK: Final = frozenset(
-    (
-        sqlite3.SQLITE_FULL,
-        sqlite3.SQLITE_IOERR,
-        sqlite3.SQLITE_CANTOPEN,
-        sqlite3.SQLITE_READONLY,
-        sqlite3.SQLITE_PERM,
-        sqlite3.SQLITE_NOLFS,
-    )
+
+_OF_THE_DISK: Final = (
+    *(sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN),
+    *(sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM, sqlite3.SQLITE_NOLFS),
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import importlib
 import io
 import json
 from collections.abc import Mapping
@@ -41,9 +40,6 @@ TABLES: Final[Mapping[str, str]] = {
 _RECORD: Final = TypeAdapter(dict[str, Any])
 _CASE: Final = TypeAdapter(CaseRecord)
 
-LIBRARIES: Final = ("polars", "pandas")
-"""What makes data frames: the first that is installed."""
-
 
 def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
     """Return the rows of a table, of plain values by column.
@@ -63,24 +59,21 @@ def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
 
 
 def frame_of(folder: Path, table: str) -> Any:
-    """Return a table as a data frame; see `Results.to_frame`.
+    """Return a table as a data frame of polars; see `Results.to_frame`.
 
-    Raises `GhostballError` as of `rows_of`; or where no library that makes data frames is
-    installed.
+    Raises `GhostballError` as of `rows_of`; or where polars isn't installed.
     """
-    for name in LIBRARIES:
-        try:
-            library = importlib.import_module(name)
-        except ImportError:
-            continue
-        rows = [_flat(row) for row in rows_of(folder, table)]
-        # All rows decide the types of columns: a first one may lack a value.
-        options = {"infer_schema_length": None} if name == "polars" else {}
-        return library.DataFrame(rows, **options)
-    raise GhostballError(
-        "a data frame needs polars or pandas, and neither is installed. Install one by "
-        "`pip install '.[frames]'` in a clone of Ghostball, or write files by "
-        "`ghostball report DIR --export FOLDER`"
+    try:
+        import polars  # noqa: PLC0415 - an optional dependency
+    except ImportError:
+        raise GhostballError(
+            "a data frame needs polars, which isn't installed. Install it by "
+            "`pip install '.[frames]'` in a clone of Ghostball, or write files by "
+            "`ghostball report DIR --export FOLDER`"
+        ) from None
+    # All rows decide the types of columns: a first one may lack a value.
+    return polars.DataFrame(
+        [_flat(row) for row in rows_of(folder, table)], infer_schema_length=None
     )
 
 

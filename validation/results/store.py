@@ -170,7 +170,7 @@ class Results:
         return motion_of_case(self.path, case.scene, case.label)
 
     def to_frame(self, table: str = "cases") -> Any:
-        """Return a table as a data frame, of polars where that is installed, else of pandas.
+        """Return a table as a data frame of polars.
 
         Parameters
         ----------
@@ -180,7 +180,7 @@ class Results:
         Raises
         ------
         GhostballError
-            Where there is no such table, or neither library is installed.
+            Where there is no such table, or polars isn't installed.
         """
         return frame_of(self.path, table)
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import sqlite3
 import subprocess
 import sys
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -28,14 +31,29 @@ from ghostball.validation.results.database import (
 from ghostball.validation.results.files import ResultsError
 
 
+def put_suite(database: sqlite3.Connection, content: str) -> None:
+    put_document(database, "suite", json.dumps(content))
+
+
 def put(folder: Path, content: str) -> None:
     with writing(folder) as database, transaction(database):
-        put_document(database, "suite", content)
+        put_suite(database, content)
 
 
-def got(folder: Path) -> str | None:
+def got(folder: Path) -> str:
     with reading(folder) as database:
-        return get_document(database, "suite")
+        return str(json.loads(get_document(database, "suite") or "null"))
+
+
+def in_other_process(folder: Path, *lines: str) -> subprocess.Popen[str]:
+    """Start a process that runs `lines` in `with`, with `folder` and all of the module's names."""
+    script = (
+        "import os, sys, time; from pathlib import Path; folder = Path(sys.argv[1])\n"
+        "from ghostball.validation.results.database import *\n"
+    )
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-c", script + "\n".join(lines), str(folder)]
+    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
 
 
 def test_what_is_written_reads_back_and_leaves_one_file(tmp_path: Path) -> None:
@@ -53,11 +71,11 @@ def test_a_change_is_whole_or_not_at_all(tmp_path: Path, raised: type[BaseExcept
     put(tmp_path, "before")
     with writing(tmp_path) as database:
         with pytest.raises(raised), transaction(database):  # noqa: PT012
-            put_document(database, "suite", "after")
+            put_suite(database, "after")
             database.execute("DELETE FROM documents")
             raise raised
         with transaction(database):  # the next one is free of it
-            put_document(database, "regression", "beside")
+            put_document(database, "regression", "{}")
     assert got(tmp_path) == "before"
     assert documents_in(tmp_path) == {"suite", "regression"}
 
@@ -65,10 +83,10 @@ def test_a_change_is_whole_or_not_at_all(tmp_path: Path, raised: type[BaseExcept
 def test_who_reads_sees_one_state_while_another_writes(tmp_path: Path) -> None:
     put(tmp_path, "before")
     with writing(tmp_path) as run, reading(tmp_path) as seen:
-        assert get_document(seen, "suite") == "before"
+        before = get_document(seen, "suite")
         with transaction(run):
-            put_document(run, "suite", "after")
-        assert get_document(seen, "suite") == "before"
+            put_suite(run, "after")
+        assert get_document(seen, "suite") == before == '"before"'
         assert got(tmp_path) == "after"
         with pytest.raises(sqlite3.OperationalError, match="readonly"):
             seen.execute("DELETE FROM documents")
@@ -76,18 +94,16 @@ def test_who_reads_sees_one_state_while_another_writes(tmp_path: Path) -> None:
 
 
 def test_a_killed_process_loses_nothing_that_it_had_committed(tmp_path: Path) -> None:
-    script = (
-        "import os, sys; from pathlib import Path\n"
-        "from ghostball.validation.results.database import *\n"
-        "with writing(Path(sys.argv[1])) as database:\n"
-        "    with transaction(database): put_document(database, 'suite', 'committed')\n"
-        "    with transaction(database):\n"
-        "        put_document(database, 'suite', 'not yet')\n"
-        "        os._exit(9)\n"
+    process = in_other_process(
+        tmp_path,
+        "with writing(folder) as database:",
+        "    with transaction(database): put_document(database, 'suite', '\"committed\"')",
+        "    with transaction(database):",
+        "        put_document(database, 'suite', '\"not yet\"')",
+        "        os._exit(9)",
     )
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, "-c", script, str(tmp_path)]
-    assert subprocess.run(command, env=environment, check=False).returncode == 9
+    process.communicate()
+    assert process.returncode == 9
     assert got(tmp_path) == "committed"
     put(tmp_path, "continues")
     assert got(tmp_path) == "continues"
@@ -109,40 +125,51 @@ def refused(folder: Path) -> str:
     return message
 
 
-@pytest.mark.parametrize("part", [0.02, 0.3, 0.6, 0.99])
-def test_a_database_that_is_cut_short_is_said_to_be(tmp_path: Path, part: float) -> None:
+def cut_to(part: float) -> Callable[[Path], None]:
+    return lambda path: os.truncate(path, int(part * path.stat().st_size))
+
+
+def after(script: str) -> Callable[[Path], None]:
+    def change(path: Path) -> None:
+        with closing(sqlite3.connect(path)) as database:
+            database.executescript(script)
+
+    return change
+
+
+def anyones(path: Path) -> None:
+    path.unlink()
+    after("CREATE TABLE cases (record)")(path)
+
+
+OTHER_VERSION = f"its version must be {SCHEMA}, got %d: another version of ghostball wrote it"
+DAMAGE: list[tuple[Callable[[Path], object], str]] = [
+    *((cut_to(part), "is cut short or damaged (") for part in (0.02, 0.3, 0.6, 0.99)),
+    (lambda path: path.write_text("years of work\n" * 99), "damaged (file is not a database)"),
+    (anyones, "holds no results of ghostball"),
+    (after(f"PRAGMA user_version = {SCHEMA - 1}"), OTHER_VERSION % (SCHEMA - 1)),
+    (after(f"PRAGMA user_version = {SCHEMA + 1}"), OTHER_VERSION % (SCHEMA + 1)),
+    (after("DROP TABLE events"), "damaged (its tables are others)"),
+    (
+        after("PRAGMA ignore_check_constraints = ON; UPDATE documents SET content = 'no json'"),
+        "damaged (CHECK constraint failed in documents)",
+    ),
+]
+"""What may have become of the file, and what is said of it."""
+
+
+@pytest.mark.parametrize(("damage", "said"), DAMAGE)
+def test_what_cannot_be_used_is_said_and_stays(
+    tmp_path: Path, damage: Callable[[Path], object], said: str
+) -> None:
     put(tmp_path, "x" * 50_000)
     path = tmp_path / DATABASE
-    content = path.read_bytes()
-    path.write_bytes(content[: int(part * len(content))])
+    damage(path)
     left = path.read_bytes()
     message = refused(tmp_path)
-    assert "is cut short or damaged" in message
+    assert said in message
     assert message.endswith("Move the file away, or choose another `--out`, and run again")
     assert path.read_bytes() == left
-
-
-def test_what_is_no_database_is_said_and_stays(tmp_path: Path) -> None:
-    (tmp_path / DATABASE).write_text("years of work, in a file of this name\n" * 100)
-    assert "is cut short or damaged (file is not a database)" in refused(tmp_path)
-    assert (tmp_path / DATABASE).read_text().startswith("years of work")
-
-
-def test_anyones_database_is_not_taken_for_ours(tmp_path: Path) -> None:
-    with sqlite3.connect(tmp_path / DATABASE) as other:
-        other.execute("CREATE TABLE cases (record)")
-    other.close()
-    assert "holds no results of ghostball" in refused(tmp_path)
-
-
-@pytest.mark.parametrize("version", [SCHEMA - 1, SCHEMA + 1])
-def test_another_version_is_refused(tmp_path: Path, version: int) -> None:
-    put(tmp_path, "theirs")
-    other = sqlite3.connect(tmp_path / DATABASE)
-    other.execute(f"PRAGMA user_version = {version}")
-    other.close()
-    wanted = f"its version must be {SCHEMA}, got {version}: another version of ghostball wrote it"
-    assert wanted in refused(tmp_path)
 
 
 def test_nobody_sees_a_database_before_it_is_whole(
@@ -166,7 +193,7 @@ def test_a_full_disk_is_said_and_loses_nothing(tmp_path: Path) -> None:
     with pytest.raises(ResultsError) as error, writing(tmp_path) as database:  # noqa: PT012
         database.execute("PRAGMA max_page_count = 30")
         with transaction(database):
-            put_document(database, "suite", "x" * 1_000_000)
+            put_suite(database, "x" * 1_000_000)
     message = "can't be read or written: database or disk is full. Make room, or choose another"
     assert message in str(error.value)
     assert got(tmp_path) == "before"
@@ -175,7 +202,7 @@ def test_a_full_disk_is_said_and_loses_nothing(tmp_path: Path) -> None:
 def test_a_change_while_another_process_changes_it_is_refused(tmp_path: Path) -> None:
     put(tmp_path, "before")
     with writing(tmp_path) as first, transaction(first):
-        put_document(first, "suite", "first")
+        put_suite(first, "first")
         with writing(tmp_path) as second:
             second.execute("PRAGMA busy_timeout = 10")
             with (
@@ -192,14 +219,8 @@ def test_a_reserved_folder_is_refused_to_others_and_the_lock_goes_with_the_proce
     wanted = f"^{re.escape(str(tmp_path))}: another run writes there. Wait .* another `--out`$"
     with reserved(tmp_path), pytest.raises(ResultsError, match=wanted), reserved(tmp_path):
         pass
-    script = (
-        "import sys, time; from pathlib import Path\n"
-        "from ghostball.validation.results.database import reserved\n"
-        "with reserved(Path(sys.argv[1])): print('held', flush=True); time.sleep(600)"
-    )
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, "-c", script, str(tmp_path)]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+    held = "with reserved(folder): print('held', flush=True); time.sleep(600)"
+    with in_other_process(tmp_path, held) as process:
         try:
             assert process.stdout is not None
             assert process.stdout.readline() == "held\n"

@@ -7,7 +7,6 @@ import json
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -106,26 +105,7 @@ def test_what_cannot_be_exported_is_said(folder: Path, tmp_path: Path) -> None:
         export(folder, tmp_path / "files")
 
 
-@pytest.mark.parametrize("library", ["polars", "pandas"])
-def test_a_frame_is_of_the_first_library_that_is_there(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, library: str
-) -> None:
-    made: list[tuple[list[dict[str, Any]], dict[str, Any]]] = []
-
-    def frame(rows: list[dict[str, Any]], **options: Any) -> str:
-        made.append((rows, options))
-        return f"of {library}"
-
-    monkeypatch.setitem(sys.modules, "polars", None)
-    monkeypatch.setitem(sys.modules, library, SimpleNamespace(DataFrame=frame))
-    assert Results.open(folder).to_frame("cases") == f"of {library}"
-    ((rows, options),) = made
-    assert [row["rest_time"] for row in rows] == [0.1 + 0.2, None]
-    assert json.loads(rows[0]["definition"])["name"] == "roll"  # a cell holds one value
-    assert options == ({"infer_schema_length": None} if library == "polars" else {})
-
-
-def test_a_real_frame_has_a_column_for_each_value(folder: Path) -> None:
+def test_a_frame_has_a_column_for_each_value(folder: Path) -> None:
     polars = pytest.importorskip("polars")
     results = Results.open(folder)
     assert list(TABLES)[:4] == ["cases", "metrics", "checks", "events"]
@@ -134,13 +114,15 @@ def test_a_real_frame_has_a_column_for_each_value(folder: Path) -> None:
         assert isinstance(frame, polars.DataFrame)
         assert frame.height == len(rows_of(folder, table))
     assert results.to_frame("events")["t"].to_list() == [0.1 + 0.2, 1.0]
+    cases = results.to_frame()
+    assert cases["rest_time"].to_list() == [0.1 + 0.2, None]
+    assert json.loads(cases["definition"][0])["name"] == "roll"  # a cell holds one value
 
 
-def test_without_a_library_it_is_said_which_to_install(
+def test_without_polars_it_is_said_how_to_install_it(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for library in ("polars", "pandas"):
-        monkeypatch.setitem(sys.modules, library, None)
-    wanted = r"needs polars or pandas.*pip install '\.\[frames\]'.*`ghostball report DIR --export"
+    monkeypatch.setitem(sys.modules, "polars", None)
+    wanted = r"needs polars.*pip install '\.\[frames\]'.*`ghostball report DIR --export"
     with pytest.raises(GhostballError, match=wanted):
         Results.open(folder).to_frame()
