@@ -11,12 +11,12 @@ import os
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import typer
 
 from ghostball.cli.gate import regress
+from ghostball.cli.gate.commands import RegressOptions
 from ghostball.cli.shared import report
 from ghostball.cli.shared.config import FILE, ConfigError, load_config
 from ghostball.cli.shared.options import AUTO, FailOnChoice, FigureChoice, Format, processors
@@ -37,46 +37,38 @@ VERDICTS = {
 """What the output `verdict` says; anything else is "error"."""
 
 
-@dataclass(frozen=True)
-class Inputs:
-    """The inputs of the action, as `ghostball regress` takes them."""
-
-    engines: tuple[str, ...]
-    scenes: tuple[str, ...]
-    baselines: Path | None
-    fail_on: FailOnChoice | None
-
-    @classmethod
-    def of(cls, given: Mapping[str, str]) -> Inputs:
-        """Read them from environment variables; raises `ConfigError` where one is nonsense."""
-        texts = {
-            name: given.get(f"INPUT_{name.upper()}", "").strip()
-            for name in ("engine", "scenes", "baselines", "fail_on")
-        }
-        known = [choice.value for choice in FailOnChoice]
-        if texts["fail_on"] not in ("", *known):
-            raise ConfigError(
-                f"input `fail-on` must be one of {', '.join(known)}, got {texts['fail_on']!r}"
-            )
-        engines = tuple(texts["engine"].split())
-        if not engines and not load_config().engines:
-            raise ConfigError(
-                "no engine is named. Say which one in the workflow, such as `engine: "
-                f"my_engine:simulate`, or in `engines` of `[tool.ghostball]` in {FILE}"
-            )
-        return cls(
-            engines,
-            tuple(shlex.split(texts["scenes"])),
-            Path(texts["baselines"]) if texts["baselines"] else None,
-            FailOnChoice(texts["fail_on"]) if texts["fail_on"] else None,
+def asked_by(given: Mapping[str, str]) -> RegressOptions:
+    """Return what environment variables ask for; raises `ConfigError` where one is nonsense."""
+    texts = {
+        name: given.get(f"INPUT_{name.upper()}", "").strip()
+        for name in ("engine", "scenes", "baselines", "fail_on")
+    }
+    known = [choice.value for choice in FailOnChoice]
+    if texts["fail_on"] not in ("", *known):
+        raise ConfigError(
+            f"input `fail-on` must be one of {', '.join(known)}, got {texts['fail_on']!r}"
         )
+    engines = texts["engine"].split()
+    if not engines and not load_config().engines:
+        raise ConfigError(
+            "no engine is named. Say which one in the workflow, such as `engine: "
+            f"my_engine:simulate`, or in `engines` of `[tool.ghostball]` in {FILE}"
+        )
+    return RegressOptions(
+        scenes=shlex.split(texts["scenes"]),
+        engine=engines,
+        baselines=Path(texts["baselines"]) if texts["baselines"] else None,
+        fail_on=FailOnChoice(texts["fail_on"]) if texts["fail_on"] else None,
+        jobs=processors(AUTO),
+        form=Format.GITHUB,
+    )
 
 
 @command
 def main() -> None:
     """Judge, say it in all of GitHub's ways, and end with the status of `ghostball regress`."""
     try:
-        status, out = _judge(Inputs.of(os.environ))
+        status, out = regress.run(asked_by(os.environ)), load_config().out
     except GhostballError as error:
         print(note("error", "not run", str(error)), flush=True)
         _append("GITHUB_STEP_SUMMARY", f"## ✗ Ghostball: not run\n\n{error}\n")
@@ -94,23 +86,6 @@ def main() -> None:
     _append("GITHUB_STEP_SUMMARY", report.printed(out, Format.MARKDOWN))
     written = report.write(out, jobs=processors(AUTO), figures=FigureChoice.NONE.value)
     raise typer.Exit(worst(status, written.status()))
-
-
-def _judge(inputs: Inputs) -> tuple[ExitStatus, Path]:
-    """Compare the engines with their baselines; return the exit status, and the results' folder."""
-    status = regress.run(
-        inputs.scenes,
-        inputs.engines,
-        against=None,
-        baselines=inputs.baselines,
-        fail_on=inputs.fail_on,
-        out=None,
-        jobs=processors(AUTO),
-        form=Format.GITHUB,
-        rerun=False,
-        time_limit=600.0,
-    )
-    return status, load_config().out
 
 
 def changed_scenes(compared: Sequence[Regression]) -> list[str]:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from inspect import signature
-
 from click.testing import Result
-from typer import Typer
 
 HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
 """The start of a scene's file; balls follow."""
@@ -25,12 +21,3 @@ def refused(result: Result, *parts: str) -> bool:
     for part in parts:
         assert part in result.stderr
     return True
-
-
-def does_what_its_options_say(commands: Typer) -> bool:
-    """Assert that what each command does takes its options, by their names, and no others."""
-    for one in commands.registered_commands:
-        module, function = one.callback.does
-        does = getattr(import_module(f"ghostball.cli.{module}"), function)
-        assert [*signature(does).parameters] == [*signature(one.callback).parameters]
-    return bool(commands.registered_commands)

@@ -6,6 +6,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ def toml_of(text: str) -> dict[str, Any]:
         raise ValueError("lists or tables are nested too deeply to read") from None
 
 
-def describe_validation_error(error: ValidationError) -> str:
+def describe_validation_error(error: ValidationError, known: Sequence[str] = ()) -> str:
     """Return what is wrong with data that a model refuses: the first field, its rule, its value.
 
     Such as "`rounds` must be a valid integer, got 'x'", for a message that says where it is.
@@ -38,7 +39,7 @@ def describe_validation_error(error: ValidationError) -> str:
     # A number may be an integer or a float: what is neither is described by the rule of the latter.
     problems = error.errors()
     return describe_problem(
-        next((one for one in problems if one["loc"][-1:] != ("int",)), problems[0])
+        next((one for one in problems if one["loc"][-1:] != ("int",)), problems[0]), known
     )
 
 
@@ -48,8 +49,9 @@ def describe_problem(problem: ErrorDetails, known: Sequence[str] = ()) -> str:
     if kind == "missing":
         return f"`{where}` is missing"
     if kind in ("extra_forbidden", "unexpected_keyword_argument"):
-        there = f". Known here: {', '.join(known)}" if known else ""
-        return f"`{where}` is not a known field{there}"
+        close = get_close_matches(str(problem["loc"][-1]), known, n=1)
+        hint = f"Did you mean `{close[0]}`?" if close else f"Known here: {', '.join(known)}"
+        return f"`{where}` is not a known field{f'. {hint}' if known else ''}"
     said = re.sub(r"^\w+ should", "must", problem["msg"].removeprefix("Value error, "))
     # Of what is no JSON the whole text would be shown, and of a table all of it.
     shown = repr(problem["input"])

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 from rich.markup import escape
 
+from ghostball.cli.gate.commands import AcceptOptions
 from ghostball.cli.gate.regress import labels_of
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.terminal import say, stdout
@@ -20,27 +18,19 @@ from ghostball.validation.baselines import (
 from ghostball.validation.exit_status import ExitStatus, worst
 
 
-def run(
-    reason: str,
-    scenes: Sequence[str] | None,
-    engine: Sequence[str] | None,
-    out: Path | None,
-    baselines: Path | None,
-    even_though_limits_fail: bool,
-) -> ExitStatus:
+def run(asked: AcceptOptions) -> ExitStatus:
     """Accept, say what was written, and return the exit status."""
     config = load_config()
-    folder = config.baselines if baselines is None else baselines
     statuses: list[ExitStatus] = []
     nothing: NothingToAcceptError | None = None
-    for label in labels_of(engine or (), config):
+    for label in labels_of(asked.engine, config):
         try:
             done = accept(
-                config.out if out is None else out,
-                reason,
-                Gate.of(label, folder),
-                only=scenes or ["*"],
-                even_though_limits_fail=even_though_limits_fail,
+                asked.out or config.out,
+                asked.reason,
+                Gate.of(label, asked.baselines or config.baselines),
+                only=asked.scenes or ["*"],
+                even_though_limits_fail=asked.even_though_limits_fail,
             )
         except RefusedError as error:
             say(f"[bold red]error:[/] {escape(str(error))}")

@@ -11,6 +11,7 @@ from pathlib import Path
 from rich.markup import escape
 
 from ghostball.cli.gate import diff
+from ghostball.cli.gate.commands import RegressOptions
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Format, Plain
 from ghostball.cli.shared.terminal import say
@@ -19,6 +20,7 @@ from ghostball.reports.words import many
 from ghostball.validation.baselines.gate import source_of
 from ghostball.validation.baselines.revision import checked_out, repository, resolve
 from ghostball.validation.baselines.run_times import Revision, run_time_ratios
+from ghostball.validation.baselines.two_runs import Pair, changes_of, paired
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import select
@@ -43,30 +45,21 @@ for label in sys.argv[2:]:
 """Ends with a message where an engine's code isn't that of the folder it is given."""
 
 
-def run_both(
-    scenes: Sequence[str] | None,
-    labels: Sequence[str],
-    revision: str,
-    out: Path | None,
-    jobs: int,
-    form: Format,
-    rerun: bool,
-    time_limit: float,
-) -> ExitStatus:
+def run_both(asked: RegressOptions, labels: Sequence[str], revision: str) -> ExitStatus:
     """Validate at both revisions, print what differs, and return the exit status of that."""
     config = load_config()
-    names = scenes or config.scenes
+    names = asked.scenes or config.scenes
     select(names)
     here = Path.cwd().resolve()
     root = repository(source_of(labels[0]))
     commit = resolve(revision, root)
-    head = (config.out if out is None else out).resolve()
+    head = (asked.out or config.out).resolve()
     base = head / "against" / commit[:12]
     # A scene's file is the same one for both.
     files = [str(Path(name).resolve()) if Path(name).exists() else name for name in names]
     options = [word for label in labels for word in ("-e", label)]
-    options += ["--no-report", "--jobs", str(jobs), "--time-limit", str(time_limit)]
-    options += ["--rerun"] * rerun
+    options += ["--no-report", "--jobs", str(asked.jobs), "--time-limit", str(asked.time_limit)]
+    options += ["--rerun"] * asked.rerun
     with checked_out(root, commit) as place:
         there = place / here.relative_to(root) if here.is_relative_to(root) else place
         if why := _not_of(place, there, labels):
@@ -84,14 +77,14 @@ def run_both(
         if status not in JUDGED:
             return status
         after = Results.open(head)
-        pairs = diff.paired(before, after, {})
-        ratios = _ratios(there, here, pairs, time_limit)
-    found = diff.changes_of(before, after, pairs)
-    shown = Plain.JSON if form is Format.JSON else Plain.TEXT
+        pairs = paired(before, after, {})
+        ratios = _ratios(there, here, pairs, asked.time_limit)
+    found = changes_of(before, after, pairs)
+    shown = Plain.JSON if asked.form is Format.JSON else Plain.TEXT
     return diff.show(str(base), str(head), found, ratios, shown)
 
 
-def _ratios(there: Path, here: Path, pairs: Sequence[diff.Pair], time_limit: float) -> list[float]:
+def _ratios(there: Path, here: Path, pairs: Sequence[Pair], time_limit: float) -> list[float]:
     """Return run times over those of the other revision; they decide nothing."""
     cases = [head for base, head in pairs if base and head and base.bits and head.bits]
     say(f"measuring run times of both revisions by turns, in {many(len(cases), 'shot')}")

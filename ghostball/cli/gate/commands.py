@@ -2,63 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ghostball.cli.shared.calls import command
 from ghostball.cli.shared.options import (
-    AUTO,
     BaselineFolder,
     FailOnChoice,
-    Format,
-    FormatOption,
     GuardedEngines,
-    Jobs,
     Plain,
     PlainFormat,
-    Rerun,
     SceneNames,
-    TimeLimit,
-    complete_scene,
+    SuiteOptions,
     out_option,
+    scene_argument,
 )
-from ghostball.cli.shared.terminal import runs
 
 app = typer.Typer()
 
 
-@app.command()
-@runs("gate.regress")
-def regress(
-    scenes: SceneNames = None,
-    engine: GuardedEngines = None,
-    against: Annotated[
-        str | None,
-        typer.Option(
-            metavar="REV",
-            help="Validate at another revision too, and say what differs, instead of comparing "
-            "with baselines. The results of that revision are in OUT/against. The run times of "
-            "both revisions are measured by turns; they decide nothing.",
-        ),
-    ] = None,
-    baselines: BaselineFolder = None,
-    fail_on: Annotated[
-        FailOnChoice | None,
-        typer.Option(
-            metavar="|".join(FailOnChoice),
-            help="What fails: whatever changed; of that only larger errors and wrong collisions; "
-            "or only failed limits, and shots that the engine did not finish, for which no "
-            "baseline is needed (default: that of [tool.ghostball] in pyproject.toml, else "
-            "changed).",
-        ),
-    ] = None,
-    out: Annotated[Path | None, out_option("out")] = None,
-    jobs: Jobs = AUTO,
-    form: FormatOption = Format.TEXT,
-    rerun: Rerun = False,
-    time_limit: TimeLimit = 600.0,
-) -> None:
+@command(app, "gate.regress")
+@dataclass(frozen=True)
+class RegressOptions(SuiteOptions):
     """Say what changed in an engine since its baselines were accepted.
 
     The same run as `validate`, in the same folder, that asks for a baseline of each scene. A scene
@@ -69,36 +37,33 @@ def regress(
     without a baseline.
     """
 
-
-@app.command()
-@runs("gate.accept")
-def accept(
-    reason: Annotated[
-        str, typer.Option(metavar="TEXT", help="Why the change is right; kept in CHANGES.md.")
-    ],
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="SCENE",
-            help="Accept only these, by name or pattern such as 'break-*' (default: all).",
-            autocompletion=complete_scene,
-        ),
-    ] = None,
-    engine: GuardedEngines = None,
-    out: Annotated[
-        Path | None,
-        out_option("out", "Folder that `regress` or `validate` wrote and that you have reviewed"),
-    ] = None,
-    baselines: BaselineFolder = None,
-    even_though_limits_fail: Annotated[
-        bool,
+    scenes: SceneNames = None
+    engine: GuardedEngines = None
+    against: Annotated[
+        str | None,
         typer.Option(
-            "--even-though-limits-fail",
-            help="Accept even results that fail a limit on the error, so are wrong, and results "
-            "that no limit judges.",
+            metavar="REV",
+            help="Validate at another revision too, and say what differs, instead of comparing "
+            "with baselines. The results of that revision are in OUT/against. The run times of "
+            "both revisions are measured by turns; they decide nothing.",
         ),
-    ] = False,
-) -> None:
+    ] = None
+    baselines: BaselineFolder = None
+    fail_on: Annotated[
+        FailOnChoice | None,
+        typer.Option(
+            help="What fails: whatever changed; of that only larger errors and wrong collisions; "
+            "or only failed limits, and shots that the engine did not finish, for which no "
+            "baseline is needed (default: that of [tool.ghostball] in pyproject.toml, else "
+            "changed).",
+        ),
+    ] = None
+    out: Annotated[Path | None, out_option("Folder of the results (default: out).")] = None
+
+
+@command(app, "gate.accept")
+@dataclass(frozen=True)
+class AcceptOptions:
     """Accept what the last run found, and note why.
 
     The baselines that changed are rewritten. If a result fails a limit on its error, nothing is
@@ -106,19 +71,45 @@ def accept(
     other scenes are accepted, and the exit status is 1.
     """
 
-
-@app.command()
-@runs("gate.diff")
-def diff(
-    first: Annotated[str, typer.Argument(metavar="A", help="A results folder, or an engine.")],
-    second: Annotated[str, typer.Argument(metavar="B", help="A second one of the same kind.")],
+    reason: Annotated[
+        str, typer.Option(metavar="TEXT", help="Why the change is right; kept in CHANGES.md.")
+    ]
+    scenes: Annotated[
+        list[str] | None,
+        scene_argument(
+            "SCENE", "Accept only these, by name or pattern such as 'break-*' (default: all)."
+        ),
+    ] = None
+    engine: GuardedEngines = None
     out: Annotated[
-        Path | None, out_option("out", "Folder that has the results of both engines")
-    ] = None,
-    form: PlainFormat = Plain.TEXT,
-) -> None:
+        Path | None,
+        out_option(
+            "Folder that `regress` or `validate` wrote and that you have reviewed (default: out)."
+        ),
+    ] = None
+    baselines: BaselineFolder = None
+    even_though_limits_fail: Annotated[
+        bool,
+        typer.Option(
+            "--even-though-limits-fail",
+            help="Accept even results that fail a limit on the error, so are wrong, and results "
+            "that no limit judges.",
+        ),
+    ] = False
+
+
+@command(app, "gate.diff")
+@dataclass(frozen=True)
+class DiffOptions:
     """Compare two runs, or two engines, scene by scene.
 
     Each scene has the answer that `regress` would give. Exit status 1 if a case of B is less
     accurate by a class, or fails where A does not.
     """
+
+    first: Annotated[str, typer.Argument(metavar="A", help="A results folder, or an engine.")]
+    second: Annotated[str, typer.Argument(metavar="B", help="A second one of the same kind.")]
+    out: Annotated[
+        Path | None, out_option("Folder that has the results of both engines (default: out).")
+    ] = None
+    form: PlainFormat = Plain.TEXT

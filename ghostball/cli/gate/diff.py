@@ -11,6 +11,7 @@ from statistics import median
 from rich.markup import escape
 from rich.table import Table
 
+from ghostball.cli.gate.commands import DiffOptions
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.options import Plain
 from ghostball.cli.shared.tables import table_of
@@ -19,24 +20,20 @@ from ghostball.model import GhostballError
 from ghostball.reports.outcome import CHANGES, coloured
 from ghostball.reports.shift import error_text
 from ghostball.reports.words import many
-from ghostball.validation.baselines import Played, SceneChange, compare
-from ghostball.validation.baselines.rounding import allowance
-from ghostball.validation.checks.verdict import FAILING, unfinished_text, verdict_of
+from ghostball.validation.baselines import SceneChange
+from ghostball.validation.baselines.two_runs import changes_of, paired
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.results.records import ACCURACY_KINDS
-from ghostball.validation.results.store import CaseRecord, Results, has_results
-
-Pair = tuple[CaseRecord | None, CaseRecord | None]
-"""A scene's case of the base and of the head; None where a run has none."""
+from ghostball.validation.results.store import Results, has_results
 
 
-def run(first: str, second: str, out: Path | None, form: Plain) -> ExitStatus:
+def run(asked: DiffOptions) -> ExitStatus:
     """Compare two results folders, or two engines of one; print what differs."""
-    base, head, labels = _sides(first, second, load_config().out if out is None else out)
+    first, second = asked.first, asked.second
+    base, head, labels = _sides(first, second, asked.out or load_config().out)
     found = paired(base, head, labels)
     times = [(one.wall_time, two.wall_time) for one, two in found if one and two]
     ratios = [after / before for before, after in times if before and after]
-    return show(first, second, changes_of(base, head, found), ratios, form)
+    return show(first, second, changes_of(base, head, found), ratios, asked.form)
 
 
 def _sides(first: str, second: str, folder: Path) -> tuple[Results, Results, Mapping[str, str]]:
@@ -60,69 +57,6 @@ def _sides(first: str, second: str, folder: Path) -> tuple[Results, Results, Map
                 f"{', '.join(results.labels)}. Another folder is chosen by `--out`"
             )
     return results, results, {first: second}
-
-
-def paired(base: Results, head: Results, labels: Mapping[str, str]) -> list[Pair]:
-    """Return the cases of two runs in the order of the base; then what only the head has.
-
-    `labels`: which engine of the head each engine of the base is compared with, by label; {}
-        compares each with itself.
-    """
-    chosen = [case for case in base.cases if not labels or case.label in labels]
-    after = {
-        (case.scene, case.label): case
-        for case in head.cases
-        if not labels or case.label in labels.values()
-    }
-    pairs: list[Pair] = [
-        (case, after.pop((case.scene, labels.get(case.label, case.label)), None)) for case in chosen
-    ]
-    return pairs + [(None, case) for case in after.values()]
-
-
-def changes_of(base: Results, head: Results, pairs: Sequence[Pair]) -> list[SceneChange]:
-    """Compare the cases of two runs.
-
-    A change fails if the head drops an accuracy class, or fails where the base does not.
-    """
-    found = []
-    for one, two in pairs:
-        if one is None or two is None:
-            case, where = (two, base) if one is None else (one, head)
-            assert case is not None
-            why = f"not there: {where.path} has no such case"
-            change = SceneChange(
-                scene=case.scene, title=case.title, change="not-comparable", summary=why
-            )
-            found.append(change.model_copy(update={"label": case.label}))
-        else:
-            found.append(_change(base, one, head, two))
-    return found
-
-
-def _change(base: Results, one: CaseRecord, head: Results, two: CaseRecord) -> SceneChange:
-    before, after = Played.stored(base, one), Played.stored(head, two)
-    if one.label == two.label:
-        found = compare(
-            before,
-            after,
-            lambda: allowance(
-                two.load_scene(), two.label, after.log().events, two.rest_time or 0.0
-            ),
-        )
-    else:
-        found = compare(before, after)
-    label = " -> ".join(dict.fromkeys([one.label, two.label]))
-    if found.change == "not-comparable":
-        return found.model_copy(update={"label": label})
-    fails = verdict_of(two) in FAILING and verdict_of(one) not in FAILING
-    broken = [check.sentence for check in two.checks if check.passed is False] if fails else []
-    broken += [why] if fails and (why := unfinished_text(two)) else []
-    kinds = [case.accuracy.kind for case in (one, two) if case.accuracy is not None]
-    drops = len(kinds) == 2 and ACCURACY_KINDS.index(kinds[0]) < ACCURACY_KINDS.index(kinds[1])
-    return found.model_copy(
-        update={"label": label, "failed": fails or drops, "broken": tuple(broken)}
-    )
 
 
 def show(

@@ -14,12 +14,12 @@ from rich.console import Console
 from rich.markup import escape
 
 from ghostball.cli.gate.against import run_both
+from ghostball.cli.gate.commands import RegressOptions
 from ghostball.cli.gate.diff import changes_table
 from ghostball.cli.shared.config import Config, load_config, named_engines
 from ghostball.cli.shared.hints import coverage
-from ghostball.cli.shared.options import FailOnChoice, Format
-from ghostball.cli.shared.progress import COMPILING, Steps, of_cases
 from ghostball.cli.shared.report import print_for_programs
+from ghostball.cli.shared.running import run_cases
 from ghostball.cli.shared.terminal import say, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import names_class
@@ -50,58 +50,42 @@ _VERDICTS = {
 }
 
 
-def run(
-    scenes: Sequence[str] | None,
-    engine: Sequence[str] | None,
-    against: str | None,
-    baselines: Path | None,
-    fail_on: FailOnChoice | None,
-    out: Path | None,
-    jobs: int,
-    form: Format,
-    rerun: bool,
-    time_limit: float,
-) -> ExitStatus:
-    """Compare, print what changed, and return the exit status; see the options of the command."""
-    if against is not None and fail_on is not None:
+def run(asked: RegressOptions) -> ExitStatus:
+    """Compare, print what changed, and return the exit status."""
+    if asked.against is not None and asked.fail_on is not None:
         raise typer.BadParameter(
             "judges a comparison with baselines, and --against makes none: it fails where an "
             "engine is less right by a class. Leave out one of both",
             param_hint="--fail-on",
         )
     started, config = time.perf_counter(), load_config()
-    labels = labels_of(engine or (), config)
-    if against is not None:
-        return run_both(scenes, labels, against, out, jobs, form, rerun, time_limit)
-    place = config.out if out is None else out
-    policy: FailOn = config.fail_on if fail_on is None else fail_on.value
-    kept_in = config.baselines if baselines is None else baselines
-    names = scenes or config.scenes
+    labels = labels_of(asked.engine, config)
+    if asked.against is not None:
+        return run_both(asked, labels, asked.against)
+    place = asked.out or config.out
+    policy: FailOn = config.fail_on if asked.fail_on is None else asked.fail_on.value
+    names = asked.scenes or config.scenes
     chosen, criteria = select(names), criteria_beside_paths(names)
-    if not (engine or config.engines):
+    if not (asked.engine or config.engines):
         say(
             f"No engine is named, so `{OURS}` itself is compared, in {len(chosen)} scenes. "
             "`ghostball init` sets up your own"
         )
-    gates = [Gate.of(label, kept_in) for label in labels]
+    gates = [Gate.of(label, asked.baselines or config.baselines) for label in labels]
     ran = {scene.name for scene in chosen}
-    whole = not scenes or ran >= {scene.name for scene in select(config.scenes)}
+    whole = not asked.scenes or ran >= {scene.name for scene in select(config.scenes)}
     for gate in gates:
         made = many_balls() if gate.label == OURS and whole else ()
         gate.check([scene.name for scene in (*chosen, *made)])
-    with Steps(COMPILING, "running").bar() as step:
-        outcome = run_suite(
-            chosen,
-            labels,
-            place,
-            jobs=jobs,
-            progress=of_cases(step("running")),
-            compiling=step(COMPILING),
-            criteria=criteria,
-            reuse=not rerun,
-            time_limit=time_limit,
-            only=[(scene.name, label) for scene in chosen for label in labels],
-        )
+    outcome = run_cases(
+        run_suite,
+        chosen,
+        labels,
+        place,
+        asked,
+        criteria=criteria,
+        only=[(scene.name, label) for scene in chosen for label in labels],
+    )
     if outcome.interrupted:
         say("[bold]Interrupted:[/] nothing was compared. The same command continues from there")
         return ExitStatus.INTERRUPTED
@@ -110,27 +94,28 @@ def run(
     only = ran | {scene.name for scene in many_balls()}
     found = [
         compare_results(
-            results, gate, whole=whole, only=only, time_limit=time_limit, fail_on=policy
+            results, gate, whole=whole, only=only, time_limit=asked.time_limit, fail_on=policy
         )
         for gate in gates
     ]
     save_regressions(found, place)
-    advice = _accepting(engine or (), baselines, out)
+    advice = _accepting(asked)
     seconds = time.perf_counter() - started
     for regression in found:
-        _show(regression, outcome, place, tables(form), seconds, advice)
-    print_for_programs(place, form)
+        _show(regression, outcome, place, tables(asked.form), seconds, advice)
+    print_for_programs(place, asked.form)
     return worst(*(_status(regression, outcome) for regression in found))
 
 
-def labels_of(engines: Sequence[str], config: Config) -> tuple[str, ...]:
+def labels_of(engines: Sequence[str] | None, config: Config) -> tuple[str, ...]:
     """Return the engines asked for, else the project's, else ours."""
     return tuple(dict.fromkeys(named_engines(engines, config) or (OURS,)))
 
 
-def _accepting(engines: Sequence[str], baselines: Path | None, out: Path | None) -> str:
+def _accepting(asked: RegressOptions) -> str:
     """Return the command that accepts what is found."""
-    options = [*(("-e", one) for one in engines), ("--out", out), ("--baselines", baselines)]
+    engines = [("-e", one) for one in asked.engine or ()]
+    options = [*engines, ("--out", asked.out), ("--baselines", asked.baselines)]
     words = [str(word) for pair in options if pair[1] is not None for word in pair]
     return shlex.join(["ghostball", "accept", *words]) + ' --reason "..."'
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import cache, partial
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +14,12 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from ghostball.cli.measure.commands import ExplainOptions
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.options import Plain, check_plot
+from ghostball.cli.shared.options import Plain
+from ghostball.cli.shared.playing import check_plot, player, status_of
 from ghostball.cli.shared.tables import table_of
-from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
+from ghostball.cli.shared.terminal import busy, stdout
 from ghostball.model import Status, energy_of, initial_state
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot_explanation, style
@@ -30,7 +31,6 @@ from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.grading.event_logs import Event
 from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.results.store import Results, has_results
-from ghostball.validation.runs.playing import in_other_process
 from ghostball.validation.scenes.library import find_scene
 
 FEW_ULPS = 1e6
@@ -51,17 +51,10 @@ TRUTHS = {
 NAMES = {"truth": "in the reference", "engine": "in {label}"}
 
 
-def run(
-    scene: str | None,
-    engine: str | None,
-    plot: Path | None,
-    attribute: bool,
-    form: Plain,
-    time_limit: float,
-) -> ExitStatus:
-    """Explain, and return the exit status; see the options of the command."""
-    if plot is not None:
-        check_plot(plot)
+def run(asked: ExplainOptions) -> ExitStatus:
+    """Explain, and return the exit status."""
+    plot, engine = asked.plot, asked.engine
+    check_plot(plot)
     config = load_config()
     if engine is None:
         if not config.engines:
@@ -72,17 +65,17 @@ def run(
             )
         engine = config.engines[0]
     made = make_engine(engine)
-    shot = find_scene(_worst_scene(config.out, engine) if scene is None else scene)
-    what = "three steps" if attribute else "one run"
+    shot = find_scene(_worst_scene(config.out, engine) if asked.scene is None else asked.scene)
+    what = "three steps" if asked.attribute else "one run"
     with (
         busy(f"explaining {shot.name} on {engine}: the reference, and {what}"),
-        in_other_process(made, time_limit, _said_once(made.name)) as player,
+        player(made, asked.time_limit) as playing,
     ):
-        explanation = explain(shot, player, label=engine, attributed=attribute)
+        explanation = explain(shot, playing, label=engine, attributed=asked.attribute)
     if plot is not None:
         with busy(f"drawing {plot}"):
             plot_explanation(explanation, plot)
-    if form is Plain.JSON:
+    if asked.form is Plain.JSON:
         # JSON has no NaN or infinity: where an engine blew up, null stands for them.
         print(to_json(explanation.to_dict(), inf_nan_mode="null").decode())
     else:
@@ -91,12 +84,7 @@ def run(
             console.print(part)
         if plot is not None:
             console.print(f"drawn in {plot}", soft_wrap=True, markup=False)
-    status = explanation.result.status
-    if not status.complete:
-        why = explanation.result.reason or status.value
-        say(f"[bold red]engine {escape(made.name)} did not finish:[/] {escape(why)}")
-        return ExitStatus.CHECK_FAILED
-    return ExitStatus.PASSED
+    return status_of(explanation.result, made.name)
 
 
 def _worst_scene(folder: Path, engine: str) -> str:
@@ -118,11 +106,6 @@ def _worst_scene(folder: Path, engine: str) -> str:
             param_hint="SCENE",
         )
     return min(ran)[-1]
-
-
-def _said_once(engine: str) -> Callable[[str], None]:
-    """Return what shows on stderr what an engine prints: of dozens of runs, the same but once."""
-    return cache(partial(say_printed, engine))
 
 
 def parts_of(explanation: Explanation) -> Iterator[RenderableType]:

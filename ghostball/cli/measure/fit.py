@@ -6,25 +6,26 @@ import json
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import typer
 from rich.console import Group, RenderableType
 
-from ghostball.cli.shared.options import Plain, check_plot
+from ghostball.cli.measure.commands import FitOptions
+from ghostball.cli.shared.options import Plain
+from ghostball.cli.shared.playing import check_plot, check_writable, player
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.tables import facts_table, table_of
-from ghostball.cli.shared.terminal import check_writable, say_printed, stdout
+from ghostball.cli.shared.terminal import stdout
 from ghostball.model import GhostballError, Physics
 from ghostball.model.impact_laws import CUSHION_LAWS
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.measured.tracks import Surface, read_tracks
 from ghostball.validation.results.files import write_whole
-from ghostball.validation.runs.playing import in_other_process
 
 try:
+    from ghostball.reports.figures.fitted import draw_fit
     from ghostball.validation.measured.fit.fields import FIELDS
     from ghostball.validation.measured.fit.fit import NotEnoughError, fit_table
     from ghostball.validation.measured.fit.found import Fit
@@ -43,23 +44,11 @@ LARGEST_TABLE = 20.0
 _NOT_TOLD = "the tracks tell nothing of it"
 
 
-def run(
-    tracks: Path,
-    table: tuple[float, float],
-    radius: float,
-    fields: str | None,
-    preset: str,
-    law: str | None,
-    nose_height: float | None,
-    engine: str,
-    out: Path | None,
-    plot: Path | None,
-    form: Plain,
-    time_limit: float,
-) -> ExitStatus:
-    """Fit, and return the exit status; see the options of the command."""
-    surface = _surface(table, radius)
-    chosen = _chosen(fields)
+def run(asked: FitOptions) -> ExitStatus:
+    """Fit, and return the exit status."""
+    tracks, preset, law, nose_height = asked.tracks, asked.preset, asked.law, asked.nose_height
+    surface = _surface(asked.table, asked.radius)
+    chosen = _chosen(asked.fields)
     presets = [name for name in Physics.PRESETS if Physics(preset=name).motion == "sliding"]
     if preset not in presets:
         raise typer.BadParameter(
@@ -72,7 +61,7 @@ def run(
             f"must be one of {', '.join(laws)}, got {law!r}", param_hint="--law"
         )
     if nose_height is not None:
-        low, high = radius, 2.0 * radius
+        low, high = asked.radius, 2.0 * asked.radius
         if not low <= nose_height < high:
             raise typer.BadParameter(
                 f"must be from a ball's radius, {low:g}, to below a ball's height, {high:g}, got "
@@ -84,21 +73,20 @@ def run(
                 "gives the height that --fields asks to fit. Remove one of the two",
                 param_hint="--nose-height",
             )
-    if plot is not None:
-        check_plot(plot)
-    if out is not None:
-        check_writable(out, "--out")
-    made = make_engine(engine)
+    check_plot(asked.plot)
+    if asked.out is not None:
+        check_writable(asked.out, "--out")
+    made = make_engine(asked.engine)
     found = harvest(read_tracks(tracks, surface), surface)
     with (
         counting(f"fitting {made.name}") as count,
-        in_other_process(made, time_limit, partial(say_printed, made.name)) as player,
+        player(made, asked.time_limit) as playing,
     ):
         try:
             fitted = fit_table(
                 found,
                 made,
-                partial(player.simulate, record="trajectory"),
+                partial(playing.simulate, record="trajectory"),
                 preset=preset,
                 law=law,
                 fields=chosen,
@@ -108,19 +96,17 @@ def run(
         except NotEnoughError as error:
             raise NotEnoughError(f"{tracks}: {error}") from None
     text = physics_toml(fitted, preset)
-    if out is not None:
-        write_whole(out, text.encode())
-    if plot is not None:
-        from ghostball.reports.figures.fitted import draw_fit  # noqa: PLC0415
-
-        draw_fit(fitted, plot)
-    if form is Plain.JSON:
+    if asked.out is not None:
+        write_whole(asked.out, text)
+    if asked.plot is not None:
+        draw_fit(fitted, asked.plot)
+    if asked.form is Plain.JSON:
         typer.echo(json.dumps(_plain(fitted, made.name, preset)))
     else:
         stdout().print(Group(*_parts(fitted)))
-        if out is None:
+        if asked.out is None:
             typer.echo(text, nl=False)
-        for said, path in (("written to", out), ("drawn in", plot)):
+        for said, path in (("written to", asked.out), ("drawn in", asked.plot)):
             if path is not None:
                 stdout().print(f"{said} {path}", soft_wrap=True, markup=False)
     return ExitStatus.PASSED

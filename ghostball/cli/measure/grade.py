@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 from rich.markup import escape
 
+from ghostball.cli.measure.commands import GradeOptions
 from ghostball.cli.measure.verdicts import failures
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
@@ -27,7 +25,7 @@ from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.suite.suite import exit_status_of
 
 
-def run(files: Sequence[Path]) -> int:
+def run(asked: GradeOptions) -> ExitStatus:
     """Judge runs that were made elsewhere as any engine's, and show what became of each.
 
     A file without a whole run is what an engine leaves that crashed or hung: it did not finish.
@@ -36,7 +34,7 @@ def run(files: Sequence[Path]) -> int:
     """
     runs: list[Run] = []
     lost: list[str] = []
-    for path in files:
+    for path in asked.files:
         try:
             runs += load_runs(path)
         except EngineError as error:

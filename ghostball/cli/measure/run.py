@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,29 +13,25 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from ghostball.cli.shared.options import Plain, RecordChoice, check_plot
+from ghostball.cli.measure.commands import RunOptions
+from ghostball.cli.shared.options import Plain, RecordChoice
+from ghostball.cli.shared.playing import check_plot, player, status_of
 from ghostball.cli.shared.tables import facts_table, table_of
-from ghostball.cli.shared.terminal import busy, say, say_printed, stdout
+from ghostball.cli.shared.terminal import busy, say, stdout
 from ghostball.model import EventKind, Result, partner_name
 from ghostball.model.strokes import Struck, struck_balls
 from ghostball.reference_adapters import make_engine
+from ghostball.reports import plot_result
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.runs.playing import in_other_process, run_engine
+from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.scenes.library import find_scene
 
 _HASH = re.compile("[0-9a-f]{64}")
 
 
-def run(
-    scene: str,
-    engine: str,
-    record: RecordChoice | None,
-    plot: Path | None,
-    form: Plain,
-    expect_hash: str | None,
-    time_limit: float,
-) -> ExitStatus:
-    """Simulate, and return the exit status; see the options of the command."""
+def run(asked: RunOptions) -> ExitStatus:
+    """Simulate, and return the exit status."""
+    record, plot, expect_hash = asked.record, asked.plot, asked.expect_hash
     if plot is not None:
         if record not in (None, RecordChoice.TRAJECTORY):
             raise typer.BadParameter(
@@ -49,7 +43,7 @@ def run(
         expect_hash = expect_hash.strip().lower()
         if not _HASH.fullmatch(expect_hash):
             raise typer.BadParameter(
-                f"must be 64 digits 0-9 and a-f, got {expect_hash!r}. `ghostball run {scene} "
+                f"must be 64 digits 0-9 and a-f, got {expect_hash!r}. `ghostball run {asked.scene} "
                 "--record events` prints it",
                 param_hint="--expect-hash",
             )
@@ -58,34 +52,25 @@ def run(
                 "--expect-hash needs --record events, got rest", param_hint="--record"
             )
         record = record or RecordChoice.EVENTS
-    made = make_engine(engine)
-    shot = find_scene(scene)
+    made = make_engine(asked.engine)
+    shot = find_scene(asked.scene)
     if record is None and shot.table is not None and shot.table.holes:
         record = RecordChoice.EVENTS  # which say what was pocketed
     with (
-        busy(f"{shot.name} on {engine}"),
-        in_other_process(made, time_limit, partial(say_printed, made.name)) as player,
+        busy(f"{shot.name} on {asked.engine}"),
+        player(made, asked.time_limit) as playing,
     ):
-        result = run_engine(player, shot, (record or RecordChoice.REST).value)
+        result = run_engine(playing, shot, (record or RecordChoice.REST).value)
     if plot is not None:
-        from ghostball.reports import plot_result  # noqa: PLC0415
-
         with busy(f"drawing {plot}"):
             plot_result(result, plot)
-    if form is Plain.JSON:
+    if asked.form is Plain.JSON:
         typer.echo(result.to_json())
     else:
         stdout().print(result_table(result))
         if plot is not None:
             stdout().print(f"paths drawn in {plot}", soft_wrap=True, markup=False)
-    if result.status.complete:
-        return _compare_hash(result, expect_hash)
-    why = f": {result.reason}" if result.reason else ""
-    say(
-        f"[bold red]engine {escape(made.name)} did not finish:[/] "
-        + escape(f"{result.status.value}{why}")
-    )
-    return ExitStatus.CHECK_FAILED
+    return status_of(result, made.name) or _compare_hash(result, expect_hash)
 
 
 def _compare_hash(result: Result, expected: str | None) -> ExitStatus:

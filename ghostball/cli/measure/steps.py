@@ -10,7 +10,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.options import Plain, check_plot
+from ghostball.cli.shared.options import Plain
+from ghostball.cli.shared.playing import check_plot
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import tables
@@ -58,9 +59,8 @@ def measure_steps(
     plot: Path | None,
     form: Plain,
 ) -> ExitStatus:
-    """Measure, and return the exit status; see the options of the command."""
-    if plot is not None:
-        check_plot(plot)
+    """Measure, and return the exit status; see the options of `engines`."""
+    check_plot(plot)
     if out is not None:
         make_folder(out)
     named = tuple(engines or load_config().engines)

@@ -9,18 +9,17 @@ from pathlib import Path
 from rich.console import RenderableType
 from rich.markup import escape
 
+from ghostball.cli.measure.commands import StressOptions
 from ghostball.cli.shared.config import load_config, named_engines
 from ghostball.cli.shared.options import Format
-from ghostball.cli.shared.progress import COMPILING, Steps
 from ghostball.cli.shared.report import print_for_programs
+from ghostball.cli.shared.running import run_cases
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, say_printed, stdout, tables
 from ghostball.reference_adapters.registry import OURS
-from ghostball.reports.words import many
+from ghostball.reports.page.stress import FOLDER
 from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.parallel.cluster import cluster_at
-from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.stress import (
     DEFAULT_ENGINES,
     FAMILIES,
@@ -44,47 +43,19 @@ FAULTS_SHOWN = 3
 """How many failed shots of an engine in a family are named; the others are counted."""
 
 
-def run(
-    only: Sequence[str] | None,
-    engine: Sequence[str] | None,
-    full: bool,
-    seed: int,
-    count: int | None,
-    out: Path | None,
-    jobs: int,
-    form: Format,
-    rerun: bool,
-    cluster: str | None,
-    time_limit: float,
-    listed: bool,
-) -> ExitStatus:
+def run(asked: StressOptions) -> ExitStatus:
     """Run the shots, print where engines fail, and return the exit status."""
-    shots = chosen_shots(Size(full, seed, count), only or ())
-    if listed:
-        show_list(shots, named=bool(only), as_json=form is Format.JSON)
+    shots = chosen_shots(Size(asked.full, asked.seed, asked.count), asked.only or ())
+    if asked.listed:
+        show_list(shots, named=bool(asked.only), as_json=asked.form is Format.JSON)
         return ExitStatus.PASSED
     config = load_config()
-    named = named_engines(engine, config)
-    folder = config.out / "stress" if out is None else out
-    with cluster_at(cluster) as there, Steps(COMPILING, "running").bar() as step:
-        count_done = step("running")
-
-        def progress(done: int, planned: int, case: CaseRecord) -> None:
-            count_done(done, planned, f"{path_of(case.scene)} on {case.label}")
-
-        outcome = run_stress(
-            shots,
-            named or DEFAULT_ENGINES,
-            folder,
-            jobs=jobs,
-            cluster=there,
-            progress=progress,
-            compiling=step(COMPILING),
-            reuse=not rerun,
-            time_limit=time_limit,
-        )
-    _show(outcome, form)
-    print_for_programs(folder, form)
+    named = named_engines(asked.engine, config)
+    folder = asked.out or config.out / FOLDER
+    labels = named or DEFAULT_ENGINES
+    outcome = run_cases(run_stress, shots, labels, folder, asked, cluster=asked.cluster)
+    _show(outcome, asked.form)
+    print_for_programs(folder, asked.form)
     if outcome.interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} shots are done and "
@@ -137,11 +108,6 @@ def _show(outcome: Outcome, form: Format) -> None:
         printed_by = [case for case in outcome.cases if case.label == label and case.printed]
         if printed_by:
             say_printed(label, printed_by[0].printed)
-    if reused := outcome.counts.reused:
-        say(
-            f"{many(reused, 'shot')} unchanged, reused from {escape(str(outcome.folder))} "
-            "(run again with --rerun)"
-        )
 
 
 def _cell(one: Tally) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from ghostball.cli.gate.regress import compare_guarded
+from ghostball.cli.measure.commands import ValidateOptions
 from ghostball.cli.measure.verdicts import (
     colour_of,
     details_table,
@@ -22,9 +23,9 @@ from ghostball.cli.measure.verdicts import (
 )
 from ghostball.cli.shared.config import load_config, named_engines
 from ghostball.cli.shared.hints import hints
-from ghostball.cli.shared.options import FigureChoice, Format
-from ghostball.cli.shared.progress import COMPILING, DRAWING, Steps, of_cases
+from ghostball.cli.shared.progress import COMPILING, DRAWING, RUNNING, Steps
 from ghostball.cli.shared.report import print_for_programs, write as write_report
+from ghostball.cli.shared.running import reused_text, run_cases
 from ghostball.cli.shared.terminal import busy, say, say_printed, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import (
@@ -35,7 +36,6 @@ from ghostball.reference_adapters import (
     parse_spec,
 )
 from ghostball.reference_adapters.registry import OURS
-from ghostball.reports.words import many
 from ghostball.validation.baselines import Gate, Regression
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
@@ -46,16 +46,12 @@ from ghostball.validation.checks.verdict import (
     verdict_of,
 )
 from ghostball.validation.exit_status import ExitStatus, worst
-from ghostball.validation.parallel.cluster import cluster_at
-from ghostball.validation.parallel.pool import Progress
-from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.records import (
     CERTIFIED,
     CLOSED_FORM,
     OUR_ENGINE,
 )
 from ghostball.validation.results.store import CaseRecord, Results, has_results
-from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import BOARD, CRITERIA_SUFFIX, FULL, scene_names, select
 from ghostball.validation.suite.plan import criteria_beside_paths
@@ -63,11 +59,9 @@ from ghostball.validation.suite.real_tables import measure_likenesses
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
 from ghostball.validation.suite.varied import Ensemble, Size
 
-RUNNING = "running"
-
 
 @dataclass(frozen=True)
-class _Request:
+class _Plan:
     """What is to be run, checked: before it is made, nothing runs."""
 
     scenes: list[Scene]
@@ -78,76 +72,59 @@ class _Request:
     whole: bool  # whether all that is shipped is asked, or the board
     gates: list[Gate]
     fail_on: FailOn
-    metrics: Sequence[str] | None
     starts: Ensemble | None
     out: Path
 
 
-def run(
-    scenes: Sequence[str] | None,
-    engine: Sequence[str] | None,
-    out: Path | None,
-    jobs: int,
-    form: Format,
-    metric: Sequence[str] | None,
-    rerun: bool,
-    cluster: str | None,
-    time_limit: float,
-    report: bool,
-    figures: FigureChoice,
-    ensemble: int | None,
-    ensemble_size: str | None,
-    details: bool,
-) -> int:
-    """Validate, and return the exit status; see the options of the command."""
-    request = _plan(scenes or (), engine or (), out, metric, ensemble, ensemble_size, report)
-    if not request.named:
+def run(asked: ValidateOptions) -> ExitStatus:
+    """Validate, and return the exit status."""
+    plan = _plan(asked)
+    if not plan.named:
         for line in _missing_defaults():
             say(f"[yellow]{escape(line)}[/]")
-    steps = Steps(COMPILING, RUNNING, *((DRAWING,) if report else ()))
+    steps = Steps(COMPILING, RUNNING, *((DRAWING,) if asked.report else ()))
     started = time.perf_counter()
-    with cluster_at(cluster) as there, steps.bar() as step:
-        outcome = run_suite(
-            request.scenes,
-            request.engines,
-            request.out,
-            jobs=jobs,
-            cluster=there,
-            progress=_progress(of_cases(step(RUNNING))),
-            compiling=step(COMPILING),
-            criteria=request.criteria,
-            metrics=request.metrics,
-            reuse=not rerun,
-            announce=lambda reused: _announce(reused, request.engines, request.out),
-            time_limit=time_limit,
-            ensemble=request.starts,
-        )
-    folder = escape(str(request.out))
+    outcome = run_cases(
+        run_suite,
+        plan.scenes,
+        plan.engines,
+        plan.out,
+        asked,
+        cluster=asked.cluster,
+        steps=steps,
+        done=_say_failed,
+        criteria=plan.criteria,
+        metrics=asked.metric or None,
+        ensemble=plan.starts,
+    )
+    folder = escape(str(plan.out))
     if not outcome.cases:
         say(f"[bold]Interrupted[/] before the first case was done: {_left(outcome)} in {folder}")
         return outcome.exit_status
     # What was measured is said before anything is made of it: whatever may yet fail or be
     # interrupted, the verdicts are there.
-    results, console = Results.open(request.out), tables(form)
-    _show(request, outcome, results, console, time.perf_counter() - started, details)
+    results, console = Results.open(plan.out), tables(asked.form)
+    _show(plan, outcome, results, console, time.perf_counter() - started, asked.details)
     status = ExitStatus.PASSED
     try:
         if outcome.interrupted:
             raise KeyboardInterrupt
-        if request.metrics is None:
+        if not asked.metric:
             for regression in compare_guarded(
-                results, request.gates, request.scenes, time_limit, request.fail_on
+                results, plan.gates, plan.scenes, asked.time_limit, plan.fail_on
             ):
                 status = worst(status, _say_moved(regression, console))
         with busy("engines beside real tables"):
-            beside = request.engines if request.whole else ()
-            measured = measure_likenesses(beside, request.out, time_limit, reuse=not rerun)
+            beside = plan.engines if plan.whole else ()
+            measured = measure_likenesses(beside, plan.out, asked.time_limit, reuse=not asked.rerun)
         if found := list(measured.records.values()):
             console.print(likeness_table(found), crop=False)
         if measured.interrupted:
             raise KeyboardInterrupt
-        if report:
-            written = write_report(request.out, jobs=jobs, figures=figures.value, steps=steps)
+        if asked.report:
+            written = write_report(
+                plan.out, jobs=asked.jobs, figures=asked.figures.value, steps=steps
+            )
             console.print(f"report: {written.page}", soft_wrap=True, markup=False)
             status = worst(status, written.status())
     except KeyboardInterrupt:
@@ -157,51 +134,43 @@ def run(
             "`validate` without --rerun continues from there"
         )
         return ExitStatus.INTERRUPTED
-    print_for_programs(request.out, form)
+    print_for_programs(plan.out, asked.form)
     if why := not_judged(outcome.cases):  # last, as what the exit status means
         advice = f" {_advice(outcome)}" if is_nothing_judged(outcome.cases) else ""
         say(f"[bold yellow]{escape(why)}.[/]{escape(advice)}")
     return worst(outcome.exit_status, status)
 
 
-def _plan(
-    wanted: Sequence[str],
-    engines: Sequence[str],
-    out: Path | None,
-    metrics: Sequence[str] | None,
-    ensemble: int | None,
-    ensemble_size: str | None,
-    report: bool,
-) -> _Request:
+def _plan(asked: ValidateOptions) -> _Plan:
     """Choose what is run, and check it."""
-    if ensemble_size is not None and ensemble is None:
+    if asked.ensemble_size is not None and asked.ensemble is None:
         raise typer.BadParameter(
             "needs --ensemble K: how many times each scene is perturbed",
             param_hint="--ensemble-size",
         )
     config = load_config()
-    named = named_engines(engines, config)
+    named = named_engines(asked.engine, config)
     # A replay over the true shots needs an engine that plays them.
-    drawn = (OURS,) if report and all(map(names_class, named)) else ()
-    names, specs = wanted or config.scenes, named or DEFAULT_ENGINES
+    drawn = (OURS,) if asked.report and all(map(names_class, named)) else ()
+    names, specs = asked.scenes or config.scenes, named or DEFAULT_ENGINES
     scenes, gates = select(names), [Gate.of(spec, config.baselines) for spec in specs]
     for gate in gates:
         gate.check(sorted(scene.name for scene in scenes))
     starts = None
-    if ensemble is not None:
-        starts = Ensemble(ensemble, Size.parse(ensemble_size) if ensemble_size else Size())
-    return _Request(
+    if asked.ensemble is not None:
+        size = Size.parse(asked.ensemble_size) if asked.ensemble_size else Size()
+        starts = Ensemble(asked.ensemble, size)
+    return _Plan(
         scenes,
         criteria_beside_paths(names),
         (*specs, *(drawn if named else ())),
         specs,
         bool(named),
-        not metrics and (not names or not {FULL, BOARD}.isdisjoint(names)),
+        not asked.metric and (not names or not {FULL, BOARD}.isdisjoint(names)),
         gates,
         config.fail_on,
-        metrics or None,
         starts,
-        config.out if out is None else out,
+        asked.out or config.out,
     )
 
 
@@ -212,20 +181,16 @@ def _missing_defaults() -> Iterator[str]:
             yield f"Default engine `{name}` was not run: {reason}"
 
 
-def _progress(count: Progress[CaseRecord]) -> Progress[CaseRecord]:
-    """Return what counts cases, and says at once which failed."""
-
-    def progress(done: int, planned: int, case: CaseRecord) -> None:
-        count(done, planned, case)
-        if verdict_of(case) in (Verdict.FAIL, Verdict.CRASHED):
-            verdict = verdict_of(case).words
-            say(f"[{colour_of(case)}]{verdict}[/] {escape(f'{case.scene} on {case.label}')}")
-
-    return progress
+def _say_failed(case: CaseRecord) -> None:
+    """Say at once which case failed."""
+    verdict = verdict_of(case)
+    if verdict in (Verdict.FAIL, Verdict.CRASHED):
+        where = escape(f"{case.scene} on {case.label}")
+        say(f"[{colour_of(case)}]{verdict.words}[/] {where}")
 
 
 def _show(
-    request: _Request,
+    plan: _Plan,
     outcome: Outcome,
     results: Results,
     console: Console,
@@ -236,18 +201,18 @@ def _show(
     console.print(verdict_tables(results, console), crop=False)
     if details:
         console.print(details_table(results), crop=False)
-    if request.starts is not None:
-        console.print(spread_table(results, request.starts.size))
-    for line in _truths(results, request.criteria):
+    if plan.starts is not None:
+        console.print(spread_table(results, plan.starts.size))
+    for line in _truths(results, plan.criteria):
         console.print(line, soft_wrap=True)
     console.print(headline(outcome, seconds), soft_wrap=True)
     if count := outcome.counts.reused:
-        console.print(f"{_reused(count, request.out)}; their run times are of then")
+        console.print(f"{reused_text(count, plan.out)}; their run times are of then")
     _say_all_printed(outcome)
-    if not request.named and (others := _other_engines()):
+    if not plan.named and (others := _other_engines()):
         console.print(f"[dim]{escape(others)}[/]", soft_wrap=True)
-    if request.named:
-        for line in hints(outcome.cases, request.asked):
+    if plan.named:
+        for line in hints(outcome.cases, plan.asked):
             console.print(line, soft_wrap=True)
 
 
@@ -286,23 +251,6 @@ def _say_moved(regression: Regression, console: Console) -> ExitStatus:
             soft_wrap=True,
         )
     return ExitStatus.PASSED
-
-
-def _announce(reused: Reuse[CaseRecord], engines: Sequence[str], out: Path) -> None:
-    """Say what isn't run again, or why all is, where there are results to reuse."""
-    if reused.records:
-        say(_reused(len(reused.records), out))
-    elif reused.stored or reused.why:
-        why = reused.why or "scene, settings, criteria or metrics of every case differ"
-        say(f"nothing is reused from {escape(str(out))}: {escape(why)}")
-    if reused.stored and (always := [spec for spec in engines if not is_ours(spec)]):
-        say(f"always run, for other packages bring them: {escape(', '.join(always))}")
-
-
-def _reused(count: int, out: Path) -> str:
-    return (
-        f"{many(count, 'case')} unchanged, reused from {escape(str(out))} (run again with --rerun)"
-    )
 
 
 def _left(outcome: Outcome) -> str:

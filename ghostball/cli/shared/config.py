@@ -14,7 +14,6 @@ the file, which is the nearest one upwards that has such a table.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -101,15 +100,8 @@ def load_table(path: Path) -> Any:
 
 
 def _checked(table: Any, path: Path) -> Config:
-    known = list(Config.model_fields)
-    for key in table if isinstance(table, dict) else ():
-        if key not in known:
-            close = get_close_matches(key, known, n=1)
-            hint = f"Did you mean `{close[0]}`?" if close else f"Known: {', '.join(known)}"
-            raise ConfigError(f"{path}: `tool.ghostball.{key}` is not a known setting. {hint}")
     try:
         return Config.model_validate(table)
     except ValidationError as error:
-        raise ConfigError(
-            f"{path}: in `tool.ghostball`: {describe_validation_error(error)}"
-        ) from None
+        said = describe_validation_error(error, list(Config.model_fields))
+        raise ConfigError(f"{path}: in `tool.ghostball`: {said}") from None

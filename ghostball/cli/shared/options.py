@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import enum
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-
-from ghostball.cli.shared.terminal import check_writable
 
 
 class RecordChoice(enum.StrEnum):
@@ -31,9 +30,6 @@ class Format(enum.StrEnum):
     GITHUB = "github"
 
 
-FORMATS = "|".join(Format)
-
-
 class FailOnChoice(enum.StrEnum):
     """What fails a comparison with baselines; see `baselines.regression.FailOn`."""
 
@@ -47,6 +43,14 @@ class Plain(enum.StrEnum):
 
     TEXT = "text"
     JSON = "json"
+
+
+class FigureChoice(enum.StrEnum):
+    """Which pictures a report draws."""
+
+    PNG = "png"
+    SVG = "svg"
+    NONE = "none"
 
 
 def complete_scene(incomplete: str) -> list[str]:
@@ -66,38 +70,15 @@ def complete_engine(incomplete: str) -> list[str]:
     return [one for one in engine_names() if one.startswith(incomplete)]
 
 
-SceneName = Annotated[
-    str,
-    typer.Argument(
-        metavar="SCENE",
-        help="Name of a shipped scene (`ghostball scenes` lists them), or a TOML file.",
-        autocompletion=complete_scene,
-    ),
-]
+# typer's functions return Any: these say what it takes between the brackets of `Annotated`.
 
-SceneNames = Annotated[
-    list[str] | None,
-    typer.Argument(
-        metavar="SCENE|TAG",
-        help="Names or tags of shipped scenes (`ghostball scenes` lists both), TOML files, or "
-        "patterns such as 'break-*'; smoke is a quick selection. Default: those of "
-        "[tool.ghostball] in pyproject.toml, else all shipped scenes.",
-        autocompletion=complete_scene,
-    ),
-]
 
-TimeLimit = Annotated[
-    float, typer.Option(metavar="SECONDS", help="Time limit for a scene on an engine.")
-]
-
-Rerun = Annotated[
-    bool, typer.Option("--rerun", help="Run everything again, even if it is unchanged.")
-]
-
-_ENGINE = (
-    "A name and settings, as `ghostball engines` lists them, such as pymunk:dt=1e-4; or the place "
-    "of its function or class, such as my_module:simulate."
-)
+def scene_argument(metavar: str, said: str) -> typer.models.ArgumentInfo:
+    """Return an argument that names scenes, with what its help says."""
+    option: typer.models.ArgumentInfo = typer.Argument(
+        metavar=metavar, help=said, autocompletion=complete_scene
+    )
+    return option
 
 
 def engine_option(said: str) -> typer.models.OptionInfo:
@@ -108,9 +89,6 @@ def engine_option(said: str) -> typer.models.OptionInfo:
     return option
 
 
-EngineSpec = Annotated[str, engine_option(f"Engine. {_ENGINE}")]
-
-
 def engines_option(default: str) -> typer.models.OptionInfo:
     """Return the option `--engine`, which repeats; `default` says which where it is left out."""
     return engine_option(
@@ -118,6 +96,50 @@ def engines_option(default: str) -> typer.models.OptionInfo:
         f"pyproject.toml, else {default}."
     )
 
+
+def out_option(said: str, metavar: str = "DIR") -> typer.models.OptionInfo:
+    """Return the option `--out`, a folder if `metavar` names no other kind of place."""
+    option: typer.models.OptionInfo = typer.Option("--out", "-o", metavar=metavar, help=said)
+    return option
+
+
+def plot_option(said: str) -> typer.models.OptionInfo:
+    """Return the option `--plot`, which `check_plot` looks at; `said` says what it draws."""
+    option: typer.models.OptionInfo = typer.Option(
+        metavar="FILE", help=f"{said} (.png, .svg or .pdf)."
+    )
+    return option
+
+
+def format_option(said: str) -> typer.models.OptionInfo:
+    """Return the option `--format`, with what its help says."""
+    option: typer.models.OptionInfo = typer.Option("--format", help=said)
+    return option
+
+
+_ENGINE = (
+    "A name and settings, as `ghostball engines` lists them, such as pymunk:dt=1e-4; or the place "
+    "of its function or class, such as my_module:simulate."
+)
+
+SceneName = Annotated[
+    str,
+    scene_argument(
+        "SCENE", "Name of a shipped scene (`ghostball scenes` lists them), or a TOML file."
+    ),
+]
+
+SceneNames = Annotated[
+    list[str] | None,
+    scene_argument(
+        "SCENE|TAG",
+        "Names or tags of shipped scenes (`ghostball scenes` lists both), TOML files, or "
+        "patterns such as 'break-*'; smoke is a quick selection. Default: those of "
+        "[tool.ghostball] in pyproject.toml, else all shipped scenes.",
+    ),
+]
+
+EngineSpec = Annotated[str, engine_option(f"Engine. {_ENGINE}")]
 
 GuardedEngines = Annotated[list[str] | None, engines_option("ghostball")]
 
@@ -130,21 +152,8 @@ BaselineFolder = Annotated[
     ),
 ]
 
-
-class FigureChoice(enum.StrEnum):
-    """Which pictures a report draws."""
-
-    PNG = "png"
-    SVG = "svg"
-    NONE = "none"
-
-
-Figures = Annotated[
-    FigureChoice,
-    typer.Option(
-        help="Pictures to write beside report.html, one sheet for each scene: PNG, PNG and SVG, or "
-        "none.",
-    ),
+TimeLimit = Annotated[
+    float, typer.Option(metavar="SECONDS", help="Time limit for a scene on an engine.")
 ]
 
 ShotLimit = Annotated[
@@ -153,6 +162,18 @@ ShotLimit = Annotated[
         metavar="SECONDS",
         help="Time limit for a shot, of engines other than Ghostball's. Each runs in its own "
         "process, which is ended at the limit; the engine has then failed.",
+    ),
+]
+
+Rerun = Annotated[
+    bool, typer.Option("--rerun", help="Run everything again, even if it is unchanged.")
+]
+
+Figures = Annotated[
+    FigureChoice,
+    typer.Option(
+        help="Pictures to write beside report.html, one sheet for each scene: PNG, PNG and SVG, or "
+        "none.",
     ),
 ]
 
@@ -168,18 +189,14 @@ ClusterAddress = Annotated[
 
 FormatOption = Annotated[
     Format,
-    typer.Option(
-        "--format",
-        metavar=FORMATS,
-        help="What is printed on stdout: tables, one JSON object, comparisons with the truth as "
+    format_option(
+        "What is printed on stdout: tables, one JSON object, comparisons with the truth as "
         'CSV, JUnit XML, Markdown such as for "$GITHUB_STEP_SUMMARY", or notes that GitHub '
-        "shows with a workflow's run. Where it isn't text, the tables go to stderr.",
+        "shows with a workflow's run. Where it isn't text, the tables go to stderr."
     ),
 ]
 
-PlainFormat = Annotated[
-    Plain, typer.Option("--format", metavar="|".join(Plain), help="What is printed on stdout.")
-]
+PlainFormat = Annotated[Plain, format_option("What is printed on stdout.")]
 
 
 def processors(text: str | int) -> int:
@@ -218,42 +235,11 @@ Jobs = Annotated[
 ]
 
 
-def refuse_given(context: typer.Context, why: str, *names: str) -> None:
-    """Refuse parameters of a command that were given where they would do nothing.
+@dataclass(frozen=True, kw_only=True)
+class SuiteOptions:
+    """The options of every command that runs cases into a folder."""
 
-    `why`: why they would; the beginning of a sentence.
-    `names`: as the command's function calls them.
-    """
-    for parameter in context.command.params:
-        source = context.get_parameter_source(parameter.name or "")
-        if parameter.name in names and source is not None and source.name == "COMMANDLINE":
-            what = parameter.opts[0] if parameter.param_type_name == "option" else parameter.metavar
-            raise typer.BadParameter(f"{why}. Leave out `{what}`")
-
-
-def out_option(default: str, what: str = "Folder of the results") -> typer.models.OptionInfo:
-    """Return the option `--out`; `default` says where that is if it is left out."""
-    option: typer.models.OptionInfo = typer.Option(
-        "--out", "-o", metavar="DIR", help=f"{what} (default: {default})."
-    )
-    return option
-
-
-def plot_option(what: str) -> typer.models.OptionInfo:
-    """Return the option `--plot`, which `check_plot` looks at; `what` it draws."""
-    option: typer.models.OptionInfo = typer.Option(
-        metavar="FILE", help=f"{what} (.png, .svg or .pdf)."
-    )
-    return option
-
-
-def check_plot(path: Path, *, films: bool = False) -> None:
-    """Refuse a picture that can't be made, before the run; `films` says whether it may move."""
-    from ghostball.reports.plot import ENDINGS, FILMS  # noqa: PLC0415
-
-    endings = ENDINGS + FILMS if films else ENDINGS
-    if path.suffix.lower() not in endings:
-        raise typer.BadParameter(
-            f"must end in {', '.join(endings)}, got {path.name!r}", param_hint="--plot"
-        )
-    check_writable(path, "--plot")
+    jobs: Jobs = AUTO
+    form: FormatOption = Format.TEXT
+    rerun: Rerun = False
+    time_limit: TimeLimit = 600.0

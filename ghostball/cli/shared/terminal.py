@@ -1,4 +1,4 @@
-"""What every command shares: exit statuses, how errors end a command, where messages go.
+"""The terminal: where messages go, and how errors end a command.
 
 Results go to stdout, everything else (progress, warnings, errors) to stderr.
 """
@@ -10,19 +10,23 @@ import functools
 import logging
 import os
 import sys
-import tempfile
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, ParamSpec
+from typing import ParamSpec
 
 import typer
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.markup import escape
+from rich.segment import Segment
+from rich.text import Text
 
+from ghostball.model import EngineFailedError, GhostballError, UnsupportedSceneError
+from ghostball.reference_adapters import engine_names
+from ghostball.reference_adapters.output import harmless
 from ghostball.validation.exit_status import ExitStatus
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from ghostball.validation.parallel.cluster import ClusterLostError
 
 P = ParamSpec("P")
 
@@ -32,6 +36,32 @@ WIDTH_WITHOUT_TERMINAL = 160
 
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO})
 """What a full or failing disk answers to output that nobody else wrapped: no bug of ours."""
+
+
+@contextmanager
+def in_a_command() -> Iterator[None]:
+    """Make a command end in an exit status, whatever happens in it.
+
+    An error that the user can mend is its message alone; any other one is ours, and comes with its
+    traceback. Both go to stderr.
+    """
+    try:
+        with _logging_shown(), _modules_here(), _written_at_the_end():
+            yield
+    except (typer.Exit, typer.Abort, typer.BadParameter):
+        raise
+    except BrokenPipeError:
+        raise typer.Exit(ExitStatus.OUTPUT_CLOSED) from None
+    except KeyboardInterrupt:
+        say("[bold]Interrupted.[/]")
+        raise typer.Exit(ExitStatus.INTERRUPTED) from None
+    except Exception as error:
+        raise typer.Exit(_explain(error)) from None
+
+
+def command(function: Callable[P, None]) -> Callable[P, None]:
+    """Make a function of options a command, which ends in an exit status; see `in_a_command`."""
+    return in_a_command()(function)
 
 
 @contextmanager
@@ -50,51 +80,6 @@ def _written_at_the_end() -> Iterator[None]:
             with suppress(OSError):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise
-
-
-def command(function: Callable[P, None]) -> Callable[P, None]:
-    """Make a command end in an exit status, whatever happens in it.
-
-    An error that the user can mend is its message alone; any other one is ours, and comes with its
-    traceback. Both go to stderr.
-    """
-
-    @functools.wraps(function)
-    def run(*args: P.args, **kwargs: P.kwargs) -> None:
-        try:
-            with _logging_shown(), _modules_here(), _written_at_the_end():
-                function(*args, **kwargs)
-        except (typer.Exit, typer.Abort, typer.BadParameter):
-            raise
-        except BrokenPipeError:
-            raise typer.Exit(ExitStatus.OUTPUT_CLOSED) from None
-        except KeyboardInterrupt:
-            say("[bold]Interrupted.[/]")
-            raise typer.Exit(ExitStatus.INTERRUPTED) from None
-        except Exception as error:
-            raise typer.Exit(_explain(error)) from None
-
-    return run
-
-
-def runs(module: str, function: str = "run") -> Callable[[Callable[P, None]], Callable[P, None]]:
-    """Make a command of its options alone: they go by name to a function of `ghostball.cli`.
-
-    What that returns is the exit status. Its module is imported when the command is called:
-    `ghostball --help` must not wait for numpy and the engines.
-    """
-
-    def decorate(options: Callable[P, None]) -> Callable[P, None]:
-        @functools.wraps(options)
-        def call(*args: P.args, **kwargs: P.kwargs) -> None:
-            does = getattr(import_module(f"ghostball.cli.{module}"), function)
-            raise typer.Exit(does(*args, **kwargs) or ExitStatus.PASSED)
-
-        made = command(call)
-        made.does = module, function  # type: ignore[attr-defined]  # for the test of parameters
-        return made
-
-    return decorate
 
 
 def stdout() -> Console:
@@ -120,10 +105,6 @@ def say(message: str) -> None:
 
 def say_printed(engine: str, text: str) -> None:
     """Show on stderr what an engine printed, a line each with its name before."""
-    from rich.markup import escape  # noqa: PLC0415
-
-    from ghostball.reference_adapters.output import harmless  # noqa: PLC0415
-
     for line in harmless(text).splitlines():
         say(f"[dim]{escape(f'engine {engine} printed:')}[/] {escape(line)}")
 
@@ -131,48 +112,26 @@ def say_printed(engine: str, text: str) -> None:
 @contextmanager
 def busy(message: str) -> Iterator[None]:
     """Show a turning wheel beside `message` while the block runs; nothing without a terminal."""
-    from rich.text import Text  # noqa: PLC0415 - a message may hold brackets, which aren't markup
-
-    with stderr().status(Text(message)):
+    with stderr().status(Text(message)):  # a message may hold brackets, which aren't markup
         yield
 
 
-def check_writable(path: Path, option: str) -> None:
-    """Refuse a file that can't be written, before any work is done for it."""
-    try:
-        if path.is_dir():
-            raise IsADirectoryError(None, "is a folder")
-        with tempfile.NamedTemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        from ghostball.model import GhostballError  # noqa: PLC0415
+class _Harmless(Console):
+    """A console that shows the control characters of a text instead of obeying them."""
 
-        raise GhostballError(
-            f"{path}: can't write the file of `{option}`: {reason}. Choose another path"
-        ) from None
+    def on_broken_pipe(self) -> None:
+        """Raise the error again, which a command answers; rich would exit with status 1."""
+        raise  # noqa: PLE0704 - it is called where the error is handled
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterator[Segment]:
+        for text, style, control in super().render(renderable, options):
+            # What rich itself steers the terminal with says so.
+            yield Segment(text if control else harmless(text), style, control)
 
 
 def _console(*, stderr: bool) -> Console:
-    from rich.console import Console, ConsoleOptions, RenderableType  # noqa: PLC0415
-    from rich.segment import Segment  # noqa: PLC0415
-
-    from ghostball.reference_adapters.output import harmless  # noqa: PLC0415
-
-    class Harmless(Console):
-        """A console that shows the control characters of a text instead of obeying them."""
-
-        def on_broken_pipe(self) -> None:
-            """Raise the error again, which `command` answers; rich would exit with status 1."""
-            raise  # noqa: PLE0704 - it is called where the error is handled
-
-        def render(
-            self, renderable: RenderableType, options: ConsoleOptions | None = None
-        ) -> Iterator[Segment]:
-            for text, style, control in super().render(renderable, options):
-                # What rich itself steers the terminal with says so.
-                yield Segment(text if control else harmless(text), style, control)
-
     file = None
     if stderr and sys.stderr is sys.__stderr__ and sys.stderr is not None:
         # A way of its own to where messages go: what engines print to descriptor 2 is diverted,
@@ -185,28 +144,19 @@ def _console(*, stderr: bool) -> Console:
                 errors=sys.stderr.errors,
                 buffering=1,
             )
-    console = Harmless(file=file, stderr=stderr, highlight=False, emoji=False)
+    console = _Harmless(file=file, stderr=stderr, highlight=False, emoji=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = WIDTH_WITHOUT_TERMINAL
     return console
 
 
 def _explain(error: Exception) -> ExitStatus:
-    from rich.markup import escape  # noqa: PLC0415
-
-    from ghostball.model import (  # noqa: PLC0415
-        EngineFailedError,
-        GhostballError,
-        UnsupportedSceneError,
-    )
-
+    """Say what went wrong and whose fault it is, and return the exit status that says the same."""
     if isinstance(error, EngineFailedError):
         if error.is_our_bug:
             return _our_bug(error.trace, error.reason)
         if error.trace:
             say(escape(error.trace.rstrip()))
-        from ghostball.reference_adapters import engine_names  # noqa: PLC0415
-
         advice = ""  # to an author, of an engine of his own
         if error.engine in engine_names():
             advice = ". Please report it to who maintains that engine"
@@ -215,12 +165,9 @@ def _explain(error: Exception) -> ExitStatus:
         say(f"[bold red]engine {escape(error.engine)} failed:[/] {escape(said)}")
         return ExitStatus.CHECK_FAILED
     if isinstance(error, GhostballError):
-        hint = ""
-        if isinstance(error, UnsupportedSceneError):
-            hint = ". `ghostball engines` lists which engines can"
+        unsupported = isinstance(error, UnsupportedSceneError)
+        hint = ". `ghostball engines` lists which engines can" * unsupported
         say(f"[bold red]error:[/] {escape(str(error) + hint)}")
-        from ghostball.validation.parallel.cluster import ClusterLostError  # noqa: PLC0415
-
         lost = isinstance(error, ClusterLostError)  # no fault of the input or of Ghostball
         return ExitStatus.CHECK_FAILED if lost else ExitStatus.BAD_INPUT
     if isinstance(error, OSError) and error.errno in DISK_ERRORS:
@@ -230,20 +177,14 @@ def _explain(error: Exception) -> ExitStatus:
             f"{escape(error.strerror or type(error).__name__)}. Write elsewhere, or make room"
         )
         return ExitStatus.HARNESS_FAILED
-    import traceback  # noqa: PLC0415
-
     return _our_bug("".join(traceback.format_exception(error)), f"{type(error).__name__}: {error}")
 
 
 def _our_bug(trace: str, reason: str) -> ExitStatus:
-    from rich.markup import escape  # noqa: PLC0415
-
     say(escape(trace.rstrip()))
     say(
-        "[bold red]ghostball itself failed:[/] "
-        + escape(f"{reason}. ")
-        + "This is a bug: please report it with the lines above and the output of "
-        "`ghostball engines --check`"
+        f"[bold red]ghostball itself failed:[/] {escape(reason)}. This is a bug: please report it "
+        "with the lines above and the output of `ghostball engines --check`"
     )
     return ExitStatus.HARNESS_FAILED
 
@@ -252,8 +193,6 @@ class _ShownOnStderr(logging.Handler):
     """Prints log records above whatever live display is on."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        from rich.markup import escape  # noqa: PLC0415
-
         say(escape(record.getMessage()))
 
 

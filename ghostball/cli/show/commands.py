@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ghostball.cli.shared.calls import command
 from ghostball.cli.shared.options import (
     AUTO,
-    FORMATS,
     FigureChoice,
     Figures,
     Format,
@@ -18,34 +19,39 @@ from ghostball.cli.shared.options import (
     PlainFormat,
     complete_engine,
     complete_scene,
+    engine_option,
+    format_option,
+    out_option,
     plot_option,
+    scene_argument,
 )
-from ghostball.cli.shared.terminal import runs
 
 app = typer.Typer()
 
 
-@app.command()
-@runs("show.report")
-def report(
-    context: typer.Context,
+@command(app, "show.report")
+@dataclass(frozen=True)
+class ReportOptions:
+    """Write the report of a run again, or print or export its results.
+
+    Runs of `stress` within the folder are a section of the report. In Python,
+    `Results.open(DIR).to_frame()` gives the exported tables as data frames.
+    """
+
+    context: typer.Context
     folder: Annotated[
         Path,
         typer.Argument(
             metavar="DIR", help="A folder that `validate`, `regress` or `stress` wrote."
         ),
-    ],
-    jobs: Jobs = AUTO,
-    figures: Figures = FigureChoice.NONE,
-    opened: Annotated[bool, typer.Option("--open", help="Open the report in a browser.")] = False,
+    ]
+    jobs: Jobs = AUTO
+    figures: Figures = FigureChoice.NONE
+    opened: Annotated[bool, typer.Option("--open", help="Open the report in a browser.")] = False
     form: Annotated[
         Format | None,
-        typer.Option(
-            "--format",
-            metavar=FORMATS,
-            help="Print the results in this format instead, as `validate` and `regress` do.",
-        ),
-    ] = None,
+        format_option("Print the results in this format instead, as `validate` and `regress` do."),
+    ] = None
     export: Annotated[
         Path | None,
         typer.Option(
@@ -53,129 +59,44 @@ def report(
             help="Write the results into this folder instead, as JSON lines and as CSV: a file of "
             "each kind for each table, such as cases, checks, metrics and events.",
         ),
-    ] = None,
-) -> None:
-    """Write the report of a run again, or print or export its results.
-
-    Runs of `stress` within the folder are a section of the report. In Python,
-    `Results.open(DIR).to_frame()` gives the exported tables as data frames.
-    """
+    ] = None
 
 
-@app.command()
-@runs("show.scenes")
-def scenes(
-    context: typer.Context,
+@command(app, "show.scenes")
+@dataclass(frozen=True)
+class ScenesOptions:
+    """List the shipped scenes or the metrics; show the file of a scene."""
+
+    context: typer.Context
     wanted: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="NAME|TAG",
-            help="Scenes to list: names, tags or files, as for `validate` (default: all shipped "
+        scene_argument(
+            "NAME|TAG",
+            "Scenes to list: names, tags or files, as for `validate` (default: all shipped "
             "scenes).",
-            autocompletion=complete_scene,
         ),
-    ] = None,
+    ] = None
     schema: Annotated[
         bool, typer.Option("--schema", help="Print the JSON schema of scene files instead.")
-    ] = False,
+    ] = False
     export: Annotated[
         Path | None,
         typer.Option(
             metavar="DIR", help="Write the scenes to DIR as JSON, for engines in any language."
         ),
-    ] = None,
+    ] = None
     metrics: Annotated[
         bool,
         typer.Option(
             "--metrics", help="List the metrics instead: limits and --metric use their names."
         ),
-    ] = False,
-    form: PlainFormat = Plain.TEXT,
-) -> None:
-    """List the shipped scenes or the metrics; show the file of a scene."""
+    ] = False
+    form: PlainFormat = Plain.TEXT
 
 
-@app.command()
-@runs("show.engines")
-def engines(
-    context: typer.Context,
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="ENGINE",
-            help="Engines to describe in full (default: one line for each engine).",
-            autocompletion=complete_engine,
-        ),
-    ] = None,
-    recipe: Annotated[
-        bool,
-        typer.Option(
-            "--recipe",
-            help="Print the best known settings as code for that engine, ready to paste, with a "
-            "comment on what each changes.",
-        ),
-    ] = False,
-    check: Annotated[
-        bool,
-        typer.Option(
-            "--check",
-            help="Check the whole installation instead: Python, packages, compiled kernels, "
-            "engines and scenes. Exit status 1 if something is broken.",
-        ),
-    ] = False,
-    steps: Annotated[
-        bool,
-        typer.Option(
-            "--steps",
-            help="Measure each engine's error against its run time instead, and recommend a time "
-            "step. "
-            "Engines may have settings, such as pymunk:iterations=1, or be your own, such as "
-            "my_module:simulate. Default: those of [tool.ghostball] in pyproject.toml, else "
-            "ghostball, pymunk in four ways and pybullet in three, the paper's two algorithms, and "
-            "the proof.",
-        ),
-    ] = False,
-    scene: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--scene",
-            metavar="SCENE|TAG",
-            help="For --steps: a scene with a closed form, or a proof to the end; give it once for "
-            "each (default: six closed forms).",
-            autocompletion=complete_scene,
-        ),
-    ] = None,
-    repeats: Annotated[
-        int,
-        typer.Option(
-            min=1,
-            help="For --steps: number of rounds, each with another phase of the time step; the "
-            "shortest run time counts. Slow shots get two.",
-        ),
-    ] = 4,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            "-o",
-            metavar="DIR",
-            help="For --steps: write what is measured to DIR, as precision.json.",
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        plot_option(
-            "For --steps: draw the error against the steps per simulated second, with the "
-            "recommended step ringed"
-        ),
-    ] = None,
-    form: Annotated[
-        Plain,
-        typer.Option(
-            "--format", metavar="|".join(Plain), help="For --steps: what is printed on stdout."
-        ),
-    ] = Plain.TEXT,
-) -> None:
+@command(app, "show.engines")
+@dataclass(frozen=True)
+class EnginesOptions:
     """List engines, describe them, or measure which step each needs.
 
     A description has an engine's settings, and how it represents each feature of scenes.
@@ -187,19 +108,89 @@ def engines(
     supports any of the scenes.
     """
 
+    context: typer.Context
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="ENGINE",
+            help="Engines to describe in full (default: one line for each engine).",
+            autocompletion=complete_engine,
+        ),
+    ] = None
+    recipe: Annotated[
+        bool,
+        typer.Option(
+            "--recipe",
+            help="Print the best known settings as code for that engine, ready to paste, with a "
+            "comment on what each changes.",
+        ),
+    ] = False
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check",
+            help="Check the whole installation instead: Python, packages, compiled kernels, "
+            "engines and scenes. Exit status 1 if something is broken.",
+        ),
+    ] = False
+    steps: Annotated[
+        bool,
+        typer.Option(
+            "--steps",
+            help="Measure each engine's error against its run time instead, and recommend a time "
+            "step. Engines may have settings, such as pymunk:iterations=1, or be your own, such as "
+            "my_module:simulate. Default: those of [tool.ghostball] in pyproject.toml, else "
+            "ghostball, pymunk in four ways and pybullet in three, the paper's two algorithms, and "
+            "the proof.",
+        ),
+    ] = False
+    scene: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--scene",
+            metavar="SCENE|TAG",
+            help="For --steps: a scene with a closed form, or a proof to the end; give it once for "
+            "each (default: six closed forms).",
+            autocompletion=complete_scene,
+        ),
+    ] = None
+    repeats: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            help="For --steps: number of rounds, each with another phase of the time step; the "
+            "shortest run time counts. Slow shots get two.",
+        ),
+    ] = 4
+    out: Annotated[
+        Path | None,
+        out_option("For --steps: write what is measured to DIR, as precision.json."),
+    ] = None
+    plot: Annotated[
+        Path | None,
+        plot_option(
+            "For --steps: draw the error against the steps per simulated second, with the "
+            "recommended step ringed"
+        ),
+    ] = None
+    form: Annotated[Plain, format_option("For --steps: what is printed on stdout.")] = Plain.TEXT
 
-@app.command()
-@runs("show.init")
-def init(
+
+@command(app, "show.init")
+@dataclass(frozen=True)
+class InitOptions:
+    """Start a project: write its settings and an example engine.
+
+    The settings are [tool.ghostball] in pyproject.toml. Then `ghostball regress` and `ghostball
+    accept --reason "..."` store the first baselines.
+    """
+
     engine: Annotated[
         str | None,
-        typer.Option(
-            "--engine",
-            "-e",
-            metavar="ENGINE",
-            help="Your engine, such as my_engine:simulate (default: write an example engine).",
+        engine_option(
+            "Your engine, such as my_engine:simulate (default: write an example engine)."
         ),
-    ] = None,
+    ] = None
     ci: Annotated[
         bool,
         typer.Option(
@@ -207,10 +198,4 @@ def init(
             help="Also write a GitHub Actions workflow that guards the engine; in a project that "
             "already has settings, write only the workflow.",
         ),
-    ] = False,
-) -> None:
-    """Start a project: write its settings and an example engine.
-
-    The settings are [tool.ghostball] in pyproject.toml. Then `ghostball regress` and `ghostball
-    accept --reason "..."` store the first baselines.
-    """
+    ] = False

@@ -13,14 +13,16 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from ghostball.cli.measure.steps import measure_steps
-from ghostball.cli.shared.options import Plain, refuse_given
+from ghostball.cli.shared.calls import refuse_given
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import stdout
+from ghostball.cli.show.commands import EnginesOptions
 from ghostball.cli.show.installation import check_installation
 from ghostball.model.features import Capability, Feature, has_feature, scene_features
 from ghostball.reference_adapters import EngineError, ReferenceEngine, engine_class, engine_names
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.registry import known_settings
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.sources import PACKAGE_OF, version_of, versions
 from ghostball.validation.scenes.library import select
 
@@ -40,38 +42,28 @@ SETTINGS_KEY = (
 )
 
 
-def run(
-    context: typer.Context,
-    names: Sequence[str] | None,
-    recipe: bool,
-    check: bool,
-    steps: bool,
-    scene: Sequence[str] | None,
-    repeats: int,
-    out: Path | None,
-    plot: Path | None,
-    form: Plain,
-) -> int | None:
+def run(asked: EnginesOptions) -> ExitStatus:
     """List the engines, describe those that are named, or do what an option asks instead."""
-    if steps:
+    context, names = asked.context, asked.names or ()
+    if asked.steps:
         refuse_given(context, "`--steps` measures engines", "recipe", "check")
-        return measure_steps(names, scene, repeats, out, plot, form)
+        return measure_steps(names, asked.scene, asked.repeats, asked.out, asked.plot, asked.form)
     why = "only `--steps` runs engines, and has results"
     refuse_given(context, why, "scene", "repeats", "out", "plot", "form")
-    if check:
+    if asked.check:
         refuse_given(context, "`--check` examines the whole installation", "names", "recipe")
         return check_installation()
-    if recipe:
-        for name in names or ():
+    if asked.recipe:
+        for name in names:
             typer.echo(recipe_of(name), nl=False)
         if not names:
             raise typer.BadParameter(
                 f"needs an engine: {', '.join(recipe_names())}", param_hint="--recipe"
             )
-        return None
+        return ExitStatus.PASSED
     for block in engine_blocks(names) if names else [engines_table()]:
         stdout().print(block)
-    return None
+    return ExitStatus.PASSED
 
 
 def engines_table() -> RenderableType:

@@ -13,9 +13,11 @@ import typer
 
 from ghostball.cli.shared.config import FILE, ConfigError, load_table
 from ghostball.cli.shared.terminal import say
+from ghostball.cli.show.commands import InitOptions
 from ghostball.model import GhostballError
 from ghostball.model.text_files import read_text
 from ghostball.reference_adapters import make_engine
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import write_all_whole
 
 _CONFIG = """\
@@ -65,11 +67,12 @@ class ExistsError(GhostballError, FileExistsError):
     """A file that would be overwritten."""
 
 
-def run(engine: str | None, ci: bool) -> None:
+def run(asked: InitOptions) -> ExitStatus:
     """Write `[tool.ghostball]`, and, unless one is named, an engine to begin from.
 
-    `ci`: whether to write a workflow too; where there are settings already, it alone is written.
+    With `--ci` a workflow, too; where there are settings already, it alone is written.
     """
+    engine, ci = asked.engine, asked.ci
     path = Path(FILE)
     begun = load_table(path) is not None
     if begun and (not ci or engine is not None):
@@ -93,6 +96,7 @@ def run(engine: str | None, ci: bool) -> None:
                 f"In it, put the account that Ghostball lies under on GitHub in place of "
                 f"{UNKNOWN.partition('/')[0]}: this installation doesn't say which"
             )
+    return ExitStatus.PASSED
 
 
 def _is_package(path: Path) -> bool:

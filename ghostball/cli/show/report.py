@@ -6,8 +6,9 @@ from pathlib import Path
 
 import typer
 
-from ghostball.cli.shared.options import FigureChoice, Format, refuse_given
+from ghostball.cli.shared.calls import refuse_given
 from ghostball.cli.shared.report import printed, write
+from ghostball.cli.show.commands import ReportOptions
 from ghostball.model import GhostballError
 from ghostball.reports.page.stress import FOLDER
 from ghostball.validation.exit_status import ExitStatus
@@ -16,32 +17,25 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.stress.tally import are_stress
 
 
-def run(
-    context: typer.Context,
-    folder: Path,
-    jobs: int,
-    figures: FigureChoice,
-    opened: bool,
-    form: Format | None,
-    export: Path | None,
-) -> ExitStatus:
+def run(asked: ReportOptions) -> ExitStatus:
     """Write the page, or print what the results came to, or write all of their tables as files."""
-    if export is not None:
+    context, folder = asked.context, asked.folder
+    if asked.export is not None:
         why = "`--export` writes the tables of results, and no report"
         refuse_given(context, why, "opened", "figures", "jobs", "form")
-        for path in frames.export(folder, export):
+        for path in frames.export(folder, asked.export):
             typer.echo(path)
         return ExitStatus.PASSED
-    if form is not None:
+    if asked.form is not None:
         why = "`--format` prints results, and writes no report"
         refuse_given(context, why, "opened", "figures", "jobs")
-        typer.echo(printed(folder, form), nl=False)
+        typer.echo(printed(folder, asked.form), nl=False)
         return ExitStatus.PASSED
     if are_stress(Results.open(folder).cases):
         raise GhostballError(_where_it_is_shown(folder if folder.name else folder.resolve()))
-    written = write(folder, jobs=jobs, figures=figures.value)
+    written = write(folder, jobs=asked.jobs, figures=asked.figures.value)
     typer.echo(written.page)
-    if opened:
+    if asked.opened:
         typer.launch(written.page.resolve().as_uri())
     return written.status()
 

@@ -9,38 +9,38 @@ from pathlib import Path
 import typer
 from rich.markup import escape
 
-from ghostball.cli.shared.options import Plain, refuse_given
+from ghostball.cli.shared.calls import refuse_given
+from ghostball.cli.shared.options import Plain
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import stdout
+from ghostball.cli.show.commands import ScenesOptions
 from ghostball.model import GhostballError, Scene
 from ghostball.model.scene import json_schema
 from ghostball.model.scene.toml import dumps
 from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.scenes.library import select
 
 
-def run(
-    context: typer.Context,
-    wanted: Sequence[str] | None,
-    schema: bool,
-    export: Path | None,
-    metrics: bool,
-    form: Plain,
-) -> None:
+def run(asked: ScenesOptions) -> ExitStatus:
     """List the scenes, or the metrics; of a single scene, show its file."""
-    if metrics:
+    if asked.metrics:
         why = "`--metrics` lists metrics, and no scenes"
-        refuse_given(context, why, "wanted", "schema", "export")
-        _list_metrics(form)
-        return
-    if export is not None:
-        _export(select(wanted or ()), export)
-        return
-    if schema:
+        refuse_given(asked.context, why, "wanted", "schema", "export")
+        _list_metrics(asked.form)
+    elif asked.export is not None:
+        _export(select(asked.wanted or ()), asked.export)
+    elif asked.schema:
         typer.echo(json_schema())
-        return
-    found = select(wanted or ())
+    else:
+        _list_scenes(asked.wanted or (), asked.form)
+    return ExitStatus.PASSED
+
+
+def _list_scenes(wanted: Sequence[str], form: Plain) -> None:
+    """List scenes; of a single one that is named, show its file."""
+    found = select(wanted)
     if form is Plain.JSON:
         plain = {scene.name: scene.model_dump(mode="json", by_alias=True) for scene in found}
         typer.echo(json.dumps({"scenes": plain}))

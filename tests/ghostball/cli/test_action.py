@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from ghostball.cli.action import Inputs
+from ghostball.cli.action import asked_by
 from ghostball.cli.shared.config import ConfigError
 from ghostball.cli.shared.options import FailOnChoice
 
@@ -267,12 +267,12 @@ def test_inputs_are_words_of_a_shell(tmp_path, monkeypatch):
         "INPUT_SCENES": "'my scenes/*.toml' smoke",
         "INPUT_FAIL_ON": "worse",
     }
-    inputs = Inputs.of(given)
-    assert inputs.engines == ("a:B", "pymunk:dt=1e-4")
-    assert inputs.scenes == ("my scenes/*.toml", "smoke")
-    assert (inputs.baselines, inputs.fail_on) == (None, FailOnChoice.WORSE)
+    asked = asked_by(given)
+    assert asked.engine == ["a:B", "pymunk:dt=1e-4"]
+    assert asked.scenes == ["my scenes/*.toml", "smoke"]
+    assert (asked.baselines, asked.fail_on) == (None, FailOnChoice.WORSE)
     with pytest.raises(ConfigError, match="no engine is named"):
-        Inputs.of({})
+        asked_by({})
 
 
 def test_the_name_of_the_artifact_is_of_the_use_and_the_job():

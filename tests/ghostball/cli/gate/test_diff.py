@@ -12,7 +12,7 @@ from stored_results import cut_short
 from typer.testing import CliRunner
 
 from ghostball.cli import app
-from ghostball.cli.gate.diff import changes_of
+from ghostball.validation.baselines.two_runs import changes_of
 from ghostball.validation.results.records import Accuracy, Check
 from ghostball.validation.results.store import Results
 

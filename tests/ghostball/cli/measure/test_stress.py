@@ -149,5 +149,5 @@ def test_json_is_all_that_is_printed(tmp_path):
     (case,) = json.loads(result.stdout)["cases"]
     assert (case["scene"], case["outcome"]) == ("grazing.rolling-hit-1e-01", "ran")
     again = stress(*arguments)
-    assert "1 shot unchanged, reused" in again.stderr
+    assert "1 case unchanged, reused" in again.stderr
     assert "1/1" in again.stdout

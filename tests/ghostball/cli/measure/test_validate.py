@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import pytest
 from commands import HEAD, ball, refused
 
+from ghostball.cli.measure.commands import ValidateOptions
 from ghostball.cli.measure.validate import _plan
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.reports.style import format_length
@@ -33,7 +34,7 @@ from ghostball.validation.results.store import Results, has_results
     ],
 )
 def test_engines_are_put_beside_real_tables_where_all_scenes_are_asked(scenes, metrics, whole):
-    assert _plan(scenes, (), None, metrics, None, None, True).whole == whole
+    assert _plan(ValidateOptions(scenes=scenes, metric=metrics)).whole == whole
 
 
 @pytest.mark.usefixtures("without_pybullet")

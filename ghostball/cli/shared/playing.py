@@ -1,0 +1,65 @@
+"""What `run`, `explain`, `fit` and `engines --steps` share: they play shots, and draw them."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache, partial
+from pathlib import Path
+
+import typer
+from rich.markup import escape
+
+from ghostball.cli.shared.terminal import say, say_printed
+from ghostball.model import GhostballError, Result
+from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reports.plot import ENDINGS, FILMS
+from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.runs.playing import in_other_process
+
+
+@contextmanager
+def player(engine: ReferenceEngine, time_limit: float) -> Iterator[ReferenceEngine]:
+    """Yield the engine in a process of its own; what it prints is shown on stderr, the same once.
+
+    `time_limit` [s]: for each shot.
+    """
+    said_once = cache(partial(say_printed, engine.name))
+    with in_other_process(engine, time_limit, said_once) as found:
+        yield found
+
+
+def status_of(result: Result, engine: str) -> ExitStatus:
+    """Return the exit status of a shot; if the engine did not come to its end, say why."""
+    if result.status.complete:
+        return ExitStatus.PASSED
+    why = f"{result.status.value}{f': {result.reason}' if result.reason else ''}"
+    say(f"[bold red]engine {escape(engine)} did not finish:[/] {escape(why)}")
+    return ExitStatus.CHECK_FAILED
+
+
+def check_plot(path: Path | None, *, films: bool = False) -> None:
+    """Refuse a picture that can't be made, before the run; `films` says whether it may move."""
+    if path is None:
+        return
+    endings = ENDINGS + FILMS if films else ENDINGS
+    if path.suffix.lower() not in endings:
+        raise typer.BadParameter(
+            f"must end in {', '.join(endings)}, got {path.name!r}", param_hint="--plot"
+        )
+    check_writable(path, "--plot")
+
+
+def check_writable(path: Path, option: str) -> None:
+    """Refuse a file that can't be written, before any work is done for it."""
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(None, "is a folder")
+        with tempfile.NamedTemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise GhostballError(
+            f"{path}: can't write the file of `{option}`: {reason}. Choose another path"
+        ) from None

@@ -1,0 +1,77 @@
+"""How `validate`, `regress` and `stress` run cases: with a bar, reusing what is unchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.markup import escape
+
+from ghostball.cli.shared.options import SuiteOptions
+from ghostball.cli.shared.progress import COMPILING, RUNNING, Steps
+from ghostball.cli.shared.terminal import say
+from ghostball.reports.words import many
+from ghostball.validation.parallel.cluster import cluster_at
+from ghostball.validation.parallel.sources import is_ours
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.runs.runner import Reuse
+from ghostball.validation.suite.suite import Outcome
+
+
+def run_cases(
+    run: Callable[..., Outcome],
+    items: Sequence[Any],
+    labels: Sequence[str],
+    out: Path,
+    asked: SuiteOptions,
+    *,
+    cluster: str | None = None,
+    steps: Steps | None = None,
+    done: Callable[[CaseRecord], None] = lambda _: None,
+    **more: Any,
+) -> Outcome:
+    """Run cases with a bar that says how far they are; say first what is not run again.
+
+    `run`: `run_suite`, or what has its parameters, of which `more` are some; `items` is the first.
+    `steps`: of the whole command, if it has more than these two.
+    `done`: called with each case that is done.
+    """
+    with cluster_at(cluster) as there, (steps or Steps(COMPILING, RUNNING)).bar() as step:
+        count = step(RUNNING)
+
+        def progress(number: int, planned: int, case: CaseRecord) -> None:
+            count(number, planned, f"{case.scene} on {case.label}")
+            done(case)
+
+        return run(
+            items,
+            labels,
+            out,
+            jobs=asked.jobs,
+            cluster=there,
+            progress=progress,
+            compiling=step(COMPILING),
+            reuse=not asked.rerun,
+            announce=lambda reused: _announce(reused, labels, out),
+            time_limit=asked.time_limit,
+            **more,
+        )
+
+
+def _announce(reused: Reuse[CaseRecord], labels: Sequence[str], out: Path) -> None:
+    """Say what isn't run again, or why all is, where there are results to reuse."""
+    if reused.records:
+        say(reused_text(len(reused.records), out))
+    elif reused.stored or reused.why:
+        why = reused.why or "scene, settings, criteria or metrics of every case differ"
+        say(f"nothing is reused from {escape(str(out))}: {escape(why)}")
+    if reused.stored and (always := [label for label in labels if not is_ours(label)]):
+        say(f"always run, for other packages bring them: {escape(', '.join(always))}")
+
+
+def reused_text(count: int, out: Path) -> str:
+    """Say how many cases are not run again."""
+    return (
+        f"{many(count, 'case')} unchanged, reused from {escape(str(out))} (run again with --rerun)"
+    )
