@@ -120,9 +120,6 @@ def _of_regression(regression: Regression, lost: set[tuple[str, str]]) -> Iterat
         yield Finding("error", "baselines", "no baseline", message)
     for warning in regression.warnings:
         yield Finding("warning", "baselines", "comparison with baselines", warning)
-    for scene in regression.stale:
-        title = f"{scene}: baseline without a scene"
-        yield Finding("warning", scene, title, "the scene of this baseline no longer exists")
 
 
 def _lines(regression: Regression, change: SceneChange) -> Iterator[str]:

@@ -52,8 +52,7 @@ class RefusedError(AcceptError):
 class Acceptance:
     """What was accepted.
 
-    `written`, `deleted`: scenes whose baselines were rewritten, or made; and that have none any
-        more.
+    `written`: scenes whose baselines were rewritten, or made.
     `left`: scenes that moved too, and weren't asked for.
     `broken`: the accepted scenes whose results fail limits on the error.
     `unfinished`: those that were asked for and that the engine did not finish: no result was there
@@ -61,7 +60,6 @@ class Acceptance:
     """
 
     written: tuple[str, ...]
-    deleted: tuple[str, ...]
     left: tuple[str, ...]
     broken: tuple[SceneChange, ...]
     unfinished: tuple[SceneChange, ...]
@@ -109,8 +107,6 @@ def accept(
         for one in candidates
         if one.scene in baselines and not _was_accepted(one, baselines[one.scene], gate)
     ]
-    there = [one for one in regression.stale if baseline_path(gate.folder, one).exists()]
-    stale = [name for name in there if _is_any(name, only)]
     asked = [one for one in regression.scenes if _is_any(one.scene, only)]
     lost = [one for one in asked if one.failed and not one.head_hash]
     unsteady = [one.scene for one in asked if one.change == "not-deterministic"]
@@ -120,24 +116,23 @@ def accept(
             f"{', '.join(unsteady)}, so no baseline holds. Make it deterministic, and run "
             "`ghostball regress` again. To accept other scenes, name them"
         )
-    if not chosen and not stale:
+    if not chosen:
         if lost:
             said = "; ".join(f"{one.scene}: {one.summary}" for one in lost)
             raise RefusedError(f"{gate.engine}: {said}. Fix it, and run `ghostball regress` again")
-        names = ", ".join([*(one.scene for one in left), *there]) or "nothing"
+        names = ", ".join(one.scene for one in left) or "nothing"
         raise NothingToAcceptError(
             f'nothing to accept matches "{" ".join(only)}"; what there is to accept: {names}'
         )
     broken = [one for one in chosen if one.broken]
     if not even_though_limits_fail:
-        _refuse_unproved(broken, regression.unjudged if chosen else "")
+        _refuse_unproved(broken, regression.unjudged)
     texts = {baseline_path(gate.folder, one.scene): baselines[one.scene].text for one in chosen}
     changelog = gate.folder / CHANGES_FILE
-    texts[changelog] = _with_entry(changelog, _entry(accepted, chosen, stale))
-    _write(texts, [baseline_path(gate.folder, name) for name in stale])
+    texts[changelog] = _with_entry(changelog, _entry(accepted, chosen))
+    _write(texts)
     return Acceptance(
         tuple(one.scene for one in chosen),
-        tuple(stale),
         tuple(one.scene for one in left),
         tuple(broken),
         tuple(lost),
@@ -190,57 +185,50 @@ def _baseline_of(change: SceneChange, run: Results, accepted: Accepted, gate: Ga
     return Baseline.of(played, accepted, gate.engine)
 
 
+def _baseline_now(change: SceneChange, gate: Gate) -> Baseline | None:
+    """Return the baseline that a scene has now; None: none, or one of another version."""
+    path = baseline_path(gate.folder, change.scene)
+    try:
+        return load_baseline(path, gate.engine) if path.exists() else None
+    except BaselineSchemaError:
+        return None
+
+
 def _is_left(change: SceneChange, gate: Gate) -> bool:
     """Return True unless a scene, for which nobody asks now, was accepted since it was compared."""
-    path = baseline_path(gate.folder, change.scene)
-    if not path.exists():
-        return True
-    try:
-        now = load_baseline(path, gate.engine).record
-    except BaselineSchemaError:
+    now = _baseline_now(change, gate)
+    if now is None:
         return True
     if change.base_hash == change.head_hash:  # the hash doesn't tell; counters may
         counters = change.counters
-        return not counters or any(now.work.get(one.name) != one.head for one in counters)
-    return now.bits != change.head_hash
+        return not counters or any(now.record.work.get(one.name) != one.head for one in counters)
+    return now.record.bits != change.head_hash
 
 
 def _was_accepted(change: SceneChange, baseline: Baseline, gate: Gate) -> bool:
     """Whether a baseline is there already, but for when and why it was accepted."""
-    path, before = baseline_path(gate.folder, change.scene), ""
-    if path.exists():
-        try:
-            now = load_baseline(path, gate.engine)
-        except BaselineSchemaError:
-            return False
-        if now.hash == baseline.hash:
-            return True
-        before = now.record.bits
-    if change.base_hash != before:
+    now = _baseline_now(change, gate)
+    if now is not None and now.hash == baseline.hash:
+        return True
+    if change.base_hash != ("" if now is None else now.record.bits):
         raise AcceptError(
-            f"{path}: isn't what was compared with: it was accepted, restored or removed since, or "
-            "`--baselines` was another folder. Run `ghostball regress` again"
+            f"{baseline_path(gate.folder, change.scene)}: isn't what was compared with: it was "
+            "accepted, restored or removed since, or `--baselines` was another folder. Run "
+            "`ghostball regress` again"
         )
     return False
 
 
-def _entry(accepted: Accepted, changes: Sequence[SceneChange], stale: Sequence[str]) -> str:
+def _entry(accepted: Accepted, changes: Sequence[SceneChange]) -> str:
     """Return what the changelog says of it."""
     lines = [f"## {accepted.date}, revision {accepted.revision}", "", accepted.reason, ""]
     lines += [f"On {accepted.platform}.", ""]
     new = [change.scene for change in changes if change.change == "no-baseline"]
-    moved = [change for change in changes if change.change != "no-baseline"]
-    if moved:
-        lines += ["| scene | change | what moved |", "|---|---|---|"]
-        lines += [
-            f"| {one.scene} | {one.words} | {one.summary.replace('|', '/')} |" for one in moved
-        ]
-        lines.append("")
-    if new:
-        lines += [f"New: {', '.join(new)}.", ""]
-    if stale:
-        lines += [f"No more: {', '.join(stale)}.", ""]
-    return "\n".join(lines)
+    lines += [
+        f"* {one.scene}: {one.words}; {one.summary}" for one in changes if one.scene not in new
+    ]
+    lines += [f"* New: {', '.join(new)}"] * bool(new)
+    return "\n".join([*lines, ""])
 
 
 def _with_entry(changelog: Path, entry: str) -> str:
@@ -255,14 +243,12 @@ def _with_entry(changelog: Path, entry: str) -> str:
     return head.rstrip("\n") + "\n\n" + entry + (f"\n## {rest}" if mark else "")
 
 
-def _write(texts: dict[Path, str], stale: Sequence[Path]) -> None:
-    """Write all files, none before all are on the disk, then remove stale ones."""
+def _write(texts: dict[Path, str]) -> None:
+    """Write all files, none before all are on the disk."""
     try:
         for path in texts:
             path.parent.mkdir(parents=True, exist_ok=True)
         write_all_whole(texts)
-        for path in stale:
-            path.unlink(missing_ok=True)
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise AcceptError(

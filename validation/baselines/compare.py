@@ -55,7 +55,7 @@ from ghostball.validation.baselines.regression import (
     SceneChange,
 )
 from ghostball.validation.baselines.rounding import Allowance
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.grading.event_logs import ALL_KINDS, Event, compare_logs, events_in
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE
 from ghostball.validation.results.records import CaseRecord, Motion

@@ -57,7 +57,7 @@ from ghostball.validation.parallel.sources import (
     source_folders,
 )
 from ghostball.validation.results.environment import describe_environment, git_state
-from ghostball.validation.results.records import CaseRecord, status_name
+from ghostball.validation.results.records import CaseRecord, Check, status_name
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.playing import in_other_process, run_engine, run_ours
 from ghostball.validation.runs.sampling import events_of
@@ -117,8 +117,8 @@ def compare_results(
 ) -> Regression:
     """Compare the runs of an engine in a results folder with their baselines.
 
-    `whole`: whether all scenes that it is guarded by were run: then baselines of others are
-        `stale`, and our engine runs the shots of many balls too.
+    `whole`: whether all scenes that it is guarded by were run: then there is a warning of
+        baselines of other scenes, and our engine runs the shots of many balls too.
     `only`: names of the scenes that are compared; all that were run where it is left out.
     `time_limit` [s]: for each shot that is played again, as `run_suite` has it.
     `fail_on`: what fails it; see `FailOn`.
@@ -130,19 +130,22 @@ def compare_results(
     warnings: list[str] = []
     cases: list[CaseRecord] = []
     with playing_again(gate.label, time_limit) as play_again:
-        for played in _played(results, gate.label, whole=whole):
+        for name in _scenes_of(results, gate.label, whole=whole):
+            played = played_in(results, gate, name)
             case = played.record
-            never = case.outcome not in ("ran", "failed") and not gate.guards(case.scene)
-            if never or (only is not None and case.scene not in only):
+            never = case.outcome not in ("ran", "failed") and not gate.guards(name)
+            if never or (only is not None and name not in only):
                 continue
             change, warning = _compare(played, gate, environment, play_again)
-            changes.append(_within_limits(change, case).judged(fail_on))
+            changes.append(_judged(change, gate, fail_on, case.checks))
             warnings += warning
             cases.append(case)
     compared = {one.scene for one in changes}
-    stale = tuple(one for one in baseline_names(gate.folder) if whole and one not in compared)
-    if stale:
-        warnings.append(f"baselines whose scene no longer exists: {', '.join(stale)}")
+    if whole and (gone := [one for one in baseline_names(gate.folder) if one not in compared]):
+        warnings.append(
+            f"baselines whose scene no longer exists: {', '.join(gone)}. Remove their files from "
+            f"{gate.folder}"
+        )
     return Regression(
         label=gate.label,
         engine=gate.engine,
@@ -150,7 +153,6 @@ def compare_results(
         fail_on=fail_on,
         outcome=outcome_of(changes, fail_on),
         scenes=tuple(changes),
-        stale=stale,
         unjudged=not_judged(cases),
         warnings=tuple(warnings),
     )
@@ -166,7 +168,8 @@ def compare_case(
     Raises `BaselineError` where the baseline is nonsense.
     """
     with playing_again(gate.label, time_limit) as play_again:
-        return _compare(played, gate, head_of(gate.label), play_again)[0].judged(fail_on)
+        change, _ = _compare(played, gate, head_of(gate.label), play_again)
+    return _judged(change, gate, fail_on)
 
 
 @contextmanager
@@ -207,13 +210,10 @@ def outcome_of(changes: Sequence[SceneChange], fail_on: FailOn = "changed") -> A
     return "no-baseline" if incomparable or not changes else "passed"
 
 
-def _played(results: Results, label: str, *, whole: bool) -> Iterator[Played]:
-    """Yield what an engine did in each scene."""
-    for name in results.scene_names:
-        if (case := results.case(name, label)) is not None:
-            yield Played.stored(results, case)
-    for scene in many_balls() if whole and label == OURS else ():
-        yield _many_ball_run(scene)
+def _scenes_of(results: Results, label: str, *, whole: bool) -> Iterator[str]:
+    """Yield the scenes that an engine ran, or that are run for the comparison."""
+    yield from (name for name in results.scene_names if results.case(name, label) is not None)
+    yield from (scene.name for scene in many_balls() if whole and label == OURS)
 
 
 def played_in(results: Results, gate: Gate, scene: str) -> Played:
@@ -254,13 +254,15 @@ def _many_ball_run(scene: Scene) -> Played:
     return Played(record, lambda: Log.of(events))
 
 
-def _within_limits(change: SceneChange, case: CaseRecord) -> SceneChange:
-    """Return a change that fails also where the scene's limits fail."""
-    broken = tuple(check.sentence for check in case.checks if check.passed is False)
-    if not broken:
-        return change
-    summary = f"{change.summary}; breaks its limits: {'; '.join(broken)}"
-    return change.model_copy(update={"failed": True, "summary": summary, "broken": broken})
+def _judged(
+    change: SceneChange, gate: Gate, fail_on: FailOn, checks: Sequence[Check] = ()
+) -> SceneChange:
+    """Return a change with what the gate says of it, and of the limits of the scene."""
+    if broken := tuple(check.sentence for check in checks if check.passed is False):
+        summary = f"{change.summary}; breaks its limits: {'; '.join(broken)}"
+        change = change.model_copy(update={"summary": summary, "broken": broken})
+    fails = change.fails(fail_on, ours=gate.label == OURS)
+    return change.model_copy(update={"failed": fails})
 
 
 def _compare(
@@ -274,7 +276,7 @@ def _compare(
         if record.outcome != "ran":
             why = f"the engine did not run it: {record.reason}"
         command = commands.simulate(record.scene, gate.label)
-        return SceneChange(**facts, change="worse", failed=True, summary=why, command=command), []
+        return SceneChange(**facts, change="worse", summary=why, command=command), []
     scene = record.load_scene()
     # The shots of many balls are no files: they run with all others.
     named = None if scene in many_balls() else scene.name
@@ -294,7 +296,7 @@ def _compare(
             f"the engine ran the scene twice: the second time {how}, so nothing can be compared or "
             "accepted. Seed all random numbers, and read no memory before it is written"
         )
-        return SceneChange(**facts, change="not-deterministic", failed=True, summary=why), []
+        return SceneChange(**facts, change="not-deterministic", summary=why), []
     if baseline is None:
         change, why = uncompared
         return SceneChange(**facts, change=change, summary=why), []
@@ -304,21 +306,18 @@ def _compare(
         lambda: allowance(scene, gate.label, played.log().events, record.rest_time or 0.0),
         facts["command"],
     )
-    # Our engine promises its bits, so that rounding fails too until somebody accepts it.
-    passing = ("unchanged", "not-comparable", *(() if gate.label == OURS else ("rounding",)))
-    fails = found.change not in passing or bool(found.counters)
-    update: dict[str, Any] = {"failed": fails}
-    if fails and baseline.accepted.platform != _platform_of(environment):
-        promise = "; Ghostball's results are bit-identical on all platforms" * (gate.label == OURS)
-        on = f"accepted on {baseline.accepted.platform}{promise}"
-        update["summary"] = f"{found.summary} ({on})"
+    ours, platform = gate.label == OURS, baseline.accepted.platform
+    if found.fails("changed", ours=ours) and platform != _platform_of(environment):
+        promise = "; Ghostball's results are bit-identical on all platforms" * ours
+        summary = f"{found.summary} (accepted on {platform}{promise})"
+        found = found.model_copy(update={"summary": summary})
     warnings = []
     if baseline.record.truth != record.truth:
         warnings.append(
             f"{scene.name}: errors can't be compared: the reference was {baseline.record.truth}, "
             f"and is {record.truth} now"
         )
-    return found.model_copy(update=update), warnings
+    return found, warnings
 
 
 def _is_finite(played: Played) -> bool:

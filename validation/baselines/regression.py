@@ -23,7 +23,7 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import EnvironmentValues
 
-SCHEMA: Final = 10
+SCHEMA: Final = 11
 """Version of a stored comparison."""
 
 Answer = Literal["unchanged", "rounding", "better", "changed", "worse", "wrong collisions"]
@@ -114,13 +114,19 @@ class SceneChange(Model):
     rest_head: tuple[tuple[float, float, float], ...] | None = None
     command: str = ""
 
-    def judged(self, fail_on: FailOn) -> SceneChange:
-        """Return the same as a gate judges it that is no stricter than `fail_on`."""
+    def fails(self, fail_on: FailOn, *, ours: bool) -> bool:
+        """Return True if it fails a gate.
+
+        `ours`: whether it is Ghostball's own engine, which promises its bits: then rounding fails
+            too until somebody accepts it.
+        """
         lost = self.change == "worse" and not self.head_hash  # it didn't run, or to no numbers
-        fails = bool(self.broken) or lost or fail_on == "changed"
-        graver = ("worse", "wrong collisions", "not-deterministic")
-        fails |= fail_on == "worse" and self.change in graver
-        return self if fails or not self.failed else self.model_copy(update={"failed": False})
+        if self.broken or lost or fail_on == "limits":
+            return bool(self.broken) or lost
+        if self.change in ("worse", "wrong collisions", "not-deterministic"):
+            return True
+        passing = ("unchanged", *UNCOMPARED, *(() if ours else ("rounding",)))
+        return fail_on == "changed" and (self.change not in passing or bool(self.counters))
 
     @property
     def words(self) -> str:
@@ -148,12 +154,11 @@ class Regression(Model):
     `head`: the environment of the comparison (`validation.results.environment`).
     `outcome`: "no-baseline" if nothing failed, but some scene could not be compared: that is no
         pass.
-    `stale`: baselines of scenes that are no more.
     `unjudged`: why no limit judges any of the runs; "" where one does.
     `warnings`: what doesn't fail the gate but should be known, one sentence each.
     """
 
-    schema_version: Literal[10] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[11] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     label: str = "ghostball"
     engine: str = "ghostball"
@@ -161,7 +166,6 @@ class Regression(Model):
     fail_on: FailOn = "changed"
     outcome: Literal["passed", "failed", "no-baseline"]
     scenes: tuple[SceneChange, ...]
-    stale: tuple[str, ...] = ()
     unjudged: str = ""
     warnings: tuple[str, ...] = ()
 

@@ -46,9 +46,7 @@ def run(asked: AcceptOptions) -> ExitStatus:
 
 
 def _say_accepted(done: Acceptance) -> None:
-    for words, names in (("accepted", done.written), ("removed", done.deleted)):
-        if names:
-            stdout().print(f"{words}: {escape(', '.join(names))}", soft_wrap=True)
+    stdout().print(f"accepted: {escape(', '.join(done.written))}", soft_wrap=True)
     if done.left:
         say(f"also changed, not accepted: {escape(', '.join(done.left))}")
     for one in done.unfinished:

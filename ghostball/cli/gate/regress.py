@@ -216,7 +216,7 @@ def _show(
         f"against the accepted baselines{of}, in {seconds:.0f} s{lenient}",
         soft_wrap=True,
     )
-    if changed or new or regression.stale:
+    if changed or new:
         say(f"`ghostball report {escape(str(out))}` shows it, old and new side by side")
         say_what_next(regression, advice)
 
@@ -237,5 +237,5 @@ def say_what_next(regression: Regression, advice: str) -> None:
     if regression.broken:
         names = ", ".join(one.scene for one in regression.broken)
         say(f"Limits of truth are broken, so this is to be mended, not accepted: {escape(names)}")
-    elif any(one.can_be_accepted for one in regression.scenes) or regression.stale:
+    elif any(one.can_be_accepted for one in regression.scenes):
         say(f"Where it is right: `{escape(advice)}`")

@@ -75,16 +75,11 @@ def test_what_was_not_tried_and_an_unfinished_run_are_said_once(results):
     case = replace(results.cases[0], label="mine", outcome="unavailable", reason="no wheel")
     cases = [replace(case, scene=name) for name in ("stop", "cut")]
     run = Results(results.path, cases, results.environment | {"state": "running"})
-    compared = regression(unchanged(), warnings=("slow",), stale=("gone",))
+    compared = regression(unchanged(), warnings=("slow",))
     found = findings(run, [compared])
     said = [(one.level, one.title, one.message) for one in found]
     assert said == [
         ("error", "not complete", "the run is not complete: running"),
         ("warning", "mine is unavailable", "no wheel"),
         ("warning", "comparison with baselines", "slow"),
-        (
-            "warning",
-            "gone: baseline without a scene",
-            "the scene of this baseline no longer exists",
-        ),
     ]

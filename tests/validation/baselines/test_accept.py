@@ -112,7 +112,7 @@ def test_the_changelog_has_the_newest_entry_on_top_and_keeps_the_others(accepted
     changelog = accepted.baselines / CHANGES_FILE
     first = changelog.read_text("utf-8")
     assert first.startswith("# What was accepted, and why\n")
-    assert "New: cut, roll." in first
+    assert "New: cut, roll" in first
     changelog.write_text(first + "\nA note by hand.\n", "utf-8")
     accepted.plant({"cut": 1.01})
     accepted.compare()
@@ -121,7 +121,5 @@ def test_the_changelog_has_the_newest_entry_on_top_and_keeps_the_others(accepted
     head, second, last = text.split("\n## ")
     assert head == first.split("\n## ")[0]
     assert "A | in a reason." in second
-    assert "| cut | worse |" in second
+    assert "* cut: worse; " in second
     assert last == first.split("\n## ")[1] + "\nA note by hand.\n"
-    rows = [line for line in second.splitlines() if line.startswith("|")]
-    assert all(row.count("|") == 4 for row in rows)
