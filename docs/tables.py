@@ -22,7 +22,7 @@ from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 from ghostball.model.scene import stroke_of
 from ghostball.reference_adapters import ReferenceEngine, engine_class, engine_names
 from ghostball.reports.accuracy import CLASSES
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.scenes.library import select
 
 NONE = Capability("none")

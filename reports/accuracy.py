@@ -10,7 +10,7 @@ from typing import Final
 
 from ghostball.reports import style
 from ghostball.reports.words import many
-from ghostball.validation.checks.verdict import Verdict, is_own_measure, verdict_of
+from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.records import INDEPENDENT, Accuracy, AccuracyKind, CaseRecord
 from ghostball.validation.results.store import Results
 
@@ -92,7 +92,7 @@ def accuracy_text(case: CaseRecord | None) -> str:
         return ""
     found = case.accuracy
     if found is None:
-        if is_own_measure(case):
+        if case.is_own_measure:
             return _own_text(case)
         return "nothing to compare with" if case.truth is None else "past the horizon"
     if found.kind == "broken":
@@ -187,7 +187,7 @@ def tally(results: Results, label: str) -> Tally:
         verdicts.count(Verdict.FAIL),
         verdicts.count(Verdict.NOT_REPRESENTABLE) + verdicts.count(Verdict.UNAVAILABLE),
         sum(case.outcome == "failed" for case in cases),
-        sum(case.accuracy is None and is_own_measure(case) for case in cases),
+        sum(case.accuracy is None and case.is_own_measure for case in cases),
         median(errors) if errors else None,
         median(times) if times else None,
     )

@@ -1,6 +1,7 @@
 from .checks.criteria import Criteria as Criteria, criteria_beside as criteria_beside
 from .checks.criterion import CriteriaError as CriteriaError, Criterion as Criterion
-from .checks.metric_table import METRICS as METRICS, Metric as Metric
+from .checks.metric import Metric as Metric
+from .checks.metrics import METRICS as METRICS
 from .checks.verdict import RestError as RestError, Verdict as Verdict, verdict_of as verdict_of
 from .results.records import CaseRecord as CaseRecord, Check as Check, Motion as Motion
 from .results.store import Results as Results, ResultsError as ResultsError

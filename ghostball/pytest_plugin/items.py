@@ -26,7 +26,7 @@ from ghostball.validation.baselines import Gate, Played, compare_case
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.runs.playing import first_played, in_other_process

@@ -25,7 +25,7 @@ from ghostball.validation.baselines.regression import (
     Regression,
     SceneChange,
 )
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.verdict import (
     is_unfinished,
     not_judged,

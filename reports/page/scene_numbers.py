@@ -10,7 +10,6 @@ from ghostball.reports.shots import rest_error_text, standing_text
 from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.checks.verdict import (
     RestError,
-    is_own_measure,
     rest_error_standing,
     verdict_of,
 )
@@ -70,7 +69,7 @@ def collisions_of(cases: Sequence[CaseRecord]) -> Collisions | None:
     same: list[str] = []
     different: list[tuple[str, str]] = []
     for case in cases:
-        if case.outcome != "ran" or is_own_measure(case):
+        if case.outcome != "ran" or case.is_own_measure:
             continue
         if all(case.collision_counts.get(kind, 0) == n for kind, n in truth.truth_counts.items()):
             same.append(case.label)

@@ -14,7 +14,7 @@ from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scene_numbers import unsolved
 from ghostball.reports.words import many, reused_text
 from ghostball.validation.baselines import Regression
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
 

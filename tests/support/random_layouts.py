@@ -2,11 +2,42 @@
 
 import numpy as np
 
+from ghostball.model.features import Feature
 from ghostball.validation.scenes.random_parts import reach
-from ghostball.validation.scenes.random_scenes import OF_FEATURES
 
 FEW = range(200)
 """What `make test` plays, each with a few balls; more of them take most of the time."""
+
+
+OF_FEATURES = {
+    Feature.ROLLING: (("motion", "rolling"),),
+    Feature.SLIDING: (("motion", "sliding"),),
+    Feature.FRICTIONLESS_CLOTH: (("cloth", "frictionless"),),
+    Feature.VERTICAL_SPIN: (("spin", "vertical"), ("spin", "struck")),
+    Feature.BALL_RESTITUTION: (("restitution", "lossy"), ("restitution", "none")),
+    Feature.BALL_FRICTION: (("friction", "constant"),),
+    Feature.SPEED_DEPENDENT_FRICTION: (("friction", "alciatore"),),
+    Feature.MATHAVAN_BALL: (("ball-law", "mathavan2014"),),
+    Feature.UNEQUAL_MASSES: (("masses", "unequal"),),
+    Feature.UNEQUAL_RADII: (("radii", "unequal"),),
+    Feature.PER_BALL_FRICTION: (("own-friction", "yes"),),
+    Feature.UNBOUNDED_CLOTH: (("table", "none"),),
+    Feature.OPEN_SIDES: (("table", "open"),),
+    Feature.POLYGON: (("table", "polygon"),),
+    Feature.POCKETS: (("table", "pockets"),),
+    Feature.POSTS: (("table", "posts"),),
+    Feature.MIRROR_CUSHION: (("cushion", "mirror"),),
+    Feature.CUSHION_RESTITUTION: (("cushion", "restitution"), ("cushion", "tangential")),
+    Feature.FALLING_RESTITUTION: (("cushion", "falling"),),
+    Feature.CUSHION_TANGENTIAL: (("cushion", "tangential"),),
+    Feature.FRICTIONAL_CUSHION: (("cushion", "frictional"),),
+    Feature.HAN_CUSHION: (("cushion", "han2005"),),
+    Feature.MATHAVAN_CUSHION: (("cushion", "mathavan2010"),),
+    Feature.AIR_DRAG: (("air", "yes"),),
+    Feature.QUADRATIC_ROLLING: (("quadratic", "yes"),),
+    Feature.FLIGHT: tuple(("flight", how) for how in ("low", "jump", "drop", "on-top")),
+}
+"""The options of the generator that have each feature: a new feature needs an entry."""
 
 
 def options_in(scene):

@@ -20,7 +20,7 @@ from ghostball.model import Result, first_energy
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution
 from ghostball.validation.checks.energy_gain import largest_gain
-from ghostball.validation.checks.metrics import ball_errors
+from ghostball.validation.checks.metric import RunAndTruth
 from ghostball.validation.checks.velocity_jumps import largest_jump
 from ghostball.validation.grading.event_logs import compare_collisions
 from ghostball.validation.grading.gradable import Gradable
@@ -80,7 +80,7 @@ def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -
             return Accuracy("another shot", at=parts_at, agree=agree, of=len(truth.collisions))
     if within is not None and math.isfinite(predictable):
         return _at_the_horizon(result, truth, within)
-    errors = ball_errors(result, truth)
+    errors = RunAndTruth(result, truth).ball_errors
     return Accuracy(_kind(errors, _rounding(result, truth, within)), error=float(np.max(errors)))
 
 

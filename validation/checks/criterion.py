@@ -20,7 +20,7 @@ from pydantic_core import PydanticCustomError
 from ghostball.model import EventKind, GhostballError
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.registry import number_of, parse_spec, spec_of
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.results.records import ACCURACY_KINDS, Check, LimitKind
 
 LIMIT_KINDS: tuple[LimitKind, ...] = ("at_most", "at_least", "equals")

@@ -23,7 +23,7 @@ from ghostball.reference_adapters.base import ReferenceEngine, resolution_of, st
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.step_limits import (
     STEP_METRICS,
     step_criteria,
@@ -129,16 +129,12 @@ def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = N
     return Asked(stated, law, rule, next(filter(None, excuses), ""))
 
 
-def faults_of(
-    grade: Grade, scene: Scene, measured: Mapping[str, int | float | None] | None = None
-) -> tuple[str, ...]:
+def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
     """Return which limits a grade breaks that hold for what claims to err by rounding alone.
 
     One sentence each; a metric without a value breaks none.
-
-    `measured`: metrics of the same run; left out: those that the grade holds.
     """
-    values = measured or {
+    values = {
         "events_missing": len(grade.missing),
         "events_invented": len(grade.invented),
         "event_time_error_ulps": grade.time_error_max,

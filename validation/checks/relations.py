@@ -1,17 +1,12 @@
 """Relations that must hold between a shot and a second shot made from it.
 
-    >>> RELATIONS["mirror_error"](engine, result)
-    0.0
-
 Each relation is a metric. If a scene has a limit on this metric, the engine also simulates the
-second shot. A relation needs no reference result. It is a function of the engine and the result of
-the shot; it returns the value, or raises `NotMeasuredError` if the relation doesn't hold for a shot
-of this kind.
+second shot. A relation needs no reference result. It has no value if it doesn't hold for a shot of
+this kind.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
@@ -19,11 +14,16 @@ import numpy as np
 from ghostball.model import Ball, Result, Scene, SceneError, Table, UnsupportedSceneError
 from ghostball.reference_adapters.base import ReferenceEngine
 from ghostball.validation.checks.energy_curve import conserves_energy
-from ghostball.validation.checks.proof_metrics import NotMeasuredError, RunIncompleteError
+from ghostball.validation.checks.metric import (
+    MetricGroup,
+    NotMeasuredError,
+    RunAndTruth,
+    RunIncompleteError,
+)
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.playing import run_engine, run_ours
 
-Relation = Callable[[ReferenceEngine, Result], float]
+RELATIONS: Final = MetricGroup()
 
 BACK = 1e-3
 """Largest distance from the start, in radii of the smallest ball, that counts as a return."""
@@ -31,12 +31,25 @@ BACK = 1e-3
 _IMAGES: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "right"}
 
 
-def mirror_error(engine: ReferenceEngine, result: Result) -> float:
-    """Return the largest distance between the mirrored final positions and the mirrored shot's [m].
+def _engine_of(run: RunAndTruth) -> ReferenceEngine:
+    """Return the engine that simulates the second shot."""
+    if run.engine is None:
+        raise NotMeasuredError("this metric needs an engine that simulates a second shot")
+    run.require_end()
+    return run.engine
 
-    The mirrored shot also has its balls in reverse order, to detect results that depend on the
-    order of balls. An exact engine gives bit-identical results in both cases.
-    """
+
+@RELATIONS.metric(
+    "mirror_error",
+    "m",
+    "largest distance between the mirrored final positions and those of the mirrored shot, with x "
+    "and y swapped and the balls in reverse order",
+    on_demand=True,
+)
+def _mirror_error(run: RunAndTruth) -> float:
+    # In reverse order, to detect results that depend on the order of balls. An exact engine gives
+    # bit-identical results in both cases.
+    engine, result = _engine_of(run), run.result
     other = _played(engine, mirrored(result.scene))
     ends = other.rest_positions[::-1][:, [1, 0, 2]]
     return float(np.max(np.linalg.norm(ends - result.rest_positions, axis=1)))
@@ -71,24 +84,30 @@ def _image(ball: Ball) -> Ball:
     )
 
 
-def reversal_error(engine: ReferenceEngine, result: Result) -> float:
-    """Return the largest distance of a ball from its start after the shot is played backwards [m].
+@RELATIONS.metric(
+    "reversal_error",
+    "m",
+    "largest distance from the start after the shot is simulated backwards from its end, unless "
+    "rounding alone prevents the return",
+    on_demand=True,
+)
+def _reversal_error(run: RunAndTruth) -> float:
+    return _way_back(run)[0]
 
-    Raises `NotMeasuredError` if energy is lost, or if rounding alone doesn't lead back.
-    """
-    return _way_back(engine, result)[0]
 
-
-def reversal_factor(engine: ReferenceEngine, result: Result) -> float:
-    """Return `reversal_error` in units of what one rounding per event leaves on the way back.
-
-    Raises `NotMeasuredError` where `reversal_error` does.
-    """
-    error, rounding = _way_back(engine, result)
+@RELATIONS.metric(
+    "reversal_factor",
+    "1",
+    "`reversal_error` in units of the error that one rounding per event would cause on the way "
+    "back",
+    on_demand=True,
+)
+def _reversal_factor(run: RunAndTruth) -> float:
+    error, rounding = _way_back(run)
     return error / rounding
 
 
-def _way_back(engine: ReferenceEngine, result: Result) -> tuple[float, float]:
+def _way_back(run: RunAndTruth) -> tuple[float, float]:
     """Return the largest distance from the start after the way back, and that of rounding [m].
 
     Each collision of two balls multiplies errors by about ten, so after some dozens of collisions
@@ -96,6 +115,7 @@ def _way_back(engine: ReferenceEngine, result: Result) -> tuple[float, float]:
     back gives the time. Exact motion would carry the errors of the way forth back to the start
     without growth; the way back adds errors of its own.
     """
+    engine, result = _engine_of(run), run.result
     scene, turn = result.scene, result.rest_time
     if not conserves_energy(scene):
         raise NotMeasuredError("the way back differs from the way there: energy is lost")
@@ -163,11 +183,3 @@ def _played(engine: ReferenceEngine, scene: Scene) -> Result:
     if not result.status.complete:
         raise RunIncompleteError(f"the second shot stopped early ({result.status.value})")
     return result
-
-
-RELATIONS: Final[Mapping[str, Relation]] = {
-    "mirror_error": mirror_error,
-    "reversal_error": reversal_error,
-    "reversal_factor": reversal_factor,
-}
-"""Each relation by the name of its metric."""

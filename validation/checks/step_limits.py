@@ -73,18 +73,9 @@ from ghostball.reference_adapters.base import (
     stated_error,
 )
 from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
-from ghostball.validation.checks.step_delays import (
-    LateEvents,
-    between_contacts,
-    delays_of_falls,
-    falls_alone,
-    first_sure,
-    late_events,
-    separate_collisions,
-)
+from ghostball.validation.checks.step_delays import SteppedShot
 from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.horizon import extent_of
-from ghostball.validation.grading.lateness import Lateness
 from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.ladder import step_of
@@ -141,7 +132,7 @@ def step_criteria(
     if resolution == 0.0:
         return ()
     step = step_of(engine)
-    longest = math.inf if step is None else step
+    shot = SteppedShot(rule, scene, truth, resolution, math.inf if step is None else step)
     selector = Selector(engine=engine.name)
     return tuple(
         Criterion(
@@ -153,11 +144,8 @@ def step_criteria(
             **limit,
         )
         for metric, limit, reason in (
-            *(
-                tuple(_outcome(rule, scene, truth, resolution, longest))
-                or _beginning(rule, scene, truth, resolution, longest)
-            ),
-            *_of_motion(rule, scene, truth, resolution, longest),
+            *(tuple(_outcome(shot)) or _beginning(shot)),
+            *_of_motion(shot),
         )
     )
 
@@ -166,34 +154,27 @@ _Limit = tuple[str, dict[str, float], str]
 """A metric, its limit by kind, and the reason."""
 
 
-def _outcome(
-    rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
-) -> Iterator[_Limit]:
+def _outcome(shot: SteppedShot) -> Iterator[_Limit]:
     """Yield the limits on the end of the shot."""
-    lateness = truth.lateness
+    scene, truth, lateness = shot.scene, shot.truth, shot.truth.lateness
     if lateness is None or truth.rest_time is None or truth.collisions is None:
         return
     if truth.certificate is None or not truth.certificate.proved:
         return
-    if truth.horizon_of(resolution) < truth.rest_time:
+    if truth.horizon_of(shot.resolution) < truth.rest_time:
         return
-    step = late_events(rule, scene, lateness, resolution, longest)
-    smallest = float(np.min(scene.radii))
-    separate = separate_collisions(lateness, step, smallest)
-    if separate is None:
+    separate, margins = shot.separate_collisions(), lateness.margins
+    if separate is None or margins is None:
         return
     own, all_separate = separate
-    between, drift = between_contacts(rule, scene, step)
-    if lateness.margins is None:
-        return
-    more = lateness.margins.amplified(step.delays, len(scene.balls), drift)
+    more = margins.amplified(shot.delays, len(scene.balls), shot.drift)
     if more is None:
         return
-    late = step.words
+    late, between = shot.words, shot.between
     # NaN or infinite where a collision has no derivative: the sums limit nothing past it.
     with np.errstate(invalid="ignore"):
-        moved = float(np.max(more * (step.delays @ lateness.places)))
-    if not between + moved <= smallest:
+        moved = float(np.max(more * (shot.delays @ lateness.places)))
+    if not between + moved <= shot.smallest:
         return
     yield (
         "rest_error_max",
@@ -201,12 +182,12 @@ def _outcome(
         f"{late}, which moves the rest positions of this shot by at most {moved:.3g} m; "
         f"the motion between contacts adds {between:.3g} m.",
     )
-    yield from _on_the_way(rule, scene, lateness, step, between, float(np.max(more)))
+    yield from _on_the_way(shot, float(np.max(more)))
     if own:
         reason = f"{late}: this can't make a collision of this shot vanish or come twice."
         yield "ball_ball_count_error", {"equals": 0}, reason
         yield "ball_cushion_count_error", {"equals": 0}, reason
-    if own and scene.table is not None and scene.table.holes and falls_alone(lateness, step):
+    if own and scene.table is not None and scene.table.holes and shot.falls_alone():
         reason = f"{late}: this can't send a ball of this shot into another pocket, or into none."
         yield "events_missing", {"equals": 0}, reason
         yield "events_invented", {"equals": 0}, reason
@@ -215,46 +196,38 @@ def _outcome(
         yield "matching_events", {"equals": len(truth.collisions)}, reason
 
 
-def _beginning(
-    rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
-) -> Iterator[_Limit]:
+def _beginning(shot: SteppedShot) -> Iterator[_Limit]:
     """Yield the limits on the beginning of a shot whose end can't be judged."""
-    yield from _before_contacts(rule, scene, truth, resolution, longest)
-    lateness = truth.lateness
-    if lateness is None or truth.collisions is None:
+    yield from _before_contacts(shot)
+    if shot.truth.lateness is None or shot.truth.collisions is None:
         return
-    step = late_events(rule, scene, lateness, resolution, longest)
-    first = first_sure(rule, scene, truth, lateness, step)
+    first = shot.first_sure()
     if first > 0:
         reason = (
-            f"{step.words}: this can't change the first {first} collisions of this shot, "
+            f"{shot.words}: this can't change the first {first} collisions of this shot, "
             "or their order."
         )
-        yield "matching_events", {"at_least": min(first, len(truth.collisions))}, reason
+        yield "matching_events", {"at_least": min(first, len(shot.truth.collisions))}, reason
 
 
-def _before_contacts(
-    rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
-) -> Iterator[_Limit]:
+def _before_contacts(shot: SteppedShot) -> Iterator[_Limit]:
     """Yield the limits on the motion before the first contact, flights included.
 
     Until then only errors of the engine's own motion displace a ball: by the resolution, or by
     v dt; if a slide ends one step late, by the change of velocity in this step times the remaining
     time; and by the effect of gravity in a step, if balls may fly.
     """
-    fastest = resolution_of_step(1.0, scene)
-    if truth.certificate is None or fastest == 0.0:
+    scene, proof = shot.scene, shot.truth.certificate
+    if proof is None or shot.fastest == 0.0:
         return
-    step = LateEvents(resolution, longest, np.empty(0))
-    dt, (off, _) = step.last(scene), between_contacts(rule, scene, step)
-    until = first_contact(proved_events(truth.certificate), float(truth.certificate.t_end))
-    physics = scene.physics
-    if physics.motion == "sliding" and EventKind.SLIDE_TO_ROLL in rule.kinds:
+    dt, off, physics = shot.last, shot.between, scene.physics
+    until = first_contact(proved_events(proof), float(proof.t_end))
+    if physics.motion == "sliding" and EventKind.SLIDE_TO_ROLL in shot.rule.kinds:
         friction = scene.sliding_frictions + scene.rolling_frictions
         off += physics.gravity * float(np.max(friction)) * dt * until
     if physics.airborne:
         off += physics.gravity * dt * until
-    if off < float(np.min(scene.radii)):
+    if off < shot.smallest:
         reason = (
             f"No ball has a contact before t = {until:.3g} s; until then the time steps of this "
             f"engine displace a ball by at most {off:.3g} m."
@@ -262,17 +235,19 @@ def _before_contacts(
         yield "early_path_error", {"at_most": LEAST + off}, reason
 
 
-def _on_the_way(
-    rule: StepRule, scene: Scene, lateness: Lateness, step: LateEvents, between: float, more: float
-) -> Iterator[_Limit]:
-    """Yield the limits on the times of events, on paths and on the energy; see the module."""
-    late = step.words
-    collides, delays = np.isin(lateness.kinds, COLLISION_KINDS), step.delays.copy()
-    if rule.drifts:
+def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:
+    """Yield the limits on the times of events, on paths and on the energy; see the module.
+
+    `more`: by how much meetings amplify errors at most.
+    """
+    scene, lateness = shot.scene, shot.lateness
+    late, between, delays = shot.words, shot.between, shot.delays.copy()
+    collides = np.isin(lateness.kinds, COLLISION_KINDS)
+    if shot.rule.drifts:
         with np.errstate(divide="ignore"):
             delays[collides] = np.maximum(delays[collides], between / lateness.approach[collides])
     falls = np.array([kind is EventKind.POCKETED for kind in lateness.kinds], dtype=bool)
-    own = np.append(delays[collides], delays_of_falls(lateness, step, between)[falls])
+    own = np.append(delays[collides], shot.delays_of_falls(between)[falls])
     comes = np.max(lateness.comes[collides | falls], axis=0, initial=0.0)
     shifted = more * float(delays @ comes) + float(np.max(own, initial=0.0))
     if len(own) and math.isfinite(shifted):
@@ -280,13 +255,12 @@ def _on_the_way(
         reason = f"{late}, which shifts the time of {what} of this shot by at most {shifted:.3g} s."
         yield "event_time_error", {"at_most": LEAST + shifted}, reason
     beside = between + more * float(delays @ lateness.strays)
-    if math.isfinite(beside) and beside < float(np.min(scene.radii)):
+    if math.isfinite(beside) and beside < shot.smallest:
         reason = f"{late}, which displaces a ball by at most {beside:.3g} m from its path."
         yield "path_error", {"at_most": LEAST + beside}, reason
-    fastest = resolution_of_step(1.0, scene)
-    if fastest == 0.0:
+    if shot.fastest == 0.0:
         return
-    last = step.last(scene)
+    last = shot.last
     ends = np.isin(lateness.kinds, PHASE_ENDS)
     shifted = more * float(np.max(lateness.comes[ends] @ delays, initial=0.0))
     if ends.any() and math.isfinite(shifted):
@@ -306,21 +280,19 @@ def _on_the_way(
     slows = 1.4 * scene.rolling_frictions
     if scene.physics.motion == "sliding":
         turns = scene.radii * np.linalg.norm(scene.angular_velocities[:, :2], axis=1)
-        slips = 1.0 + max(1.0, float(np.max(turns)) / fastest)
+        slips = 1.0 + max(1.0, float(np.max(turns)) / shot.fastest)
         slows = slows + slips * scene.sliding_frictions
     work = between * scene.physics.gravity * float(scene.masses @ slows)
     taken = work + more * float(delays @ lateness.energies)
     share = taken / first if first > 0.0 else math.inf  # squares of tiny speeds vanish
     if math.isfinite(share):
         reason = f"{late}, which changes the energy by at most {share:.3g} of its initial value."
-        yield "energy_difference_max", {"at_most": rule.energy_noise + share}, reason
+        yield "energy_difference_max", {"at_most": shot.rule.energy_noise + share}, reason
 
 
-def _of_motion(
-    rule: StepRule, scene: Scene, truth: Truth, resolution: float, longest: float
-) -> Iterator[_Limit]:
+def _of_motion(shot: SteppedShot) -> Iterator[_Limit]:
     """Yield the limits that hold for every path of the balls."""
-    noise = rule.energy_noise
+    scene, resolution, noise = shot.scene, shot.resolution, shot.rule.energy_noise
     if scene.physics.motion == "sliding":
         noise = max(noise, SLIDING_NOISE)
     yield (
@@ -328,16 +300,16 @@ def _of_motion(
         {"at_most": noise},
         "Impacts conserve or dissipate energy, and the cloth dissipates it: a gain is noise.",
     )
-    if len(scene.balls) == 1 or EventKind.BALL_BALL not in rule.kinds:
+    if len(scene.balls) == 1 or EventKind.BALL_BALL not in shot.rule.kinds:
         return
     closing = _closing(scene)
-    overlap = longest * closing
+    overlap = shot.longest * closing
     reason = f"Two balls approach at no more than {closing:.3g} m/s, for one time step."
-    if 2.0 * resolution < longest * resolution_of_step(1.0, scene):
+    if 2.0 * resolution < shot.longest * shot.fastest:
         overlap = OVERLAP_MARGIN * resolution
         reason = f"Time steps end within {resolution:.3g} m of touching; the next one continues."
-    if overlap < float(np.min(scene.radii)):
-        yield "overlap_max", {"at_most": touching(scene, truth) + overlap}, reason
+    if overlap < shot.smallest:
+        yield "overlap_max", {"at_most": touching(scene, shot.truth) + overlap}, reason
 
 
 def touching(scene: Scene, truth: Truth) -> float:

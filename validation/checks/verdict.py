@@ -10,7 +10,7 @@ import enum
 import math
 from collections.abc import Collection
 
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.results.records import (
     ACCURACY_KINDS,
     COMPLETE_STATUSES,
@@ -81,7 +81,7 @@ def verdict_of(case: CaseRecord | None) -> Verdict:
         return Verdict.CRASHED
     if case.passed is False:
         return Verdict.FAIL
-    if is_own_measure(case):
+    if case.is_own_measure:
         return Verdict.REFERENCE
     if case.passed is None:
         return Verdict.SHOWN
@@ -124,7 +124,7 @@ def unjudged_engines(cases: Collection[CaseRecord]) -> tuple[str, ...]:
     free = {
         case.label
         for case in ran
-        if case.unstated or (case.horizon is None and not is_own_measure(case))
+        if case.unstated or (case.horizon is None and not case.is_own_measure)
     }
     labels = dict.fromkeys(case.label for case in ran)
     return tuple(label for label in labels if label in free - chosen - judged)
@@ -137,7 +137,7 @@ def few_ends_judged(cases: Collection[CaseRecord]) -> str:
     are. Nothing is said of an engine that is excused, or of which only some metrics were asked.
     """
     ran = [case for case in cases if case.outcome == "ran" and not case.varied_from]
-    judged = sum(is_own_measure(case) or is_outcome_judged(case) for case in ran)
+    judged = sum(case.is_own_measure or is_outcome_judged(case) for case in ran)
     if judged == len(ran) or any(case.excused or case.left_out for case in ran):
         return ""
     return f"the end of the shot was judged in {judged} of {len(ran)} scenes"
@@ -172,21 +172,14 @@ def rest_error_standing(case: CaseRecord | None) -> RestError:
     """Return what the rest error of a case is worth."""
     if case is None or case.outcome != "ran":
         return RestError.NONE
-    past = case.horizon is not None and rest_verdict_of(case) is Verdict.SHOWN
-    if past and not is_own_measure(case):
+    judged = rest_verdict_of(case) is not Verdict.SHOWN
+    if case.horizon is not None and not judged and not case.is_own_measure:
         return RestError.CHAOTIC
     if case.metrics.get("rest_error_max") is None:
         return RestError.NONE
-    if is_own_measure(case):
+    if case.is_own_measure:
         return RestError.OWN
-    if rest_verdict_of(case) is not Verdict.SHOWN:
-        return RestError.JUDGED
-    return RestError.UNJUDGED
-
-
-def is_own_measure(case: CaseRecord) -> bool:
-    """Whether a rest error of this case compares our engine with itself, and proves nothing."""
-    return case.is_own_measure
+    return RestError.JUDGED if judged else RestError.UNJUDGED
 
 
 def is_outcome_judged(case: CaseRecord) -> bool:
@@ -216,18 +209,11 @@ def _judges_outcome(check: Check, case: CaseRecord) -> bool:
     grade by a proof that ends before the shot does, or past the engine's horizon; nor a class that
     says nothing of how far a ball may be off; nor a limit that is wider than a ball.
     """
-    if _is_too_wide(check, case):
+    if check.passed is None or check.limit_kind == "at_least" or _is_too_wide(check, case):
         return False
-    if check.metric == "quality_factor" and (
-        case.horizon is not None or case.truth not in INDEPENDENT
-    ):
-        return False
-    if check.metric == "accuracy" and check.limit >= ACCURACY_KINDS.index("centimetres"):
-        return False
+    if check.metric == "quality_factor":
+        return case.horizon is None and case.truth in INDEPENDENT
+    if check.metric == "accuracy":
+        return check.limit < ACCURACY_KINDS.index("centimetres")
     metric = METRICS.get(check.metric)
-    return (
-        metric is not None
-        and metric.outcome
-        and check.limit_kind != "at_least"
-        and check.passed is not None
-    )
+    return metric is not None and metric.judges != ""

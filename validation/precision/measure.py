@@ -23,7 +23,7 @@ from ghostball.reference_adapters.certified import CertifiedEngine, CertifiedSet
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.reference_adapters.output import captured
 from ghostball.reference_adapters.registry import spec_of
-from ghostball.validation.checks.metrics import ball_errors
+from ghostball.validation.checks.metric import RunAndTruth
 from ghostball.validation.grading.event_logs import collisions_of
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.precision.phases import start_of
@@ -166,7 +166,7 @@ class Place:
         call_seconds = min(seconds for _, seconds in runs)
         inside = min(result.wall_time for result, _ in runs)
         first, _ = runs[0]
-        error = float(np.max(ball_errors(first, self.truth)))
+        error = float(np.max(RunAndTruth(first, self.truth).ball_errors))
         self.samples.append((call_seconds, inside, error, _has_same_events(first, self.truth)))
         return {"seconds": call_seconds}
 

@@ -84,7 +84,7 @@ COMPLETE_STATUSES = frozenset(status_name(status) for status in Status if status
 class Check:
     """One metric against its limit.
 
-    `metric`, `unit`: name and unit; see `validation.checks.metric_table.METRICS`.
+    `metric`, `unit`: name and unit; see `validation.checks.metrics.METRICS`.
     `value`: None where it could not be computed; `note` says why.
     `passed`: None is "reference": the value compares our engine with itself and proves nothing.
     `reason`: why the limit is what it is, from the scene's criteria.

@@ -18,7 +18,6 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from ghostball.model import Physics, Scene
-from ghostball.model.features import Feature
 from ghostball.validation.scenes.random_parts import (
     never_rests,
     physics_of,
@@ -89,36 +88,6 @@ One of weight 0 is drawn where it is asked for alone, so that it changes no scen
 "tangential" is the law "restitution" with a factor along the cushion, too; "falling" is any law
 whose restitution falls with speed; "struck" is the spin that the stroke of a cue gives; "low" is
 flight of balls that all begin on the cloth; "on-top" is a ball that lies, or falls, on another."""
-
-OF_FEATURES: Final[Mapping[Feature, tuple[Option, ...]]] = {
-    Feature.ROLLING: (("motion", "rolling"),),
-    Feature.SLIDING: (("motion", "sliding"),),
-    Feature.FRICTIONLESS_CLOTH: (("cloth", "frictionless"),),
-    Feature.VERTICAL_SPIN: (("spin", "vertical"), ("spin", "struck")),
-    Feature.BALL_RESTITUTION: (("restitution", "lossy"), ("restitution", "none")),
-    Feature.BALL_FRICTION: (("friction", "constant"),),
-    Feature.SPEED_DEPENDENT_FRICTION: (("friction", "alciatore"),),
-    Feature.MATHAVAN_BALL: (("ball-law", "mathavan2014"),),
-    Feature.UNEQUAL_MASSES: (("masses", "unequal"),),
-    Feature.UNEQUAL_RADII: (("radii", "unequal"),),
-    Feature.PER_BALL_FRICTION: (("own-friction", "yes"),),
-    Feature.UNBOUNDED_CLOTH: (("table", "none"),),
-    Feature.OPEN_SIDES: (("table", "open"),),
-    Feature.POLYGON: (("table", "polygon"),),
-    Feature.POCKETS: (("table", "pockets"),),
-    Feature.POSTS: (("table", "posts"),),
-    Feature.MIRROR_CUSHION: (("cushion", "mirror"),),
-    Feature.CUSHION_RESTITUTION: (("cushion", "restitution"), ("cushion", "tangential")),
-    Feature.FALLING_RESTITUTION: (("cushion", "falling"),),
-    Feature.CUSHION_TANGENTIAL: (("cushion", "tangential"),),
-    Feature.FRICTIONAL_CUSHION: (("cushion", "frictional"),),
-    Feature.HAN_CUSHION: (("cushion", "han2005"),),
-    Feature.MATHAVAN_CUSHION: (("cushion", "mathavan2010"),),
-    Feature.AIR_DRAG: (("air", "yes"),),
-    Feature.QUADRATIC_ROLLING: (("quadratic", "yes"),),
-    Feature.FLIGHT: tuple(("flight", how) for how in ("low", "jump", "drop", "on-top")),
-}
-"""The options that have each feature: a new feature needs an entry, which a test asks for."""
 
 
 def _all(aspect: str, but: str) -> tuple[Option, ...]:

@@ -18,7 +18,7 @@ from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
 from ghostball.reference_adapters.registry import EngineUnavailableError, engine_name, make_engine
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked, approximations_of, is_unstated
-from ghostball.validation.checks.metric_table import METRICS, USUAL
+from ghostball.validation.checks.metrics import METRICS, USUAL
 from ghostball.validation.parallel.pool import Done
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord, Fault

@@ -13,8 +13,7 @@ from ghostball.reference_adapters.base import ReferenceEngine, Resolution
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.law import Asked
-from ghostball.validation.checks.metric_table import METRICS, USUAL
-from ghostball.validation.checks.metrics import Measured, measure
+from ghostball.validation.checks.metrics import METRICS, USUAL, Measured, measure
 from ghostball.validation.results.records import Accuracy, CaseRecord, Check, status_name
 from ghostball.validation.results.store import Finished
 from ghostball.validation.runs.sampling import events_of, first_not_finite, motion_of

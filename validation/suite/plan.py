@@ -21,7 +21,7 @@ from ghostball.reference_adapters.registry import (
 )
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.checks.law import Asked, asked_of
-from ghostball.validation.checks.metric_table import METRICS, choose_metrics
+from ghostball.validation.checks.metrics import METRICS, choose_metrics
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.parallel.sources import is_ours

@@ -17,7 +17,7 @@ from ghostball.cli.show.commands import ScenesOptions
 from ghostball.model import GhostballError, Scene
 from ghostball.model.scene import json_schema
 from ghostball.model.scene.toml import dumps
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.scenes.library import select

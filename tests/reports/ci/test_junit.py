@@ -11,7 +11,7 @@ from regressions import regression, unchanged, worse
 
 from ghostball.reports.ci.junit import junit_xml
 from ghostball.validation.baselines.regression import Regression
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.verdict import NOTHING_JUDGED
 from ghostball.validation.results.records import Accuracy, CaseRecord, Check
 

@@ -14,7 +14,7 @@ from ghostball.model import EventKind, Result, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.checks.accuracy import BROKEN_SHARE, accuracy_of, kind_of
 from ghostball.validation.grading.horizon import Meetings
-from ghostball.validation.results.records import CERTIFIED, AccuracyKind
+from ghostball.validation.results.records import CERTIFIED, Accuracy
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import run_case
 from ghostball.validation.suite.judge import Case
@@ -32,6 +32,12 @@ def displaced(by: float, scene: Scene | None = None) -> Result:
     return result
 
 
+def class_of(result: Result, truth: Truth, resolution: float = 0.0) -> Accuracy:
+    found = accuracy_of(result, truth, resolution=resolution)
+    assert found is not None
+    return found
+
+
 @pytest.mark.parametrize(
     ("by", "kind"),
     [
@@ -47,8 +53,7 @@ def displaced(by: float, scene: Scene | None = None) -> Result:
     ],
 )
 def test_the_class_is_that_of_the_farthest_ball(truth: Truth, by: float, kind: str) -> None:
-    found = accuracy_of(displaced(by), truth)
-    assert found is not None
+    found = class_of(displaced(by), truth)
     assert found.kind == kind
     assert found.error == pytest.approx(by, abs=1e-14)
 
@@ -59,8 +64,7 @@ def test_a_shot_is_exact_only_if_every_ball_is(truth: Truth) -> None:
         positions = right.final_state.positions.copy()
         positions[0, ball, 0] += 1e-9
         moved = right.final_state._replace(positions=positions)
-        found = accuracy_of(replace(right, final_state=moved), truth)
-        assert found is not None
+        found = class_of(replace(right, final_state=moved), truth)
         assert found.kind == "nanometres"
 
 
@@ -80,7 +84,7 @@ def test_a_collision_is_judged_up_to_the_horizon_of_rounding(
 
 
 def test_a_class_ends_where_the_next_begins() -> None:
-    kinds: list[AccuracyKind] = [kind_of(error) for error in (0.0, 1e-6, 1e-3, 1e-2, 1e9)]
+    kinds = [kind_of(error) for error in (0.0, 1e-6, 1e-3, 1e-2, 1e9)]
     assert kinds == ["nanometres", "micrometres", "millimetres", "centimetres", "centimetres"]
 
 
@@ -88,15 +92,13 @@ def test_rounding_is_what_it_makes_of_this_shot() -> None:
     # 9e-14 m are nothing but rounding after 3141 collisions, and no rounding on a straight roll.
     scene = find_scene("galperin-2")
     result, truth = simulate(scene, record="trajectory"), truth_of(scene)
-    found = accuracy_of(result, truth)
-    assert found is not None
+    found = class_of(result, truth)
     assert found.kind == "exact"
     assert found.error is not None
     assert found.error > 5e-14
     positions = result.final_state.positions + np.array([1e-9, 0.0, 0.0])
     moved = result.final_state._replace(positions=positions)
-    off = accuracy_of(replace(result, final_state=moved), truth)
-    assert off is not None
+    off = class_of(replace(result, final_state=moved), truth)
     assert off.kind == "nanometres"
 
 
@@ -104,8 +106,7 @@ def test_other_collisions_are_another_shot_wherever_the_balls_end(truth: Truth) 
     result = displaced(0.0)
     assert result.events is not None
     without = replace(result, events=result.events[result.events["kind"] != EventKind.BALL_BALL])
-    found = accuracy_of(without, truth)
-    assert found is not None
+    found = class_of(without, truth)
     assert (found.kind, found.agree, found.of, found.error) == ("another shot", 0, 1, None)
     assert found.at == pytest.approx(float(truth.collision_times[0]))
 
@@ -116,8 +117,7 @@ def test_the_same_scale_holds_for_every_engine() -> None:
     truth = truth_of(scene)
     for label in ("ghostball", "pymunk", "pymunk:contact_steps=exact", "pymunk:config=naive"):
         result = make_engine(label).simulate(scene, record="trajectory")
-        found = accuracy_of(result, truth)
-        assert found is not None
+        found = class_of(result, truth)
         kinds[label] = found.kind
     assert kinds == {
         "ghostball": "exact",
@@ -130,14 +130,12 @@ def test_the_same_scale_holds_for_every_engine() -> None:
 def test_where_rounding_decides_the_balls_are_compared_before_that() -> None:
     scene = find_scene("chaos-a")
     truth = truth_of(scene)
-    found = accuracy_of(simulate(scene, record="trajectory"), truth)
-    assert found is not None
+    found = class_of(simulate(scene, record="trajectory"), truth)
     assert found.kind == "exact"
     assert truth.graded is not None
     assert found.at == truth.graded.until
     stepped = make_engine("paper-discrete").simulate(scene, record="trajectory")
-    other = accuracy_of(stepped, truth)
-    assert other is not None
+    other = class_of(stepped, truth)
     assert other.kind in ("another shot", "broken")
 
 
@@ -150,8 +148,7 @@ def test_energy_out_of_nothing_is_broken() -> None:
         velocities = frames.velocities.copy()
         velocities[late] *= factor
         made = replace(result, trajectory=replace(frames, velocities=velocities))
-        found = accuracy_of(made, truth_of(scene), resolution=1e-3)
-        assert found is not None
+        found = class_of(made, truth_of(scene), 1e-3)
         assert (found.kind == "broken") == (kind == "broken")
         if kind == "broken":
             assert found.cause == "energy"
@@ -167,15 +164,13 @@ def test_balls_through_each_other_and_nan_are_broken() -> None:
     middle = len(positions) // 2
     positions[middle, 1] = positions[middle, 0] + [0.5 * scene.balls[0].radius, 0.0, 0.0]
     through = replace(result, trajectory=replace(frames, positions=positions))
-    found = accuracy_of(through, truth_of(scene), resolution=1e-3)
-    assert found is not None
+    found = class_of(through, truth_of(scene), 1e-3)
     assert (found.kind, found.cause) == ("broken", "overlap")
     velocities = frames.velocities.copy()
     velocities[middle] = np.nan
     nowhere = replace(result, trajectory=replace(frames, velocities=velocities))
     with np.errstate(invalid="ignore"):
-        found = accuracy_of(nowhere, truth_of(scene), resolution=1e-3)
-    assert found is not None
+        found = class_of(nowhere, truth_of(scene), 1e-3)
     assert (found.kind, found.cause) == ("broken", "not finite")
 
 
@@ -185,8 +180,7 @@ def test_in_a_contact_that_lasts_collisions_are_not_counted() -> None:
     for label in ("pymunk", "pymunk:contact_steps=exact"):
         result = make_engine(label).simulate(scene, record="trajectory")
         assert sum(result.collision_counts.values()) > 0
-        found = accuracy_of(result, truth_of(scene), resolution=1e-3)
-        assert found is not None
+        found = class_of(result, truth_of(scene), 1e-3)
         assert found.kind == "micrometres"
 
 

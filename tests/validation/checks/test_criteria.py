@@ -1,7 +1,8 @@
-"""Criteria files: what is refused, which criterion wins, how a value is judged."""
+"""Criteria files: what is refused, which criterion wins, whom it covers, how a value is judged."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -23,33 +24,78 @@ def criteria(*items: Criterion) -> Criteria:
     return Criteria(criteria=items)
 
 
-def test_the_selector_with_most_settings_wins_whatever_the_order() -> None:
-    general, special = (
-        criterion("pymunk", at_most=1.0),
-        criterion("pymunk:contact_steps=exact", at_most=2),
-    )
-    for both in (criteria(general, special), criteria(special, general)):
+# --- whom a criterion covers
+
+
+@pytest.mark.parametrize(
+    ("selector", "covered"),
+    [
+        ("pymunk", True),
+        ("pymunk:dt=1e-3", True),  # a number, however it is spelled
+        ("pymunk:dt=0.002", False),
+        ("pymunk:dt=small", False),
+        ("pymunk:gate=TRUE", True),
+        ("pymunk:gate=1", False),
+        ("pymunk:gate=true,contact_steps=fixed", True),
+        ("pymunk:gate=true,contact_steps=exact", False),
+        ("pybullet", False),
+        ("*", True),
+        ("*:contact_steps=fixed", True),
+        ("*:contact_steps=exact", False),
+        ("*:unknown=1", False),  # it has no such setting, and needs none
+    ],
+)
+def test_a_selector_compares_the_effective_settings(selector: str, covered: bool) -> None:
+    assert Selector.parse(selector).covers("pymunk", FIXED) is covered
+
+
+def test_a_selector_with_a_setting_that_the_engine_lacks_is_refused() -> None:
+    # It would never match, and the criterion would guard nothing.
+    with pytest.raises(
+        CriteriaError, match=r"`pymunk:contact_step=exact` names the setting `contact_step`"
+    ):
+        Selector.parse("pymunk:contact_step=exact").covers("pymunk", FIXED)
+
+
+@pytest.mark.parametrize("table", ["criteria", "steps", "beyond_step"])
+def test_an_engine_that_nobody_installed_is_refused(table: str) -> None:
+    more = {
+        "criteria": {"metric": "rest_error_max", "at_most": 1.0},
+        "steps": {"late": ["ball-ball"], "energy_noise": 1e-9},
+        "beyond_step": {},
+    }
+    row = {"engines": ["pimunk"], "reason": "because"} | more[table]
+    read = Criteria.model_validate({table: [row]})
+    with pytest.raises(CriteriaError, match=rf"x.toml: `{table}\[0\].*\"pimunk\".*mean `pymunk`"):
+        read.check_engines(["ghostball", "pymunk"], "x.toml")
+
+
+# --- which criterion wins
+
+
+@pytest.mark.parametrize(
+    "special",
+    [
+        criterion("pymunk:contact_steps=exact", at_most=2.0),
+        # Else "at most 1 m natively" would still bind where "at least 2 m" was meant to replace it.
+        criterion("pymunk:contact_steps=exact", at_least=2.0),
+    ],
+)
+def test_the_selector_with_most_settings_wins_whatever_the_order(special: Criterion) -> None:
+    every, general = criterion("*"), criterion("pymunk", at_most=1.0)
+    for both in (criteria(every, general, special), criteria(special, general, every)):
         assert both.applying_to("pymunk", EXACT) == (special,)
         assert both.applying_to("pymunk", FIXED) == (general,)
-        assert both.applying_to("pybullet", FIXED) == ()
+        assert both.applying_to("mine", {}) == (every,)
 
 
-def test_a_special_criterion_replaces_a_general_one_of_another_kind() -> None:
-    # Else "at most 1 m natively" would still bind where "at least 2 m" was meant to replace it.
-    general = criterion("pymunk", at_most=1.0)
-    special = criterion("pymunk:contact_steps=exact", at_least=2.0)
-    assert criteria(general, special).applying_to("pymunk", EXACT) == (special,)
-
-
-def test_precedence_is_per_metric() -> None:
+def test_precedence_is_per_metric_and_a_range_is_two_criteria() -> None:
     time = criterion("pymunk", metric="rest_time_error")
-    special = criterion("pymunk:contact_steps=exact", at_most=2.0)
-    assert set(criteria(time, special).applying_to("pymunk", EXACT)) == {time, special}
-
-
-def test_a_range_is_two_criteria() -> None:
-    low, high = criterion("pymunk", at_least=1.0), criterion("pymunk", at_most=2.0)
-    assert criteria(low, high).applying_to("pymunk", FIXED) == (low, high)
+    low, high = (
+        criterion("pymunk:contact_steps=exact", **limit)
+        for limit in ({"at_least": 1.0}, {"at_most": 2.0})
+    )
+    assert set(criteria(time, low, high).applying_to("pymunk", EXACT)) == {time, low, high}
 
 
 def test_equally_specific_criteria_that_both_cover_an_engine_are_refused() -> None:
@@ -59,63 +105,6 @@ def test_equally_specific_criteria_that_both_cover_an_engine_are_refused() -> No
     assert len(both.applying_to("pymunk", FIXED)) == 1
     with pytest.raises(CriteriaError, match=r"`rest_error_max`, equally specific.*one more"):
         both.applying_to("pymunk", EXACT)
-
-
-def test_an_engine_that_nobody_installed_is_refused() -> None:
-    with pytest.raises(CriteriaError, match=r'x.toml: `criteria\[0\].*"pimunk".*mean `pymunk`'):
-        criteria(criterion("pimunk")).check_engines(["ghostball", "pymunk"], "x.toml")
-
-
-def test_the_tables_of_steps_are_checked_too() -> None:
-    for table in ("steps", "beyond_step"):
-        row = {"engines": ["pimunk"], "reason": "because"}
-        if table == "steps":
-            row |= {"late": ["ball-ball"], "energy_noise": 1e-9}
-        read = Criteria.model_validate({table: [row]})
-        with pytest.raises(CriteriaError, match=rf"`{table}\[0\].*mean `pymunk`"):
-            read.check_engines(["ghostball", "pymunk"], "x.toml")
-
-
-RULE = """\
-[[steps]]
-engines = ["pymunk"]
-late = ["ball-ball"]
-energy_noise = 1e-9
-reason = "by hand"
-"""
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('"ball-ball"', '"bal-ball"', r"`steps\[0\].late\[0\]` must be .*got 'bal-ball'"),
-        ("1e-9", "-1e-9", r"`steps\[0\].energy_noise` must be greater than 0, got -1e-09"),
-        (
-            "late",
-            "lte",
-            r"`steps\[0\].lte` is not a known field. Known here: engines, reason, late",
-        ),
-        ('reason = "by hand"', "", r"`steps\[0\].reason` is missing"),
-        ('late = ["ball-ball"]', "", r"`steps\[0\].late` is missing"),
-    ],
-)
-def test_a_wrong_rule_of_steps_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
-    path = tmp_path / "shot.expect.toml"
-    path.write_text(RULE.replace(old, new))
-    with pytest.raises(CriteriaError, match=message):
-        Criteria.load(path)
-
-
-def test_every_engine_is_meant_by_a_star_and_one_that_is_named_is_meant_more() -> None:
-    every, named = criterion("*"), criterion("pymunk", at_most=2.0)
-    both = criteria(every, named)
-    assert both.applying_to("mine", {}) == (every,)
-    assert both.applying_to("pymunk", FIXED) == (named,)
-    both.check_engines(["pymunk"], "x.toml")
-    exact = Selector.parse("*:contact_steps=exact")
-    assert exact.covers("mine", EXACT)
-    assert not exact.covers("mine", FIXED)
-    assert not exact.covers("mine", {})  # it has no such setting, and needs none
 
 
 def test_what_an_engine_claims_decides_which_row_holds() -> None:
@@ -131,14 +120,39 @@ def test_what_an_engine_claims_decides_which_row_holds() -> None:
     assert criteria(exact).applying_to("mine", {}, "less") == ()
 
 
-def test_an_engine_that_runs_nowhere_is_refused_with_the_line(tmp_path: Path) -> None:
-    path = tmp_path / "shot.expect.toml"
-    path.write_text(GOOD.replace('"pymunk"', '"pimunk"'))
-    read = Criteria.load(path)
-    with pytest.raises(CriteriaError, match="must name installed engines") as caught:
-        read.check_engines(["ghostball", "pymunk", "pybullet"], "x.toml")
-    assert str(caught.value).startswith(f"{path}:3: `criteria[0].engines`")
-    assert "\n" not in str(caught.value)
+# --- how a value is judged
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "passed"),
+    [
+        ({"at_most": 2.0}, 2.0, True),
+        ({"at_most": 2.0}, math.nextafter(2.0, 3.0), False),
+        ({"at_least": 2.0}, 2.0, True),
+        ({"at_least": 2.0}, math.nextafter(2.0, 1.0), False),
+        ({"equals": 3}, 3, True),
+        ({"equals": 3}, 4, False),
+        ({"at_most": 2.0}, math.nan, False),
+        ({"at_least": 2.0}, math.nan, False),
+        ({"at_most": 0.0}, 0.0, True),  # 0 is a limit like any other, not "none given"
+    ],
+)
+def test_a_limit_includes_its_bound(limit: dict[str, float], value: float, passed: bool) -> None:
+    check = criterion("pymunk", **limit).check(value)
+    assert check.passed is passed
+    assert (check.limit_kind, check.limit) == next(iter(limit.items()))
+    assert (check.unit, check.reason) == ("m", "because")
+
+
+def test_no_value_fails_and_our_engine_against_itself_gets_no_verdict() -> None:
+    check = criterion("pymunk").check(None, "the run stopped early")
+    assert (check.passed, check.note) == (False, "the run stopped early")
+    own = criterion("ghostball").check(0.0, reference=True)
+    assert own.passed is None
+    assert "itself" in own.note
+
+
+# --- files
 
 
 GOOD = """
@@ -150,8 +164,19 @@ equals = 3
 reason = "counted by hand"
 """
 
+RULE = """\
+[[steps]]
+engines = ["pymunk"]
+late = ["ball-ball"]
+energy_noise = 1e-9
+reason = "by hand"
+"""
+
+AGAIN = GOOD.replace('truth = "engine"', "")
+
 
 def test_a_file_is_read_back(tmp_path: Path) -> None:
+    assert criteria_beside(tmp_path / "shot.toml") == Criteria(), "there is none yet"
     path = tmp_path / "shot.expect.toml"
     path.write_text(GOOD)
     read = criteria_beside(tmp_path / "shot.toml")
@@ -163,88 +188,76 @@ def test_a_file_is_read_back(tmp_path: Path) -> None:
         "pybullet:contact_steps=exact",
     ]
     assert (only.limit_kind, only.limit, only.metric) == ("equals", 3, "collision_count")
-
-
-def test_a_scene_without_a_file_beside_it_has_no_criteria(tmp_path: Path) -> None:
-    assert criteria_beside(tmp_path / "shot.toml") == Criteria()
+    path.write_text(GOOD + AGAIN.replace("equals = 3", "at_least = 3"))
+    assert len(Criteria.load(path).criteria) == 2
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("text", "old", "new", "message"),
     [
-        ('"collision_count"', '"collision_cuont"', r"`criteria\[0\].metric` .*`collision_count`\?"),
-        ("equals = 3", "", r"`criteria\[0\]` must give exactly one .* got none of them"),
-        ("equals = 3", "equals = 3\nat_most = 4", r"exactly one .* got `at_most` and `equals`"),
-        ("equals = 3", "equals = nan", r"`criteria\[0\].equals` .*got nan"),
-        ("equals = 3", 'equals = "3"', r"`criteria\[0\].equals` .*got '3'"),
-        ("equals = 3", "equals = true", r"`criteria\[0\].equals` .*got True"),
-        ('"counted by hand"', '"  "', r"`criteria\[0\].reason` must not be blank"),
-        ('reason = "counted by hand"', "", r"`criteria\[0\].reason` is missing"),
-        ("reason =", "raeson =", r"`criteria\[0\].raeson` is not a known field"),
-        ('truth = "engine"', 'truth = "guess"', r"`truth` must be .*got 'guess'"),
+        (GOOD, '"collision_count"', '"collision_cuont"', r"\[0\].metric` .*`collision_count`\?"),
+        (GOOD, "equals = 3", "", r":3: `criteria\[0\]` must give exactly one .* got none of them"),
+        (GOOD, "equals = 3", "equals = 3\nat_most = 4", r"one .* got `at_most` and `equals`"),
+        (GOOD, "equals = 3", "equals = nan", r"`criteria\[0\].equals` .*got nan"),
+        (GOOD, "equals = 3", 'equals = "3"', r"`criteria\[0\].equals` .*got '3'"),
+        (GOOD, "equals = 3", "equals = true", r"`criteria\[0\].equals` .*got True"),
+        (GOOD, '"counted by hand"', '"  "', r"`criteria\[0\].reason` must not be blank"),
+        (GOOD, 'reason = "counted by hand"', "", r"`criteria\[0\].reason` is missing"),
+        (GOOD, "reason =", "raeson =", r"`criteria\[0\].raeson` is not a known field"),
+        (GOOD, 'truth = "engine"', 'truth = "guess"', r"`truth` must be .*got 'guess'"),
+        (GOOD, 'truth = "engine"', "thruth = 1", r"`thruth` is not.*truth, proved, criteria"),
+        (GOOD, '["pymunk", "pybullet:contact_steps=exact"]', "[]", r"\[0\].engines` .*at least 1"),
+        (GOOD, '"pymunk",', '"pymunk:fast",', r"engines\[0\]`: a setting must be `key=value`"),
+        (GOOD, '"pymunk",', "7,", r"`criteria\[0\].engines\[0\]` must be an engine's name"),
+        (GOOD, "equals = 3", "equals 3", r"not valid TOML: .*line 6"),
+        (GOOD, '"collision_count"', '"collisions"', r":3: .*\.metric` must be a known metric"),
         (
-            'truth = "engine"',
-            "thruth = 1",
-            r"`thruth` is not a known field.*truth, proved, criteria",
-        ),
-        (
-            '["pymunk", "pybullet:contact_steps=exact"]',
-            "[]",
-            r"`criteria\[0\].engines` .*at least 1",
-        ),
-        ('"pymunk",', '"pymunk:fast",', r"engines\[0\]`: a setting must be `key=value`"),
-        ('"pymunk",', "7,", r"`criteria\[0\].engines\[0\]` must be an engine's name"),
-        ("equals = 3", "equals 3", r"not valid TOML: .*line 6"),
-        ('"collision_count"', '"collisions"', r":3: `criteria\[0\].metric` must be a known metric"),
-        (
+            GOOD,
             'metric = "collision_count"\nequals = 3',
             'metric = "accuracy"\nat_most = "nanometers"',
             r":3: `criteria\[0\]` must be a class of `accuracy`, got 'nanometers'. From",
         ),
+        (GOOD, "equals = 3", 'equals = 3\nclaiming = "most"', r"\[0\].claiming` must be"),
+        (RULE, '"ball-ball"', '"bal-ball"', r"`steps\[0\].late\[0\]` must be .*got 'bal-ball'"),
+        (RULE, "1e-9", "-1e-9", r"`steps\[0\].energy_noise` must be greater than 0, got -1e-09"),
+        (RULE, "late", "lte", r"\[0\].lte` is not.* field. Known here: engines, reason, late"),
+        (RULE, 'reason = "by hand"', "", r"`steps\[0\].reason` is missing"),
+        (RULE, 'late = ["ball-ball"]', "", r"`steps\[0\].late` is missing"),
         (
-            "equals = 3",
-            'equals = 3\nclaiming = "most"',
-            r"`criteria\[0\].claiming` must be",
+            # With "*" whoever calls a setting so would be held to nothing.
+            '[[excused]]\nengines = ["pymunk", "*:config=naive"]\nreason = "so"\n',
+            "",
+            "",
+            r":1: `excused\[0\]` must name .*got '\*:config=naive'",
+        ),
+        (GOOD + AGAIN, "equals = 3", "equals = 4", r"\[1\]` repeats `equals` .* for `pymunk`"),
+        (
+            GOOD + AGAIN.replace("equals = 3", "at_least = 4"),
+            "",
+            "",
+            r":10: .* must be in order, .*got equals 3, at_least 4",
         ),
     ],
 )
 def test_a_wrong_file_is_refused_by_name_and_field(
-    tmp_path: Path, old: str, new: str, message: str
+    tmp_path: Path, text: str, old: str, new: str, message: str
 ) -> None:
-    assert old in GOOD
+    assert old in text
     path = tmp_path / "shot.expect.toml"
-    path.write_text(GOOD.replace(old, new))
+    path.write_text(text.replace(old, new))
     with pytest.raises(CriteriaError, match=message) as caught:
         Criteria.load(path)
     assert str(path) in str(caught.value)
 
 
-def test_an_excuse_names_whom_it_excuses(tmp_path: Path) -> None:
-    # With "*" whoever calls a setting so would be held to nothing.
+def test_an_engine_that_runs_nowhere_is_refused_with_the_line(tmp_path: Path) -> None:
     path = tmp_path / "shot.expect.toml"
-    path.write_text('[[excused]]\nengines = ["pymunk", "*:config=naive"]\nreason = "so"\n')
-    with pytest.raises(
-        CriteriaError, match=r":1: `excused\[0\]` must name .*got '\*:config=naive'"
-    ):
-        Criteria.load(path)
-
-
-def test_a_repeated_criterion_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "shot.expect.toml"
-    path.write_text(GOOD + GOOD.replace('truth = "engine"', "").replace("equals = 3", "equals = 4"))
-    with pytest.raises(CriteriaError, match=r"`criteria\[1\]` repeats `equals` .* for `pymunk`"):
-        Criteria.load(path)
-
-
-def test_limits_out_of_order_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "shot.expect.toml"
-    least = GOOD.replace('truth = "engine"', "").replace("equals = 3", "at_least = 4")
-    path.write_text(GOOD + least)
-    with pytest.raises(CriteriaError, match=r"in order, .*got equals 3, at_least 4") as found:
-        Criteria.load(path)
-    assert str(found.value).startswith(f"{path}:10: ")
-    path.write_text(GOOD + least.replace("at_least = 4", "at_least = 3"))
-    assert len(Criteria.load(path).criteria) == 2
+    path.write_text(GOOD.replace('"pymunk"', '"pimunk"'))
+    read = Criteria.load(path)
+    with pytest.raises(CriteriaError, match="must name installed engines") as caught:
+        read.check_engines(["ghostball", "pymunk", "pybullet"], "x.toml")
+    assert str(caught.value).startswith(f"{path}:3: `criteria[0].engines`")
+    assert "\n" not in str(caught.value)
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:

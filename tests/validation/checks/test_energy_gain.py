@@ -1,4 +1,4 @@
-"""Energy that a run makes: gains planted at impacts are seen, where friction would hide them."""
+"""Energy that a run makes, and its difference from the truth: what is planted is seen."""
 
 from __future__ import annotations
 
@@ -11,16 +11,19 @@ import pytest
 from shots import FLIES, R, ball, scene_of
 
 from ghostball.engine import simulate
-from ghostball.model import EventKind, ExactTrajectory, Result, SampledTrajectory
+from ghostball.model import Energy, EventKind, ExactTrajectory, Result, SampledTrajectory
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criteria import common_criteria
+from ghostball.validation.checks.energy_curve import compared_instants
 from ghostball.validation.checks.energy_gain import cloth_takes, largest_gain, largest_rise
 from ghostball.validation.checks.metrics import measure
+from ghostball.validation.runs.sampling import energy_at
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.plan import shipped_criteria
-from ghostball.validation.truth.scene_truth import Truth
+from ghostball.validation.truth.scene_truth import Truth, truth_of
 
 SCENES = ("head-on", "half-ball-cut", "draw-shot", "break-7")
 
@@ -153,6 +156,7 @@ def test_what_the_cloth_takes_from_undisturbed_balls_is_what_our_engine_loses() 
         table=None,
     )
     result = simulate(scene, record="trajectory")
+    assert largest_gain(result) <= 1e-15
     times = np.linspace(0.0, result.rest_time, 50)
     states = result.sample(times)
     before, after = (
@@ -201,11 +205,6 @@ def test_an_energy_that_is_not_finite_fails() -> None:
     assert measured.incomplete == set(names)
 
 
-def test_no_energy_is_gained_where_nothing_collides() -> None:
-    result = simulate(find_scene("stop"), record="trajectory")
-    assert largest_gain(result) <= 1e-15
-
-
 def test_the_cloth_takes_nothing_from_balls_in_the_air() -> None:
     # Breaks where a collision of two balls counts what the cloth would take from a third one.
     flier = ball((0.4, 0.9, 0.3), (1.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0))
@@ -244,3 +243,36 @@ def test_who_counts_steps_of_contacts_may_not_gain_energy_for_that() -> None:
     (t,) = instants_of_impacts(run)
     gains = replace(with_gain_at(run, float(t), 1e-7), engine="mine", work={"contact_steps": 1000})
     assert rise_of(gains) == pytest.approx(1e-7, rel=0.01)
+
+
+# --- energy against that of the truth
+
+
+@pytest.mark.parametrize("late", [0.05, -0.05])
+def test_nothing_is_compared_between_the_two_instants_of_an_event(late: float) -> None:
+    true = simulate(find_scene("half-ball-cut"), record="trajectory")
+    assert true.events is not None
+    events = true.events.copy()
+    events["t"][0] += late
+    between = sorted((float(true.events["t"][0]), float(events["t"][0])))
+    times = compared_instants(replace(true, events=events), true)
+    assert not np.any((times > between[0]) & (times < between[1]))
+    assert (times.min(), times.max()) == (0.0, true.rest_time)
+    assert compared_instants(true, true, until=0.3).max() <= 0.3
+
+
+def test_a_run_is_compared_with_the_truth_once_for_all_metrics(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene, calls = find_scene("half-ball-cut"), list[int]()
+    run, truth = simulate(scene, record="trajectory"), truth_of(scene)
+
+    def counted(result: Result, times: FloatArray) -> Energy:
+        calls.append(len(times))
+        return energy_at(result, times)
+
+    monkeypatch.setattr("ghostball.validation.checks.energy_curve.energy_at", counted)
+    found = measure(run, truth).values
+    assert found["energy_difference_max"] is not None
+    assert found["energy_difference_factor"] is not None
+    assert len(calls) == 1

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-import ghostball.validation.checks.metrics
+import ghostball.validation.checks.motion_metrics
+import ghostball.validation.checks.outcome_metrics
 from ghostball.engine import simulate
 from ghostball.model import (
     EVENT_DTYPE,
@@ -25,8 +26,7 @@ from ghostball.model import (
     Table,
 )
 from ghostball.validation.checks.energy_curve import conserves_energy
-from ghostball.validation.checks.metric_table import METRICS
-from ghostball.validation.checks.metrics import _computes, measure
+from ghostball.validation.checks.metrics import METRICS, MetricError, choose_metrics, measure
 from ghostball.validation.runs.sampling import energy_at
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.scene_truth import Truth, truth_of
@@ -96,12 +96,11 @@ def still(shot: Scene | None = None, **options: Any) -> Result:
     return result(shot, [ends, ends, ends], [1.0, 0.5, 0.0], **options)
 
 
-def test_every_metric_of_the_table_is_computed() -> None:
-    # A class is made of other metrics.
-    assert sorted([*_computes(math.inf, 0.0, None), "accuracy"]) == sorted(METRICS)
+def test_a_metric_without_a_value_says_why() -> None:
     measured = measure(still(), truth())
     for name, value in measured.values.items():
         assert (value is None) == bool(measured.notes.get(name)), name
+    assert measured.values["wall_time"] == 0.25, "the engine's own"
 
 
 # --- where and when the balls end
@@ -226,15 +225,10 @@ def test_first_divergence(events: Any, when: float | None, note: str) -> None:
     assert note in measured.notes.get("first_divergence_time", "")
 
 
-def test_divergence_from_an_order_without_times() -> None:
-    measured = measure(still(events=[(1.0, *A)]), truth(collisions=(A, B)))
+def test_an_order_without_times_has_no_instant_and_the_lower_ball_comes_first() -> None:
+    measured = measure(still(events=[(1.0, BB, 1, 0)]), truth(collisions=(A, B)))
     assert measured.values["matching_events"] == 1
     assert "does not say when" in measured.notes["first_divergence_time"]
-
-
-def test_the_lower_ball_comes_first_whatever_the_engine_says() -> None:
-    measured = measure(still(events=[(1.0, BB, 1, 0)]), truth(collisions=(A,)))
-    assert measured.values["matching_events"] == 1
 
 
 # --- energy
@@ -304,12 +298,6 @@ def test_drift_where_energy_holds_and_rise_everywhere() -> None:
     assert slow.values["energy_rise"] == pytest.approx(0.96, rel=1e-12)
 
 
-def test_a_scene_at_rest_has_no_energy_to_compare_with() -> None:
-    ends = [[0.0, 1.0]] * 3
-    measured = measure(result(scene(speed=0.0), ends, [0.0, 0.0, 0.0]), truth())
-    assert "nothing moves" in measured.notes["energy_rise"]
-
-
 @pytest.mark.parametrize(
     ("changes", "holds"),
     [
@@ -321,6 +309,7 @@ def test_a_scene_at_rest_has_no_energy_to_compare_with() -> None:
         ({"motion": "sliding"}, False),
         ({"motion": "sliding", "sliding_friction": 0.0}, True),
         ({"motion": "sliding", "sliding_friction": 0.0, "ball_friction": 0.05}, False),
+        ({"cushion_restitution": 0.9, "cushion": "restitution"}, True),  # without cushions
     ],
 )
 def test_where_energy_holds(changes: dict[str, Any], holds: bool) -> None:
@@ -328,21 +317,20 @@ def test_where_energy_holds(changes: dict[str, Any], holds: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("physics", "holds"),
+    ("cushion", "changes", "holds"),
     [
-        ({"cushion": "mirror"}, True),
-        ({"cushion": "restitution"}, True),
-        ({"cushion": "restitution", "cushion_restitution": 0.9}, False),
-        ({"cushion": "restitution", "cushion_tangential_restitution": 0.9}, False),
-        ({"cushion": "frictional"}, False),
+        ("mirror", {}, True),
+        ("restitution", {}, True),
+        ("restitution", {"cushion_restitution": 0.9}, False),
+        ("restitution", {"cushion_tangential_restitution": 0.9}, False),
+        ("frictional", {}, False),
     ],
 )
-def test_where_cushions_hold_energy(physics: dict[str, Any], holds: bool) -> None:
-    open_cloth = scene(friction=0.0, balls=1, **physics)
-    assert conserves_energy(open_cloth)
+def test_where_cushions_hold_energy(cushion: str, changes: dict[str, Any], holds: bool) -> None:
     ball = Ball(id="cue", position=(0.5, 0.5), velocity=(1.0, 0.0))
-    walled = open_cloth.model_copy(update={"table": Table(length=2.0, width=1.0), "balls": (ball,)})
-    assert conserves_energy(walled) is holds
+    walls = {"table": Table(length=2.0, width=1.0), "balls": (ball,)}
+    shot = scene(friction=0.0, balls=1, cushion=cushion, **changes).model_copy(update=walls)
+    assert conserves_energy(shot) is holds
 
 
 # --- overlaps
@@ -352,17 +340,10 @@ def test_overlap_is_the_deepest_of_any_frame() -> None:
     # Centres 0.05 m apart in the middle frame, radii of 0.03 m: an overlap of 0.01 m.
     run = result(scene(), [[0.0, 1.0], [0.5, 0.55], [0.0, 1.0]], [1.0, 0.0, 0.0])
     assert measure(run, truth()).values["overlap_max"] == pytest.approx(0.01, rel=1e-12)
-
-
-def test_balls_apart_do_not_overlap_and_one_ball_has_none_to_overlap() -> None:
     assert measure(still(), truth()).values["overlap_max"] == 0.0
     alone = measure(still(scene(balls=1)), truth())
     assert alone.values["overlap_max"] is None
     assert "one ball" in alone.notes["overlap_max"]
-
-
-def test_run_time_is_the_engines_own() -> None:
-    assert measure(still(), truth()).values["wall_time"] == 0.25
 
 
 # --- only some metrics
@@ -375,11 +356,43 @@ def test_what_nobody_asks_for_is_not_computed(monkeypatch: pytest.MonkeyPatch) -
     truth = Truth("closed form", PARTS, rest_positions=np.array([[2.0, 0.0, R]]))
     run = result(scene(balls=1), [[0.0], [1.0], [2.5]], [1.0, 1.0, 0.0])
     whole = measure(run, truth)
-    for name in ("differences_of", "energy_series", "largest_overlap", "compare_collisions"):
-        monkeypatch.setattr(ghostball.validation.checks.metrics, name, refuse)
+    for name in ("_compared", "energy_series", "largest_overlap"):
+        monkeypatch.setattr(ghostball.validation.checks.motion_metrics, name, refuse)
+    monkeypatch.setattr(ghostball.validation.checks.outcome_metrics, "compare_collisions", refuse)
     some = measure(run, truth, ("wall_time", "rest_error_max"))
     assert list(some.values) == ["rest_error_max", "wall_time"]
     assert some.values == {name: whole.values[name] for name in some.values}
     assert some.ball_errors is not None
-    monkeypatch.setattr(ghostball.validation.checks.metrics, "ball_errors", refuse)
     assert measure(run, truth, ("wall_time",)).ball_errors is None
+
+
+@pytest.mark.parametrize(
+    ("patterns", "names"),
+    [
+        (["wall_time", "rest_error_max"], ("rest_error_max", "wall_time")),
+        (
+            ["rest_error_*", "rest_error_m?x"],
+            ("rest_error_max", "rest_error_rms", "rest_error_ulps"),
+        ),
+        (["*"], tuple(METRICS)),
+    ],
+)
+def test_metrics_are_chosen_by_name_and_pattern(
+    patterns: list[str], names: tuple[str, ...]
+) -> None:
+    assert choose_metrics(patterns) == names
+
+
+@pytest.mark.parametrize(
+    ("patterns", "message"),
+    [
+        (["rest_eror_max"], "Did you mean `rest_error_max`"),
+        (["wall_time", "speed_*"], "got 'speed_\\*'.*Known: rest_error_max, rest_error_rms"),
+        (["wall_time", ""], "got ''"),
+        (["WALL_TIME"], "got 'WALL_TIME'"),
+        ([], "at least one metric"),
+    ],
+)
+def test_a_choice_that_names_no_metric_is_refused(patterns: list[str], message: str) -> None:
+    with pytest.raises(MetricError, match=message):
+        choose_metrics(patterns)

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.verdict import (
     RestError,
     Verdict,
     few_ends_judged,
     is_nothing_judged,
     is_outcome_judged,
-    is_own_measure,
     not_judged,
     rest_error_standing,
     rest_verdict_of,
@@ -51,45 +50,30 @@ def case(*checks: Check, truth: str = CLOSED_FORM, engine: str = "pymunk") -> Ca
 
 
 @pytest.mark.parametrize(
-    "judging",
+    ("metric", "kind", "verdict"),
     [
-        check("rest_error_max"),
-        check("rest_error_ulps"),
-        check("rest_time_error"),
-        check("collision_count", kind="equals"),
-        check("ball_cushion_count_error"),
-        check("matching_events", kind="equals"),
+        *((name, "at_most", Verdict.PASS) for name in ("rest_error_max", "rest_error_ulps")),
+        *((name, "at_most", Verdict.PASS) for name in ("rest_time_error", "accuracy")),
+        ("ball_cushion_count_error", "at_most", Verdict.PASS),
+        *((name, "equals", Verdict.PASS) for name in ("collision_count", "matching_events")),
+        *((name, "at_most", Verdict.LIMITS_HOLD) for name in ("energy_drift", "energy_rise")),
+        *((name, "at_most", Verdict.LIMITS_HOLD) for name in ("overlap_max", "wall_time")),
+        ("energy_difference_max", "at_most", Verdict.LIMITS_HOLD),
+        ("first_divergence_time", "at_least", Verdict.LIMITS_HOLD),
+        *((n, "at_least", Verdict.LIMITS_HOLD) for n in ("collision_count", "matching_events")),
     ],
-    ids=lambda check: check.metric,
 )
-def test_a_pass_needs_a_judged_outcome(judging: Check) -> None:
-    assert verdict_of(case(check("energy_drift"), judging)) is Verdict.PASS
-
-
-@pytest.mark.parametrize(
-    "weak",
-    [
-        check("energy_drift"),
-        check("energy_rise"),
-        check("energy_difference_max"),
-        check("overlap_max"),
-        check("wall_time"),
-        check("first_divergence_time", kind="at_least"),
-        check("matching_events", kind="at_least"),
-        check("collision_count", kind="at_least"),
-    ],
-    ids=lambda check: check.metric,
-)
-def test_weak_limits_alone_are_no_pass(weak: Check) -> None:
-    assert verdict_of(case(weak)) is Verdict.LIMITS_HOLD
-    assert verdict_of(case(weak, check("overlap_max", passed=False))) is Verdict.FAIL
+def test_a_pass_needs_a_limit_on_the_outcome(metric: str, kind: str, verdict: Verdict) -> None:
+    found = check(metric, kind=kind)
+    assert verdict_of(case(found)) is verdict
+    assert verdict_of(case(found, check("overlap_max", passed=False))) is Verdict.FAIL
     # A check that compares our engine with itself judges nothing.
-    assert verdict_of(case(weak, check("rest_error_max", passed=None))) is Verdict.LIMITS_HOLD
+    assert verdict_of(case(found, check("rest_error_max", passed=None))) is verdict
 
 
 def test_our_engine_is_the_reference_where_it_is_the_truth_and_can_still_fail() -> None:
     ours = case(check("energy_rise"), truth=OUR_ENGINE, engine="ghostball")
-    assert is_own_measure(ours)
+    assert ours.is_own_measure
     assert verdict_of(ours) is Verdict.REFERENCE
     assert verdict_of(replace(ours, checks=())) is Verdict.REFERENCE
     assert verdict_of(replace(ours, checks=(check("energy_rise", False),))) is Verdict.FAIL
@@ -97,25 +81,25 @@ def test_our_engine_is_the_reference_where_it_is_the_truth_and_can_still_fail() 
     assert rest_error_standing(ours) is RestError.OWN
 
 
-def test_what_did_not_run_or_has_no_limit() -> None:
+@pytest.mark.parametrize(
+    ("changes", "verdict"),
+    [
+        ({}, Verdict.SHOWN),
+        ({"outcome": "failed"}, Verdict.CRASHED),
+        ({"outcome": "unavailable"}, Verdict.UNAVAILABLE),
+        ({"outcome": "not-representable"}, Verdict.NOT_REPRESENTABLE),
+    ],
+)
+def test_what_did_not_run_or_has_no_limit(changes: dict[str, str], verdict: Verdict) -> None:
+    assert verdict_of(replace(case(), **changes)) is verdict  # type: ignore[arg-type]
     assert verdict_of(None) is Verdict.MISSING
-    assert verdict_of(case()) is Verdict.SHOWN
-    for outcome, verdict in (
-        ("failed", Verdict.CRASHED),
-        ("unavailable", Verdict.UNAVAILABLE),
-        ("not-representable", Verdict.NOT_REPRESENTABLE),
-    ):
-        assert verdict_of(replace(case(), outcome=outcome)) is verdict
 
 
 def test_a_run_that_stops_early_did_not_finish_whatever_it_keeps() -> None:
     early = replace(case(), status="step-limit", reason="too many")
-    assert verdict_of(early) is Verdict.CRASHED
     assert unfinished_text(early) == "it stopped early: step-limit: too many"
-    kept = replace(early, checks=(check("rest_error_max"),))
-    assert verdict_of(kept) is Verdict.CRASHED
-    broken = replace(early, checks=(check("rest_error_max", False),))
-    assert verdict_of(broken) is Verdict.CRASHED
+    for checks in ((), (check("rest_error_max"),), (check("rest_error_max", False),)):
+        assert verdict_of(replace(early, checks=checks)) is Verdict.CRASHED
     for ended in ("rest", "t-max"):
         assert unfinished_text(replace(early, status=ended)) == ""
 
@@ -155,16 +139,19 @@ def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
 
 def test_how_many_ends_were_judged_is_said_unless_all_were() -> None:
     judged, free = case(check("rest_error_max")), case(check("energy_rise"))
-    assert few_ends_judged([judged, judged]) == ""
     said = "the end of the shot was judged in 1 of 3 scenes"
-    assert few_ends_judged([judged, free, free]) == said
     # A shot that fails was judged; one that the engine can't play wasn't run.
     failed = case(check("rest_error_max", False))
     unable = replace(free, outcome="not-representable")
-    assert few_ends_judged([failed, free, free, unable]) == said
-    assert few_ends_judged([judged, replace(free, excused="a default")]) == ""
-    assert few_ends_judged([judged, replace(free, left_out=("rest_error_max",))]) == ""
-    assert few_ends_judged([judged, replace(free, varied_from="stop")]) == ""
+    for cases, text in (
+        ([judged, judged], ""),
+        ([judged, free, free], said),
+        ([failed, free, free, unable], said),
+        ([judged, replace(free, excused="a default")], ""),
+        ([judged, replace(free, left_out=("rest_error_max",))], ""),
+        ([judged, replace(free, varied_from="stop")], ""),
+    ):
+        assert few_ends_judged(cases) == text
 
 
 def test_a_limit_wider_than_a_ball_is_none() -> None:
@@ -189,36 +176,33 @@ def test_a_limit_wider_than_a_ball_is_none() -> None:
         assert not is_outcome_judged(case(end)), name
 
 
-def test_a_rest_error_is_judged_by_limits_on_it_alone() -> None:
+def test_a_rest_error_is_worth_what_judges_it() -> None:
     counted = case(check("collision_count", kind="equals"))
     assert rest_verdict_of(counted) is Verdict.SHOWN
-    assert rest_error_standing(counted) is RestError.UNJUDGED
     for passed, verdict in ((True, Verdict.PASS), (False, Verdict.FAIL)):
-        judged = case(check("rest_error_max", passed))
-        assert rest_verdict_of(judged) is verdict
-        assert rest_error_standing(judged) is RestError.JUDGED
-    assert rest_error_standing(None) is RestError.NONE
-    assert rest_error_standing(replace(case(), metrics={"rest_error_max": None})) is RestError.NONE
-
-
-def test_past_the_horizon_an_unjudged_distance_is_no_error() -> None:
+        assert rest_verdict_of(case(check("rest_error_max", passed))) is verdict
+    # Past the horizon an unjudged distance is no error.
     chaotic = replace(case(check("energy_rise"), truth=OUR_ENGINE), horizon=0.5, metrics={})
-    assert rest_error_standing(chaotic) is RestError.CHAOTIC
-    assert rest_error_standing(replace(chaotic, horizon=None)) is RestError.NONE
-    assert rest_error_standing(replace(chaotic, engine="ghostball")) is RestError.NONE
     before = replace(case(check("energy_rise"), truth=OUR_ENGINE), horizon=None)
-    assert rest_error_standing(before) is RestError.UNJUDGED
-    judged = replace(chaotic, checks=(check("rest_error_max"),), metrics=before.metrics)
-    assert rest_error_standing(judged) is RestError.JUDGED
+    unable = replace(case(engine="ghostball"), outcome="not-representable", truth=None)
+    for found, standing in (
+        (counted, RestError.UNJUDGED),
+        (case(check("rest_error_max")), RestError.JUDGED),
+        (case(check("rest_error_max", False)), RestError.JUDGED),
+        (None, RestError.NONE),
+        (replace(case(), metrics={"rest_error_max": None}), RestError.NONE),
+        (chaotic, RestError.CHAOTIC),
+        (replace(chaotic, horizon=None), RestError.NONE),
+        (replace(chaotic, engine="ghostball"), RestError.NONE),
+        (before, RestError.UNJUDGED),
+        (replace(before, horizon=0.5, checks=(check("rest_error_max"),)), RestError.JUDGED),
+        (replace(unable, metrics={}), RestError.NONE),  # our engine is no reference there
+    ):
+        assert rest_error_standing(found) is standing
+    assert not unable.is_own_measure
 
 
 def test_every_verdict_reads_without_colour() -> None:
     signs = {verdict.symbol for verdict in Verdict}
     assert len(signs) == len(Verdict) - 1  # what can't run here shares one sign
     assert len({verdict.words for verdict in Verdict}) == len(Verdict)
-
-
-def test_our_engine_is_no_reference_in_a_scene_that_it_cannot_represent() -> None:
-    refused = replace(case(engine="ghostball"), outcome="not-representable", truth=None)
-    assert not is_own_measure(refused)
-    assert rest_error_standing(replace(refused, metrics={})) is RestError.NONE

@@ -16,7 +16,7 @@ from ghostball.reference_adapters.certified import certify
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.law import asked_of
-from ghostball.validation.checks.metric_table import METRICS
+from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.horizon import Meetings, RunGrowth, horizon, meetings_of
@@ -142,7 +142,7 @@ def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():
     assert near.horizon is None
     assert near.metrics["rest_error_max"] < 1e-4
     assert far.horizon == pytest.approx(1.4837, abs=1e-3)
-    ends = [name for name, metric in METRICS.items() if metric.to_the_end]
+    ends = [name for name, metric in METRICS.items() if metric.judges == "end"]
     assert {far.metrics[name] for name in ends} == {None}
     assert all("unpredictable" in far.notes[name] for name in ends)
     assert far.ball_errors is None

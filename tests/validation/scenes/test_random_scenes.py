@@ -7,13 +7,12 @@ import sys
 from collections import Counter
 
 import pytest
-from random_layouts import has, options_in, touching_rails
+from random_layouts import OF_FEATURES, has, options_in, touching_rails
 
 from ghostball.model import Physics
 from ghostball.model.features import Feature, scene_features
 from ghostball.validation.scenes.random_scenes import (
     ASPECTS,
-    OF_FEATURES,
     PAIRS,
     options_of,
     random_scene,

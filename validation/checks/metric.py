@@ -1,0 +1,148 @@
+"""A metric: its name, unit and meaning, and how it is computed of a run and its reference."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, TypeVar
+
+import numpy as np
+
+from ghostball.model import ExactTrajectory, Result
+from ghostball.model.arrays import FloatArray
+from ghostball.reference_adapters.base import ReferenceEngine, Resolution
+from ghostball.reference_adapters.certified import Certificate
+from ghostball.validation.grading.certified_growth import Rounding
+from ghostball.validation.grading.grading import Grade, grade
+from ghostball.validation.truth.scene_truth import Truth, TruthPart
+
+T = TypeVar("T")
+
+
+class NotMeasuredError(Exception):
+    """Why a metric has no value in a case; the sentence is kept beside it."""
+
+
+class RunIncompleteError(NotMeasuredError):
+    """The run itself is the reason for the missing value: a criterion on this metric fails."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunAndTruth:
+    """A run and what it is measured by; parts that several metrics need are computed once.
+
+    `result`: recorded with `record="trajectory"`.
+    `horizon` [s]: until when the engine can be expected to play this shot: `Truth.horizon_of`.
+    `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
+    `engine`: plays the other shots that relations need; None: these have no value.
+
+    Each part raises `NotMeasuredError` if there is no such part.
+    """
+
+    result: Result
+    truth: Truth
+    horizon: float = math.inf
+    resolution: Resolution = 0.0
+    engine: ReferenceEngine | None = None
+
+    def known(self, part: TruthPart, value: T | None) -> T:
+        """Return a part of the reference."""
+        if value is None:
+            raise NotMeasuredError(self.truth.why_not(part))
+        return value
+
+    def require_end(self) -> None:
+        """Raise `RunIncompleteError` if the run did not reach its end."""
+        result = self.result
+        if not result.status.complete:
+            why = f": {result.reason}" if result.reason else ""
+            raise RunIncompleteError(f"the run stopped early ({result.status.value}){why}")
+
+    @cached_property
+    def ball_errors(self) -> FloatArray:
+        """Each ball's distance from where it should end, (n,) float64 [m]."""
+        self.require_end()
+        right = self.known("rest", self.truth.rest_positions)
+        # The first difference of near-equal doubles is exact; the low part completes the truth.
+        difference = (self.result.rest_positions - right) - self.truth.rest_positions_low
+        distances: FloatArray = np.linalg.norm(difference, axis=1)
+        return distances
+
+    @property
+    def certificate(self) -> Certificate:
+        """The proof of the shot, or of its beginning."""
+        return self.known("proof", self.truth.certificate)
+
+    @property
+    def rounding(self) -> Rounding:
+        """What rounding does to the times of the proved events and to the energy."""
+        return self.known("proof", self.truth.rounding)
+
+    @cached_property
+    def grade(self) -> Grade:
+        """The run held against the proof of the shot."""
+        certificate = self.certificate
+        self.require_end()
+        # An engine that errs by rounding alone is graded as exact even if it records only frames.
+        exact = isinstance(self.result.trajectory, ExactTrajectory) or self.resolution in (
+            0.0,
+            "proved",
+        )
+        within = self.truth.graded if exact else self.truth.graded_steps
+        found = grade(self.result, certificate, within)
+        if found.until == 0.0:
+            raise NotMeasuredError(f"no part of this shot is certified: {found.why}")
+        return found
+
+
+Compute = Callable[[RunAndTruth], int | float]
+"""Computes a metric; raises `NotMeasuredError` where it has no value."""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A row of the metric table.
+
+    `name`, `unit`: SI; "1" is a pure number, "class" a class of accuracy.
+    `meaning`: one line.
+    `compute`: None: the value is added later, by `Measured.add_class`.
+    `compares`: the part of the reference that it is compared with; None: it needs no reference.
+    `judges`: what an upper limit, or an exact value, judges: "end": how the shot ends, which has no
+        meaning after the engine's horizon; "shot": the collisions of the whole shot, or how right
+        it is at the horizon; "": neither. Energy, overlaps and the first collisions can be right in
+        a shot with a wrong end.
+    `on_demand`: True if it is measured only when a limit or the user names it, because it concerns
+        a special kind of shot or needs a second shot.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    compute: Compute | None
+    compares: TruthPart | None = None
+    judges: Literal["end", "shot", ""] = ""
+    on_demand: bool = False
+
+
+class MetricGroup(dict[str, Metric]):
+    """Metrics by name, in the order of reports."""
+
+    def metric(
+        self,
+        name: str,
+        unit: str,
+        meaning: str,
+        compares: TruthPart | None = None,
+        judges: Literal["end", "shot", ""] = "",
+        *,
+        on_demand: bool = False,
+    ) -> Callable[[Compute], Compute]:
+        """Return a decorator that adds a metric, computed by the function; see `Metric`."""
+
+        def add(compute: Compute) -> Compute:
+            self[name] = Metric(name, unit, meaning, compute, compares, judges, on_demand)
+            return compute
+
+        return add
