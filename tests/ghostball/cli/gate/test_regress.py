@@ -46,7 +46,7 @@ def test_what_moved_is_reported_and_fails(accepted, planted):
     assert re.search(
         r"cut +worse +\S+ fm -> 1\.\d+ nm +exact: .* -> nanometres: 1\.\d+e-09 m off", result.stdout
     )
-    assert result.stdout.splitlines()[-1].startswith("failed: 1 unchanged, 1 worse")
+    assert result.stdout.splitlines()[-1].startswith("failed: 1 worse, 1 unchanged")
     assert "`ghostball report out` shows it" in result.stderr
     compared = load_regression(accepted / "out").scenes
     assert [one.scene for one in compared if one.can_be_accepted] == ["cut"]

@@ -1,0 +1,484 @@
+"""README and docs/ tell the truth: programs run, figures are those measured, sources are listed."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import shlex
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from typer.main import get_command
+from typer.testing import CliRunner
+
+from benchmarks.accuracy import AccuracyMeasurement
+from benchmarks.breaks import BreaksMeasurement
+from benchmarks.measurements import committed
+from benchmarks.pictures.rebounds import best_of_each
+from benchmarks.racks import RacksMeasurement
+from benchmarks.rebounds import ReboundsMeasurement
+from benchmarks.skips import SkipsMeasurement
+from benchmarks.speed import TargetsMeasurement
+from ghostball.cli import app
+from ghostball.engine import simulate
+from ghostball.engine.core.tolerances import CAPTURE_HEIGHT
+from ghostball.model import Ball, Physics
+from ghostball.model.rounding import CONTACT_TOLERANCE
+from ghostball.reference_adapters import EngineUnavailableError, engine_names, make_engine
+from ghostball.validation.precision.points import PrecisionMeasurement
+from ghostball.validation.scenes.library import find_scene, select
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+MEASUREMENTS = ROOT / "benchmarks/results/amd-epyc-2-cores"
+
+
+def on_one_line(page: str) -> str:
+    return " ".join((ROOT / page).read_text(encoding="utf-8").split())
+
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PHYSICS = (DOCS / "physics.md").read_text(encoding="utf-8")
+MEASURED = on_one_line("docs/measured.md")
+
+# --- programs and commands that pages show
+
+PROGRAM = re.search(r"```python\n(.*?)```", README, re.DOTALL)[1]
+
+
+def test_the_program_runs(capsys):
+    assert len(PROGRAM.splitlines()) <= 10
+    names = {}
+    exec(compile(PROGRAM, "README.md", "exec"), names)
+    assert "ball-ball" in capsys.readouterr().out
+    difference = abs(names["other"].rest_positions - names["exact"].rest_positions).max()
+    assert 0.5e-3 < difference < 2e-3  # "a millimetre"
+
+
+@pytest.mark.slow
+def test_the_program_passes_a_strict_type_check(tmp_path):
+    (tmp_path / "readme.py").write_text(PROGRAM)
+    command = [sys.executable, "-m", "mypy", "--strict", "--config-file=", "readme.py"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def documented_settings() -> list[str]:
+    """Return the specs of shipped engines with settings that README and docs/ print."""
+    spec = re.compile(r"(?<![\w/.-])([a-z][\w-]*:[a-z_]+=[\w.,=/-]*[\w])")
+    pages = (ROOT / "README.md", *DOCS.rglob("*.md"))
+    found = {one for page in pages for one in spec.findall(page.read_text(encoding="utf-8"))}
+    return sorted(one for one in found if one.partition(":")[0] in engine_names())
+
+
+@pytest.mark.parametrize("spec", documented_settings())
+def test_an_engine_takes_the_settings_that_the_docs_print(spec):
+    with suppress(EngineUnavailableError):  # raised once the settings have been accepted
+        make_engine(spec)
+
+
+def test_it_is_short_and_begins_with_what_its_first_command_prints(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert len(README.splitlines()) <= 60
+    assert "    make smoke " in README.split("## Start")[1].split("    make validate")[0]
+    heads, cells = (
+        line.split()
+        for line in re.search(
+            r"prints:\n\n {4}(scene .*)\n {4}(half-ball-cut .*)\n", README
+        ).groups()
+    )
+    arguments = [part for engine in heads[1:] for part in ("-e", engine)]
+    done = CliRunner().invoke(app, ["validate", "half-ball-cut", *arguments, "--no-report"])
+    printed = [line.split() for line in done.stdout.splitlines()]
+    assert heads in printed
+    assert cells in printed
+    (first,) = re.search(r"lets a ball rest ([\d.]+) mm", on_one_line("README.md")).groups()
+    assert cells[cells.index("mm") - 1] == first
+
+
+def test_every_name_in_it_can_be_typed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    commands = re.findall(r"^ {4}ghostball (.*?)(?: {2,}#.*)?$", README, re.MULTILINE)
+    assert len(commands) == 5
+    named = {name for one in commands for name in re.findall(r"-e (\S+)", one)}
+    assert CliRunner().invoke(app, ["init"]).exit_code == 0
+    for name in named:
+        assert CliRunner().invoke(app, ["run", "stop", "-e", name]).exit_code == 0, name
+    for one in commands:
+        command = get_command(app).commands[one.split()[0]]
+        command.make_context(one.split()[0], shlex.split(one)[1:])
+
+
+@pytest.mark.checkout
+def test_its_links_lead_somewhere():
+    for target in re.findall(r"\]\(([^)#]+)\)", README):
+        assert target.startswith("https://") or (ROOT / target).exists(), target
+
+
+# --- numbers that pages quote: a new measurement that is not carried over fails here
+
+
+def of_two_digits(seconds: float) -> str:
+    """Return a time as pages quote it [ms]."""
+    return f"{float(f'{1e3 * seconds:.2g}'):g}"
+
+
+def of_targets(workload: str, *whats: str) -> tuple[str, ...]:
+    rows = TargetsMeasurement.load(MEASUREMENTS / "targets.json")
+    return tuple(of_two_digits(rows.row(workload, what).median) for what in whats)
+
+
+def of_starts() -> tuple[str, ...]:
+    targets = TargetsMeasurement.load(MEASUREMENTS / "targets.json")
+    warm, cold = (targets.row(start, "first_shot").median for start in ("start", "cold-start"))
+    return f"{warm:.1f}", f"{cold:.0f}"
+
+
+def of_racks() -> tuple[str, ...]:
+    racks = RacksMeasurement.load(MEASUREMENTS / "racks.json")
+    (ours,) = (one.figures for one in racks.engines if one.engine == "ghostball")
+    return tuple(of_two_digits(seconds) for seconds in (ours.mean, ours.p99, ours.slowest))
+
+
+def of_breaks() -> tuple[str, ...]:
+    breaks = BreaksMeasurement.load(MEASUREMENTS / "breaks.json")
+    assert (breaks.breaks, breaks.threads, breaks.not_at_rest) == (1_000_000, 2, 0)
+    mean = breaks.events / breaks.breaks
+    return f"{breaks.seconds:.0f}", f"{mean:.0f}", str(breaks.most_events)
+
+
+def accuracy() -> AccuracyMeasurement:
+    return AccuracyMeasurement.load(MEASUREMENTS / "accuracy.json")
+
+
+def of_accuracy() -> tuple[str, ...]:
+    stored = accuracy()
+    assert (stored.invented, stored.faulty) == (0, ())
+    return str(stored.events), str(stored.shots), str(stored.missing)
+
+
+def of_first_result() -> tuple[str, ...]:
+    """Return what the cut of 30 degrees was off: medians over where in a step the hit falls."""
+    points = PrecisionMeasurement.load(MEASUREMENTS / "precision.json").points
+    error = {p.label: p.error for p in points if p.scene == "half-ball-cut"}
+    stepped = (f"{1e3 * error[f'{name}:dt=0.001']:.1f}" for name in ("pymunk", "pybullet"))
+    return *stepped, f"{error['ghostball']:.1e}"
+
+
+def of_rebounds() -> tuple[str, ...]:
+    found = best_of_each(committed(ReboundsMeasurement))
+    best = {one.engine: f"{one.typical:.1f}" for one in found}
+    return best["ghostball"], best["pymunk"], best["pybullet"]
+
+
+def of_closed_forms() -> tuple[str, ...]:
+    scenes = select()
+    return str(sum("closed-form" in one.tags for one in scenes)), str(len(scenes))
+
+
+QUOTED = {
+    **{
+        f"times of {scene}": (
+            "docs/measured.md",
+            rf"([\d.]+) ms \| ([\d.]+) ms[^`]*\| `{scene}` \|",
+            lambda scene=scene: of_targets(f"scene:{scene}", "call", "kernel"),
+        )
+        for scene in ("break-16", "break-16@8", "pool-break-9", "galperin-3")
+    },
+    "the first shot": (
+        "docs/measured.md",
+        r"first shot takes ([\d.]+) s, .* compiled first, (\d+) s",
+        of_starts,
+    ),
+    "racks": (
+        "docs/measured.md",
+        r"on average ([\d.]+) ms, 99 of 100 at most ([\d.]+) ms, and the slowest ([\d.]+) ms",
+        of_racks,
+    ),
+    "a million breaks": (
+        "docs/measured.md",
+        r"two threads in (\d+) s: on average (\d+) events until all balls rest, at most (\d+)\.",
+        of_breaks,
+    ),
+    "exactness": (
+        "docs/measured.md",
+        r"Of (\d+) events proved in (\d+) random shots it misses (\d+)\.",
+        of_accuracy,
+    ),
+    "exactness in the paper": (
+        "paper/paper.md",
+        r"Of ([\d ]+) events proved in ([\d ]+) random shots",
+        lambda: tuple(f"{int(one):,}".replace(",", " ") for one in of_accuracy()[:2]),
+    ),
+    "the most that the engine errs": (
+        "docs/measured.md",
+        r"the engine errs by at most (\d+) times",
+        lambda: (f"{accuracy().quality_factor.greatest:.0f}",),
+    ),
+    "the first result": (
+        "docs/measured.md",
+        r"step of 1 ms, pymunk lets a ball rest ([\d.]+) mm .* pybullet ([\d.]+) mm, .* off by "
+        r"([\d.e-]+) m\.",
+        of_first_result,
+    ),
+    "rebounds": (
+        "README.md",
+        r"misses rebounds .* by ([\d.]+) times .*, pymunk by ([\d.]+) and pybullet by ([\d.]+) "
+        "times",
+        of_rebounds,
+    ),
+    "closed forms": (
+        "docs/truth.md",
+        r"shipped scenes have one \((\d+) of (\d+)\)",
+        of_closed_forms,
+    ),
+}
+"""By what a number is of: the page, the sentence, and what was measured."""
+
+
+@pytest.mark.parametrize("what", QUOTED)
+def test_a_number_is_that_measured(what):
+    page, sentence, measured = QUOTED[what]
+    assert re.search(sentence, on_one_line(page)).groups() == measured()
+
+
+def test_parts_that_kernels_leave_out_save_what_is_said():
+    """Of a break of 16; whether cells and air are there, the scene decides."""
+    said = "makes `break-16` faster by more than a twentieth, contacts by a quarter"
+    assert said in on_one_line("docs/inside.md")
+    rows = SkipsMeasurement.load(MEASUREMENTS / "skips.json").rows
+    mine = [row for row in rows if row.scene == "break-16"]
+    saved = {row.skip: 1.0 - row.seconds_on / row.seconds_off for row in mine}
+    assert saved["integrated-laws"] > 0.05
+    assert saved["contacts"] > 0.25
+
+
+REVISIONS = {
+    "targets": r"measured at revision ([0-9a-f]{7,40})",
+    "racks": r"played each, at revision ([0-9a-f]{7,40})",
+    "precision": r"whole call, at revision ([0-9a-f]{7,40})",
+    "accuracy": r"proved at revision ([0-9a-f]{7,40})",
+    "breaks": r"This was measured at revision (\w+)",
+}
+
+
+@pytest.mark.parametrize("kind", REVISIONS)
+def test_what_is_quoted_is_of_the_revision_that_is_named(kind):
+    """Numbers of another state of the code than the one they are said to be of fail here."""
+    revision = re.search(REVISIONS[kind], MEASURED)[1]
+    text = (MEASUREMENTS / f"{kind}.json").read_text(encoding="utf-8")
+    git = json.loads(text)["environment"]["git"]
+    assert git["revision"].startswith(revision)
+    assert not git["dirty"]
+
+
+SECTIONS_AT = re.search(r"pictures drawn at revision (\w{7})", on_one_line("docs/paper.md"))[1]
+DRAWN_AT = re.search(r"[Dd]rawn at revision (\w{7})", MEASURED)[1]
+
+
+@pytest.mark.checkout
+@pytest.mark.parametrize("name", [path.name for path in sorted((DOCS / "pictures").glob("*"))])
+def test_every_picture_is_of_the_revision_that_is_named(name):
+    revision = Image.open(DOCS / "pictures" / name).text["Description"]
+    own = {
+        "precision.png": PrecisionMeasurement,
+        "racks.png": RacksMeasurement,
+        "rebounds.png": ReboundsMeasurement,
+        "steps.png": PrecisionMeasurement,
+    }
+    named = SECTIONS_AT if name.startswith("paper-section") else DRAWN_AT
+    if name in own:
+        named = committed(own[name]).environment["git"]["revision"]
+    assert revision.startswith(named)
+    assert "changes" not in revision
+
+
+# --- the table of models: a default, preset or law that isn't carried over to it fails here
+
+PAPER, POOL = Physics(), Physics(preset="pool")
+
+
+def row_of(part: str) -> list[str]:
+    """Return the cells of a row of the table: default and why, other choices, source."""
+    (row,) = (line for line in PHYSICS.splitlines() if line.startswith(f"| {part} |"))
+    return [cell.strip() for cell in row.strip("|").split("|")][1:]
+
+
+@pytest.mark.parametrize(
+    ("part", "field"),
+    [
+        ("motion", "motion"),
+        ("ball-ball law", "ball_impact"),
+        ("cushion law", "cushion"),
+        ("impacts at one instant", "impacts"),
+    ],
+)
+def test_each_choice_stands_in_its_column(part, field):
+    default, others, _ = row_of(part)
+    chosen, of_pool = getattr(PAPER, field), getattr(POOL, field)
+    choices = set(Physics.model_json_schema()["properties"][field]["enum"])
+    assert default.startswith(f"`{chosen}`")
+    assert set(re.findall(r"`(\w+)`", others)) == choices - {chosen}
+    assert re.findall(r"`(\w+)` \(pool\)", others) == [of_pool] * (of_pool != chosen)
+
+
+def test_its_numbers_are_the_defaults():
+    assert f"mu = {PAPER.rolling_friction:g}:" in row_of("motion")[0]
+    rate = re.search(r"by (\d+) rad/s²", row_of("spin about the vertical")[1])[1]
+    assert float(rate) == PAPER.spinning_friction_rate == POOL.spinning_friction_rate
+    default, others, _ = row_of("ball-ball restitution, friction")
+    assert default.startswith("1 and 0:")
+    assert (PAPER.ball_restitution, PAPER.ball_friction) == (1.0, 0.0)
+    assert f"(pool: {POOL.ball_restitution:g})" in others
+    assert f"`{POOL.ball_friction}` (pool)" in others
+
+
+@pytest.mark.parametrize(
+    ("pattern", "tolerance"),
+    [
+        (r"within 2\^-(\d+) diameters \(([\d.e-]+) m", CONTACT_TOLERANCE),
+        (r"below 2\^-(\d+) diameters \(([\d.e-]+) m", CAPTURE_HEIGHT),
+    ],
+)
+def test_the_approximations_are_as_large_as_said(pattern, tolerance):
+    said = re.search(pattern, on_one_line("docs/physics.md"))
+    assert 2.0 ** -int(said[1]) == tolerance
+    diameter = 2 * Ball(id="a", position=(0.0, 0.0)).radius
+    assert float(said[2]) == float(f"{tolerance * diameter:.0e}")
+
+
+def test_what_it_names_in_work_is_counted():
+    named = set(re.findall(r'`work\["(\w+)"\]`', PHYSICS))
+    counted = {"contact_steps", "contact_pieces", "joint_impacts", "unsolved_contact_steps"}
+    assert named == counted <= set(simulate(find_scene("push")).work)
+
+
+# --- pages of engines and of findings, and the references
+
+PROJECT = (ROOT / "pyproject.toml").read_text("utf-8")
+SITE = (ROOT / "mkdocs.yml").read_text("utf-8")
+FINDINGS = DOCS / "findings"
+PROGRAMS = sorted(FINDINGS.glob("*.py"))
+FOUND = (FINDINGS / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.checkout
+@pytest.mark.parametrize("name", [name for name in engine_names() if name in PROJECT])
+def test_an_engine_has_a_page_that_the_site_lists(name):
+    text = (DOCS / f"engines/{name}.md").read_text("utf-8")
+    assert f'engine_pages.page("{name}")' in text
+    assert f"engines/{name}.md" in SITE
+
+
+@pytest.mark.checkout
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_what_is_sent_to_other_projects_runs_without_this_one_and_has_a_page(program):
+    imported = set()
+    for node in ast.walk(ast.parse(program.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            imported.add(node.module.partition(".")[0])
+        elif isinstance(node, ast.Import):
+            imported |= {one.name.partition(".")[0] for one in node.names}
+    assert imported - {"importlib", "warnings"} == {program.stem.partition("_")[0]}
+    page = program.with_name(program.stem.replace("_", "-") + ".md")
+    assert f"    python {program.name}\n" in page.read_text(encoding="utf-8")
+    assert f"({program.name})" in FOUND
+
+
+@pytest.mark.checkout
+@pytest.mark.parametrize("page", sorted(FINDINGS.glob("*-*.md")), ids=lambda path: path.stem)
+def test_a_page_is_listed_with_the_version_that_it_is_of_and_shows_how_to_get_it(page):
+    heading, _, text = page.read_text(encoding="utf-8").partition("\n")
+    version = re.search(r"(?:pip install [\w-]+==|npm install [\w-]+@)([\d.]+)", text)[1]
+    assert version in heading
+    (row,) = (line for line in FOUND.splitlines() if f"({page.name})" in line)
+    assert row.startswith(f"| {heading.removeprefix('# ').partition(':')[0]} |")
+    assert f"findings/{page.name}" in SITE
+
+
+REFERENCES = (DOCS / "references.md").read_text(encoding="utf-8")
+CITED = re.compile(
+    r"\b([A-Z][a-zé]+)(?:(?:,? (?:and|&) [A-Z][a-zé]+)| et al\.)?,?\s\(?((?:18|19|20)\d\d)\b"
+)
+MONTHS = "January February March April May June July August September October November December"
+NO_AUTHORS = {"Somebody", "Version", "Python", *MONTHS.split()}
+FOLDERS = ("engine", "ghostball", "reference_adapters", "validation", "reports", "benchmarks")
+
+
+@pytest.mark.checkout
+def test_whoever_is_cited_with_a_year_stands_on_the_page_of_references():
+    found = {}
+    for path in (path for folder in (*FOLDERS, "docs") for path in (ROOT / folder).rglob("*")):
+        if path.suffix in (".py", ".md", ".toml") and path.name != "references.md":
+            text = re.sub(r"\n[ #]*", " ", path.read_text(encoding="utf-8"))
+            found |= dict.fromkeys(CITED.findall(text), path)
+    cited = {one: path for one, path in found.items() if one[0] not in NO_AUTHORS}
+    assert len(cited) > 30
+    lines = REFERENCES.splitlines()
+    for (author, year), path in cited.items():
+        assert any(author in line and year in line for line in lines), (author, year, path)
+
+
+@pytest.mark.checkout
+def test_the_draft_of_the_paper_cites_what_its_bibliography_has():
+    text = (ROOT / "paper/paper.md").read_text(encoding="utf-8")
+    bibliography = (ROOT / "paper/paper.bib").read_text(encoding="utf-8")
+    keys = re.findall(r"^@\w+\{(\w+),", bibliography, re.MULTILINE)
+    assert sorted(set(re.findall(r"@(\w+)", text.partition("# Summary")[2]))) == sorted(keys)
+    assert len(text.split()) < 1200
+
+
+@pytest.mark.checkout
+def test_a_source_is_there_once_and_in_order():
+    for table in REFERENCES.split("\n## ")[1:]:
+        rows = re.findall(r"^\| (\w.*?)[,:]? ", table, re.MULTILINE)[1:]
+        names = [row.casefold() for row in rows if row != "erdo100"]
+        assert names == sorted(names)
+    links = re.findall(r"\[doi:(\S+?)\]\((\S+?)\) ", REFERENCES)
+    assert len(links) > 25
+    assert len(set(links)) == len(links)
+    assert all(link == f"https://doi.org/{doi}" for doi, link in links)
+
+
+# --- `python -m docs.outputs`: blocks are run, outputs written once, and stale ones refused
+
+PAGE = """Text.
+
+<!-- run python
+print("a | b")
+-->
+<!-- end -->
+
+<!-- run shell as=console exit=3
+secret=1  # hide
+echo "took 5 ms" && exit 3
+-->
+<!-- end -->
+"""
+
+
+@pytest.mark.checkout
+def test_outputs_stand_beneath_their_blocks_and_stay_where_durations_alone_differ(tmp_path):
+    from docs.outputs import OutputError, write_outputs
+
+    page = tmp_path / "page.md"
+    page.write_text(PAGE, "utf-8")
+    with pytest.raises(OutputError, match=r"page\.md.*make docs-outputs"):
+        write_outputs([page], check=True)
+    assert page.read_text("utf-8") == PAGE
+    write_outputs([page], check=False)
+    text = page.read_text("utf-8")
+    assert "-->\n\na | b\n\n<!-- end -->" in text
+    assert '```console\n$ echo "took 5 ms" && exit 3\ntook 5 ms\n```' in text
+    later = text.replace("\ntook 5 ms", "\ntook 7.1 ms")
+    page.write_text(later, "utf-8")
+    write_outputs([page], check=True)
+    assert page.read_text("utf-8") == later
+    page.write_text(PAGE.replace("exit=3", "exit=0"), "utf-8")
+    with pytest.raises(OutputError, match="ended with 3, expected 0"):
+        write_outputs([page], check=False)
