@@ -16,138 +16,119 @@ from ghostball.model.features import (
 )
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 
-PLAIN = (Feature.ROLLING, Feature.UNBOUNDED_CLOTH)
+F = Feature
+PLAIN = (F.ROLLING, F.UNBOUNDED_CLOTH)
+SLIDES = (F.SLIDING, F.UNBOUNDED_CLOTH)
+SLIDING = {"motion": "sliding"}
+MOVES, STILL, MIDDLE = ball((0, 0), (1, 0)), ball((1, 0)), ball((1, 1))
+PAIR = (MOVES, STILL)
+ON_TABLE = {"table": POOL_TABLE, **SLIDING}
+BETWEEN = {"ball_restitution": 0.5, "ball_impact": "mathavan2014"}
 
-
-def test_one_rolling_ball_needs_rolling_and_nothing_else():
-    assert scene_features(scene_of(ball((0, 0), (1, 0)))) == PLAIN
-
-
-@pytest.mark.parametrize(
-    ("fields", "feature"),
-    [
-        ({"ball_restitution": 0.9}, Feature.BALL_RESTITUTION),
-        ({"rolling_friction": 0.0, "t_max": 1.0}, Feature.FRICTIONLESS_CLOTH),
-        ({"air_drag": 0.004}, Feature.AIR_DRAG),
-        ({"rolling_friction_quadratic": 0.004}, Feature.QUADRATIC_ROLLING),
-    ],
-)
-def test_a_field_of_the_physics_adds_its_feature_and_no_other(fields, feature):
-    scene = scene_of(ball((0, 0), (1, 0)), ball((1, 0)), **fields)
-    assert set(scene_features(scene)) == {*PLAIN, feature}
-
-
-SLIDES = (Feature.SLIDING, Feature.UNBOUNDED_CLOTH)
-
-
-@pytest.mark.parametrize(
-    ("fields", "features"),
-    [
-        ({"ball_friction": 0.05}, {Feature.BALL_FRICTION}),
-        # An engine that knows a constant coefficient only must not take the law for one.
-        ({"ball_friction": "alciatore"}, {Feature.SPEED_DEPENDENT_FRICTION}),
-        ({"ball_impact": "mathavan2014"}, {Feature.MATHAVAN_BALL}),
+NEEDED = [
+    ((MOVES,), {}, PLAIN),
+    # The physics.
+    (PAIR, {"ball_restitution": 0.9}, {*PLAIN, F.BALL_RESTITUTION}),
+    (PAIR, {"rolling_friction": 0.0, "t_max": 1.0}, {*PLAIN, F.FRICTIONLESS_CLOTH}),
+    (PAIR, {"air_drag": 0.004}, {*PLAIN, F.AIR_DRAG}),
+    (PAIR, {"rolling_friction_quadratic": 0.004}, {*PLAIN, F.QUADRATIC_ROLLING}),
+    # Laws between balls; an engine that knows a coefficient only must not take a law for one.
+    (PAIR, {**SLIDING, "ball_friction": 0.05}, {*SLIDES, F.BALL_FRICTION}),
+    (PAIR, {**SLIDING, "ball_friction": "alciatore"}, {*SLIDES, F.SPEED_DEPENDENT_FRICTION}),
+    (PAIR, {**SLIDING, "ball_impact": "mathavan2014"}, {*SLIDES, F.MATHAVAN_BALL}),
+    (
+        PAIR,
+        {**SLIDING, "ball_impact": "mathavan2014", "ball_friction": 0.05},
+        {*SLIDES, F.MATHAVAN_BALL, F.BALL_FRICTION},
+    ),
+    (PAIR, {**SLIDING, "impacts": "sequential"}, SLIDES),
+    # They need two balls.
+    *(
+        ((ball((0, 0)),), {**BETWEEN, **motion, "ball_friction": friction}, features)
+        for friction in (0.1, "alciatore")
+        for motion, features in (({}, PLAIN), (SLIDING, SLIDES))
+    ),
+    # A cloth is frictionless where it is for some ball.
+    (
+        (MOVES, ball((1, 0), rolling_friction=0.0)),
+        {"t_max": 1.0},
+        {*PLAIN, F.PER_BALL_FRICTION, F.FRICTIONLESS_CLOTH},
+    ),
+    (
+        (ball((0, 0), (1, 0), rolling_friction=0.01),),
+        {"rolling_friction": 0.0},
+        {*PLAIN, F.PER_BALL_FRICTION},
+    ),
+    (
+        (ball((0, 0), mass=1.0), ball((1, 0), radius=2 * R)),
+        {},
+        {*PLAIN, F.UNEQUAL_MASSES, F.UNEQUAL_RADII},
+    ),
+    *(
+        ((ball((0, 0), angular_velocity=(0, 0, side)),), SLIDING, {*SLIDES, F.VERTICAL_SPIN})
+        for side in (-3.0, 3.0)
+    ),
+    # Laws of cushions; a preset's number that the chosen law doesn't use asks for nothing.
+    *(
+        ((MIDDLE,), {**ON_TABLE, **fields}, {F.SLIDING, *features})
+        for fields, features in (
+            ({}, {F.MIRROR_CUSHION}),
+            ({"cushion": "restitution", "cushion_restitution": 0.8}, {F.CUSHION_RESTITUTION}),
+            (
+                {"cushion": "restitution", "cushion_restitution_loss": 0.1},
+                {F.CUSHION_RESTITUTION, F.FALLING_RESTITUTION},
+            ),
+            (
+                {"cushion": "restitution", "cushion_tangential_restitution": 0.8},
+                {F.CUSHION_RESTITUTION, F.CUSHION_TANGENTIAL},
+            ),
+            ({"cushion": "frictional"}, {F.FRICTIONAL_CUSHION}),
+            ({"cushion": "han2005"}, {F.HAN_CUSHION}),
+            ({"cushion": "mathavan2010"}, {F.MATHAVAN_CUSHION}),
+            (
+                {"preset": "carom", "rolling_friction_quadratic": 0.0, "cushion": "mirror"},
+                {F.MIRROR_CUSHION},
+            ),
+        )
+    ),
+    (
+        (MIDDLE,),
+        {"table": Table(length=2, width=2, cushions=("left",))},
+        {F.ROLLING, F.OPEN_SIDES, F.MIRROR_CUSHION},
+    ),
+    ((MIDDLE,), {"table": Table(length=2, width=2, cushions=()), "cushion": "han2005"}, PLAIN),
+    # A friction of a ball's own counts where it has an effect, also where all balls share it: an
+    # engine with one friction would take the scene's.
+    *(
         (
-            {"ball_impact": "mathavan2014", "ball_friction": 0.05},
-            {Feature.MATHAVAN_BALL, Feature.BALL_FRICTION},
-        ),
-        ({"impacts": "sequential"}, set()),
-    ],
-)
-def test_laws_between_balls(fields, features):
-    scene = scene_of(ball((0, 0), (1, 0)), ball((1, 0)), motion="sliding", **fields)
-    assert set(scene_features(scene)) == {*SLIDES, *features}
+            [ball((0, 0), (1, 0), **{field: 0.5}), ball((1, 0), **{field: 0.5})][:count],
+            {"motion": motion},
+            {
+                *(SLIDES if motion == "sliding" else PLAIN),
+                *([F.PER_BALL_FRICTION] if motion in motions else []),
+            },
+        )
+        for field, motions in (
+            ("rolling_friction", ("rolling", "sliding")),
+            ("sliding_friction", ("sliding",)),
+            ("spinning_friction_rate", ("sliding",)),
+        )
+        for motion in ("rolling", "sliding")
+        for count in (1, 2)
+    ),
+]
+"""Balls, fields of the scene, and the features that these need."""
 
 
-@pytest.mark.parametrize("friction", [0.1, "alciatore"])
-def test_what_happens_between_balls_needs_two_balls(friction):
-    laws = {"ball_restitution": 0.5, "ball_friction": friction, "ball_impact": "mathavan2014"}
-    assert scene_features(scene_of(ball((0, 0)), **laws)) == PLAIN
-    assert scene_features(scene_of(ball((0, 0)), motion="sliding", **laws)) == SLIDES
-
-
-@pytest.mark.parametrize(
-    ("field", "motions"),
-    [
-        ("rolling_friction", {"rolling", "sliding"}),
-        ("sliding_friction", {"sliding"}),
-        ("spinning_friction_rate", {"sliding"}),
-    ],
-)
-@pytest.mark.parametrize("motion", ["rolling", "sliding"])
-@pytest.mark.parametrize("several", [False, True])
-def test_a_friction_of_a_ball_s_own_where_it_has_an_effect(field, motions, motion, several):
-    # Also where all balls share it: an engine with one friction would take the scene's.
-    own = {field: 0.5}
-    balls = [ball((0, 0), (1, 0), **own)] + [ball((1, 0), **own)] * several
-    features = scene_features(scene_of(*balls, motion=motion))
-    assert (Feature.PER_BALL_FRICTION in features) == (motion in motions)
-
-
-def test_a_cloth_is_frictionless_where_it_is_for_some_ball():
-    free = scene_of(ball((0, 0), (1, 0)), ball((1, 0), rolling_friction=0.0), t_max=1.0)
-    assert set(scene_features(free)) == {
-        *PLAIN,
-        Feature.PER_BALL_FRICTION,
-        Feature.FRICTIONLESS_CLOTH,
-    }
-    slowed = scene_of(ball((0, 0), (1, 0), rolling_friction=0.01), rolling_friction=0.0)
-    assert set(scene_features(slowed)) == {*PLAIN, Feature.PER_BALL_FRICTION}
+@pytest.mark.parametrize(("balls", "fields", "features"), NEEDED)
+def test_a_scene_needs_the_features_of_its_values_and_no_other(balls, fields, features):
+    assert set(scene_features(scene_of(*balls, **fields))) == set(features)
 
 
 def test_every_law_but_the_plain_one_has_a_feature_of_its_own():
     # Else another engine would take the law for the plain one, in silence.
     laws = [law for law in (*BALL_LAWS, *CUSHION_LAWS) if law is not BALL_LAWS[0]]
     assert len({Feature[law.feature] for law in laws}) == len(laws)
-
-
-def test_unequal_balls():
-    scene = scene_of(ball((0, 0), mass=1.0), ball((1, 0), radius=2 * R))
-    assert {Feature.UNEQUAL_MASSES, Feature.UNEQUAL_RADII} <= set(scene_features(scene))
-
-
-@pytest.mark.parametrize("side", [-3.0, 3.0])
-def test_vertical_spin_of_either_sign(side):
-    scene = scene_of(ball((0, 0), angular_velocity=(0, 0, side)), motion="sliding")
-    assert Feature.VERTICAL_SPIN in scene_features(scene)
-
-
-@pytest.mark.parametrize(
-    ("fields", "features"),
-    [
-        ({}, {Feature.MIRROR_CUSHION}),
-        (
-            {"cushion": "restitution", "cushion_restitution": 0.8},
-            {Feature.CUSHION_RESTITUTION},
-        ),
-        (
-            {"cushion": "restitution", "cushion_restitution_loss": 0.1},
-            {Feature.CUSHION_RESTITUTION, Feature.FALLING_RESTITUTION},
-        ),
-        (
-            {"cushion": "restitution", "cushion_tangential_restitution": 0.8},
-            {Feature.CUSHION_RESTITUTION, Feature.CUSHION_TANGENTIAL},
-        ),
-        ({"cushion": "frictional"}, {Feature.FRICTIONAL_CUSHION}),
-        ({"cushion": "han2005"}, {Feature.HAN_CUSHION}),
-        # A preset's number that the chosen law doesn't use asks for nothing.
-        (
-            {"preset": "carom", "rolling_friction_quadratic": 0.0, "cushion": "mirror"},
-            {Feature.MIRROR_CUSHION},
-        ),
-        ({"cushion": "mathavan2010"}, {Feature.MATHAVAN_CUSHION}),
-    ],
-)
-def test_cushion_laws(fields, features):
-    scene = scene_of(ball((1, 1)), table=POOL_TABLE, motion="sliding", **fields)
-    assert set(scene_features(scene)) == {Feature.SLIDING, *features}
-
-
-def test_open_sides_and_none_at_all():
-    some = scene_of(ball((1, 1)), table=Table(length=2, width=2, cushions=("left",)))
-    assert {Feature.OPEN_SIDES, Feature.MIRROR_CUSHION} <= set(scene_features(some))
-    none = scene_of(ball((1, 1)), table=Table(length=2, width=2, cushions=()), cushion="han2005")
-    assert scene_features(none) == PLAIN
 
 
 def test_an_engine_lacks_what_it_does_not_mention_and_what_it_says_it_lacks():

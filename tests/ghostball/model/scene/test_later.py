@@ -96,8 +96,7 @@ def test_every_rest_state_is_the_start_of_the_next_shot(preset):
 def test_a_slow_hit_of_a_pool_ball_ends_where_the_next_shot_may_begin():
     scene = scene_of(
         ball(
-            (1.0371763566661123, 0.6457923359240355),
-            (-0.09256955606770374, -0.12444762140057168),
+            (1.0371763566661123, 0.6457923359240355), (-0.09256955606770374, -0.12444762140057168)
         ),
         ball((1.0, 0.6)),
         preset="pool",

@@ -90,11 +90,7 @@ def test_squirt_is_that_of_alciatore_s_proof_with_either_law_where_the_cue_is_le
     published = 1.1993583313332898  # degrees, of a ball 20 times as heavy as the end, at 0.2 radii
     for squirt in ("end-mass", "alciatore"):
         x, y, _ = stroke(
-            speed=1.7,
-            direction=0.0,
-            offset_left=0.2,
-            squirt=squirt,
-            end_mass=POOL_BALL_MASS / 20.0,
+            speed=1.7, direction=0.0, offset_left=0.2, squirt=squirt, end_mass=POOL_BALL_MASS / 20.0
         ).velocity
         assert math.degrees(math.atan2(y, x)) == near(-published)
 
@@ -249,26 +245,25 @@ def test_the_table_answers_as_the_engine_lets_it(seed):
 # -- what is refused -----------------------------------------------------------------------------
 
 WRONG = [
-    ({"elevation": 60}, "`elevation` must be less than pi / 2", "60 degrees are 1.0471975"),
-    ({"elevation": math.pi / 2}, "`elevation` must be less than pi / 2", "1.5708"),
-    ({"elevation": -0.01}, "`elevation` must be at least 0, got -0.01", "from below the cloth"),
-    ({"direction": 90}, "`direction` must be an angle from -2 pi to 2 pi", "are 1.5707963"),
-    ({"direction": -6.3}, "`direction` must be an angle", "got -6.3"),
-    ({"offset_left": 0.6}, "is a miscue", "= 0.514496 radii"),
-    ({"offset_left": 0.4, "offset_up": -0.35}, "is a miscue", "0.531507 radii"),
-    ({"offset_up": 0.3, "tip_friction": 0.2}, "is a miscue", "= 0.196116 radii"),
-    ({"offset_left": -0.8, "offset_up": 0.6}, "must hit the ball", "1 radii from its centre"),
-    ({"offset_up": 15}, "is beside it", "in radii of the ball"),
-    ({"speed": 1.1e49}, "`speed` must be at most 1e+49"),
-    ({"squirt": "none", "end_mass": 0.01}, "has no use for end_mass = 0.01", '"alciatore"'),
-    ({"end_mass": 9.8}, "end_mass of at most its cue_mass, 0.567 kg, got 9.8 kg", "kilograms"),
+    {"elevation": 60},
+    {"elevation": math.pi / 2},
+    {"elevation": -0.01},
+    {"direction": 90},
+    {"direction": -6.3},
+    {"offset_left": 0.6},
+    {"offset_left": 0.4, "offset_up": -0.35},
+    {"offset_up": 0.3, "tip_friction": 0.2},
+    {"offset_left": -0.8, "offset_up": 0.6},
+    {"offset_up": 15},
+    {"speed": 1.1e49},
+    {"squirt": "none", "end_mass": 0.01},
+    {"end_mass": 9.8},
 ]
 
 
-@pytest.mark.parametrize(("fields", "tells"), [(one[0], one[1:]) for one in WRONG])
-def test_what_no_cue_does_is_refused(fields, tells):
-    message = refusal_of(lambda: Strike(**{"speed": 2.0, "direction": 0.0, **fields}))
-    assert all(part in message for part in tells), message
+@pytest.mark.parametrize("fields", WRONG, ids=str)
+def test_what_no_cue_does_is_refused(fields, snapshot):
+    assert refusal_of(lambda: Strike(**{"speed": 2.0, "direction": 0.0, **fields})) == snapshot
 
 
 def test_the_friction_of_the_tip_is_the_limit_of_a_miscue():
