@@ -55,7 +55,7 @@ class RegressOptions(SuiteOptions):
             help="What fails: whatever changed; of that only larger errors and wrong collisions; "
             "or only failed limits, and shots that the engine did not finish, for which no "
             "baseline is needed (default: that of [tool.ghostball] in pyproject.toml, else "
-            "changed).",
+            "changed)."
         ),
     ] = None
     out: Annotated[Path | None, out_option("Folder of the results (default: out).")] = None

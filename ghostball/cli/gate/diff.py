@@ -99,8 +99,7 @@ def changes_table(changes: Sequence[SceneChange]) -> Table:
     order = [*CHANGES]
     rows = []
     for one in sorted(
-        changes,
-        key=lambda one: (not one.failed, order.index(one.change), -(one.head_error or 0.0)),
+        changes, key=lambda one: (not one.failed, order.index(one.change), -(one.head_error or 0.0))
     ):
         # The first says what moved most; page and summary have all.
         said = one.summary if len(changes) == 1 else one.summary.partition("; ")[0]

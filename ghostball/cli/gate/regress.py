@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,13 +23,9 @@ from ghostball.cli.shared.terminal import say, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import names_class
 from ghostball.reference_adapters.registry import OURS
-from ghostball.reports.outcome import CHANGES
-from ghostball.validation.baselines import (
-    Gate,
-    Regression,
-    compare_results,
-    save_regressions,
-)
+from ghostball.reports.outcome import kinds_text
+from ghostball.reports.words import many
+from ghostball.validation.baselines import Gate, Regression, compare_results, save_regressions
 from ghostball.validation.baselines.regression import LENIENT, FailOn
 from ghostball.validation.checks.verdict import is_unfinished, not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
@@ -182,10 +177,9 @@ def _show(
     own = [case for case in outcome.cases if case.label == regression.label]
     unfinished = sum(map(is_unfinished, own))
     broken = sum(check.passed is False for case in own for check in case.checks)
-    counts = Counter(one.change for one in regression.scenes)
     of = "" if regression.label == OURS else f" of {escape(regression.label)}"
     asked = regression.fail_on != "limits"
-    if set(counts) == {"no-baseline"} and asked and not (broken or unfinished):
+    if new and len(new) == len(regression.scenes) and asked and not (broken or unfinished):
         console.print(
             f"{_VERDICTS[ExitStatus.NOT_JUDGED]} yet of {len(new)} scenes{of}, which ran in "
             f"{seconds:.0f} s",
@@ -193,8 +187,7 @@ def _show(
         )
         say(f"To keep what they did, and see what changes: `{escape(advice)}`")
         return
-    found = [name for name in reversed(CHANGES) if counts[name]]
-    parts = [f"{counts[name]} {name.replace('-', ' ')}" for name in found]
+    parts = [kinds_text(regression.scenes).replace("-", " ")] if regression.scenes else []
     if unfinished:
         parts.append(f"{unfinished} did not finish")
     if broken:
@@ -225,8 +218,8 @@ def _blind(label: str, own: Sequence[CaseRecord]) -> Iterator[str]:
     """Yield what a comparison of these scenes can't see."""
     tries = f"ghostball stress{'' if label == OURS else f' -e {label}'}"
     yield (
-        f"[dim]It sees what these {len(own)} scenes try; balls that graze, frozen racks, gases and "
-        f"extreme numbers are tried by `{escape(tries)}`[/]"
+        f"[dim]This compared {many(len(own), 'scene')}. `{escape(tries)}` tests grazing balls, "
+        "frozen racks, gases and extreme numbers[/]"
     )
     if names_class(label):
         yield from coverage(own, label)

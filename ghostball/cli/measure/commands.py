@@ -14,12 +14,10 @@ from ghostball.cli.shared.options import (
     EngineSpec,
     FigureChoice,
     Figures,
-    Plain,
-    PlainFormat,
     RecordChoice,
     SceneName,
     SceneNames,
-    ShotLimit,
+    ShotOptions,
     SuiteOptions,
     engine_option,
     engines_option,
@@ -33,7 +31,7 @@ app = typer.Typer()
 
 @command(app, "measure.run")
 @dataclass(frozen=True)
-class RunOptions:
+class RunOptions(ShotOptions):
     """Run one scene on one engine; print where the balls stop.
 
     Exit status 1 where the engine fails, crashes, hangs or doesn't come to the end of the shot, or
@@ -46,13 +44,12 @@ class RunOptions:
         RecordChoice | None,
         typer.Option(
             help="Keep rest positions, also each event (--format json prints them), or also the "
-            "whole motion (default: rest; with --plot: trajectory).",
+            "whole motion (default: rest; with --plot: trajectory)."
         ),
     ] = None
     plot: Annotated[
         Path | None, plot_option("Draw the paths of the balls; .gif and .mp4 are films of the shot")
     ] = None
-    form: PlainFormat = Plain.TEXT
     expect_hash: Annotated[
         str | None,
         typer.Option(
@@ -60,7 +57,6 @@ class RunOptions:
             help="Fail unless events and rest positions have this hash (see `--record events`).",
         ),
     ] = None
-    time_limit: ShotLimit = 600.0
 
 
 @command(app, "measure.validate")
@@ -127,7 +123,7 @@ class ValidateOptions(SuiteOptions):
 
 @command(app, "measure.explain")
 @dataclass(frozen=True)
-class ExplainOptions:
+class ExplainOptions(ShotOptions):
     """Find the cause of an engine's error and the first wrong collision.
 
     Causes are a coefficient, such as a friction, with its factor; the time step, if the error
@@ -160,13 +156,11 @@ class ExplainOptions:
             "more runs or three, the finest at a sixteenth of the step or less."
         ),
     ] = True
-    form: PlainFormat = Plain.TEXT
-    time_limit: ShotLimit = 600.0
 
 
 @command(app, "measure.fit")
 @dataclass(frozen=True)
-class FitOptions:
+class FitOptions(ShotOptions):
     """Fit the physics of a real table to tracks of its balls.
 
     The fit uses the clean events in the tracks: stretches of rolling, contacts with one cushion,
@@ -225,8 +219,6 @@ class FitOptions:
         ),
     ] = None
     plot: Annotated[Path | None, plot_option("Draw the residual of each event")] = None
-    form: PlainFormat = Plain.TEXT
-    time_limit: ShotLimit = 600.0
 
 
 @command(app, "measure.stress")

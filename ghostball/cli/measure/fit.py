@@ -78,10 +78,7 @@ def run(asked: FitOptions) -> ExitStatus:
         check_writable(asked.out, "--out")
     made = make_engine(asked.engine)
     found = harvest(read_tracks(tracks, surface), surface)
-    with (
-        counting(f"fitting {made.name}") as count,
-        player(made, asked.time_limit) as playing,
-    ):
+    with counting(f"fitting {made.name}") as count, player(made, asked.time_limit) as playing:
         try:
             fitted = fit_table(
                 found,

@@ -56,10 +56,7 @@ def run(asked: RunOptions) -> ExitStatus:
     shot = find_scene(asked.scene)
     if record is None and shot.table is not None and shot.table.holes:
         record = RecordChoice.EVENTS  # which say what was pocketed
-    with (
-        busy(f"{shot.name} on {asked.engine}"),
-        player(made, asked.time_limit) as playing,
-    ):
+    with busy(f"{shot.name} on {asked.engine}"), player(made, asked.time_limit) as playing:
         result = run_engine(playing, shot, (record or RecordChoice.REST).value)
     if plot is not None:
         with busy(f"drawing {plot}"):

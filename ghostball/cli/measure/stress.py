@@ -29,14 +29,7 @@ from ghostball.validation.stress import (
     path_of,
     run_stress,
 )
-from ghostball.validation.stress.tally import (
-    Tally,
-    again,
-    explaining,
-    sweeps,
-    tallies,
-    why_failed,
-)
+from ghostball.validation.stress.tally import Tally, again, explaining, sweeps, tallies, why_failed
 from ghostball.validation.suite.suite import Outcome, exit_status_of
 
 FAULTS_SHOWN = 3

@@ -39,18 +39,9 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.baselines import Gate, Regression
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.verdict import (
-    Verdict,
-    is_nothing_judged,
-    not_judged,
-    verdict_of,
-)
+from ghostball.validation.checks.verdict import Verdict, is_nothing_judged, not_judged, verdict_of
 from ghostball.validation.exit_status import ExitStatus, worst
-from ghostball.validation.results.records import (
-    CERTIFIED,
-    CLOSED_FORM,
-    OUR_ENGINE,
-)
+from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import BOARD, CRITERIA_SUFFIX, FULL, scene_names, select
@@ -190,12 +181,7 @@ def _say_failed(case: CaseRecord) -> None:
 
 
 def _show(
-    plan: _Plan,
-    outcome: Outcome,
-    results: Results,
-    console: Console,
-    seconds: float,
-    details: bool,
+    plan: _Plan, outcome: Outcome, results: Results, console: Console, seconds: float, details: bool
 ) -> None:
     """Print the verdicts, and what else a reader must know of the run."""
     console.print(verdict_tables(results, console), crop=False)

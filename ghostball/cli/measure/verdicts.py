@@ -115,10 +115,7 @@ def colour_of(case: CaseRecord) -> str:
 def headline(outcome: Outcome, seconds: float) -> str:
     """Return what a run came to in one line."""
     counts = outcome.counts
-    parts = [
-        f"{counts.checks_passed} checks passed",
-        f"{counts.checks_failed} failed",
-    ]
+    parts = [f"{counts.checks_passed} checks passed", f"{counts.checks_failed} failed"]
     if counts.checks_reference:
         parts.append(f"{counts.checks_reference} only compare our engine with itself")
     if counts.checks_left_out:

@@ -7,12 +7,7 @@ from collections.abc import Iterator, Sequence
 from rich.markup import escape
 
 from ghostball.reference_adapters import EngineError, make_engine, names_class
-from ghostball.validation.checks.verdict import (
-    Verdict,
-    few_ends_judged,
-    is_unfinished,
-    verdict_of,
-)
+from ghostball.validation.checks.verdict import Verdict, few_ends_judged, is_unfinished, verdict_of
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes import commands
 from ghostball.validation.suite.hints import lacked, shared, simplest, tried_by, untried

@@ -173,7 +173,7 @@ Figures = Annotated[
     FigureChoice,
     typer.Option(
         help="Pictures to write beside report.html, one sheet for each scene: PNG, PNG and SVG, or "
-        "none.",
+        "none."
     ),
 ]
 
@@ -243,3 +243,11 @@ class SuiteOptions:
     form: FormatOption = Format.TEXT
     rerun: Rerun = False
     time_limit: TimeLimit = 600.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShotOptions:
+    """The options of every command that plays shots without a folder of results."""
+
+    form: PlainFormat = Plain.TEXT
+    time_limit: ShotLimit = 600.0

@@ -163,8 +163,7 @@ class EnginesOptions:
         ),
     ] = 4
     out: Annotated[
-        Path | None,
-        out_option("For --steps: write what is measured to DIR, as precision.json."),
+        Path | None, out_option("For --steps: write what is measured to DIR, as precision.json.")
     ] = None
     plot: Annotated[
         Path | None,

@@ -33,35 +33,6 @@ WORKFLOW = Path(".github/workflows/ghostball.yml")
 UNKNOWN = "OWNER/ghostball"
 """Stands for the repository where the installation doesn't say where that is."""
 
-_WORKFLOW_TEXT = """\
-# Plays billiard shots on the engine of this project, and compares them with the truth and with what
-# was accepted. Which engine, which scenes and what fails stands in [tool.ghostball] of
-# pyproject.toml. A run without baselines says what to commit.
-
-name: ghostball
-
-on:
-  push:
-    branches: [main]
-  pull_request:
-
-permissions:
-  contents: read
-
-jobs:
-  ghostball:
-    runs-on: ubuntu-latest
-    steps:
-      - uses: actions/checkout@v6
-        with:
-          persist-credentials: false
-      - uses: {action}@v1
-        with:
-          fail-on: changed # or worse: only what moved away from the truth
-{install}"""
-
-_INSTALL_LINE = "          install: . # what the engine needs is installed with it\n"
-
 
 class ExistsError(GhostballError, FileExistsError):
     """A file that would be overwritten."""
@@ -155,4 +126,6 @@ def repository() -> str:
 
 def workflow_text(*, package: bool) -> str:
     """Return the workflow's file; `package`: whether the project is one that pip installs."""
-    return _WORKFLOW_TEXT.format(action=repository(), install=_INSTALL_LINE if package else "")
+    text = Path(__file__).with_name("workflow.yml").read_text(encoding="utf-8")
+    install = "          install: . # what the engine needs is installed with it\n"
+    return text.replace(UNKNOWN, repository()) + install * package
