@@ -23,10 +23,7 @@ from ghostball.validation.baselines.regression import Regression, SceneChange
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.database import DATABASE, transaction, writing
 
-RECORDS = {
-    "documents": "content",
-    "records": "record",
-}
+RECORDS = {"documents": "content", "records": "record"}
 """Columns that hold records, by table."""
 
 

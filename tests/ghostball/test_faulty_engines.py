@@ -79,14 +79,7 @@ def test_a_motion_that_cannot_be_sampled_is_the_engines_failure_of_that_case_alo
 def test_what_an_engine_prints_never_reaches_the_terminal_or_the_json(faulty):
     path = os.pathsep.join(filter(None, sys.path))
     done = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "ghostball",
-            *COMMANDS["run"],
-            "faulty:does=print",
-            "--format=json",
-        ],
+        [sys.executable, "-m", "ghostball", *COMMANDS["run"], "faulty:does=print", "--format=json"],
         env=os.environ | {"PYTHONPATH": path},
         capture_output=True,
         text=True,

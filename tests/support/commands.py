@@ -18,6 +18,7 @@ def refused(result: Result, *parts: str) -> bool:
     assert result.exit_code == 2, result.output
     assert result.stdout == ""
     assert "Traceback" not in result.stderr
+    said = " ".join(result.stderr.split())
     for part in parts:
-        assert part in result.stderr
+        assert part in said
     return True

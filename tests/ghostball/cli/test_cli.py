@@ -1,5 +1,6 @@
 """The command line: what it prints where, and the exit status of every kind of input."""
 
+import shlex
 import subprocess
 import sys
 
@@ -7,6 +8,7 @@ import pytest
 from commands import HEAD, ball, refused
 
 from ghostball.cli import PARTS, SECTIONS
+from ghostball.cli.shared.options import Format
 
 
 @pytest.mark.parametrize("command", [("validate", "stop"), ("stress", "grazing")])
@@ -43,52 +45,115 @@ def test_a_bad_scene_is_refused_before_anything_is_written(
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "parts"),
-    [
-        (["run", "stopp"], ['"stopp"', "Did you mean stop"]),
-        (["run", "missing/shot.toml"], ["missing/shot.toml", "No such file"]),
-        (["run", "stop", "--engine", "pymonk"], ["'pymonk'", "Did you mean `pymunk`?"]),
-        (["run", "stop", "--engine", "ghostball:dt=1"], ["`dt`", "max_events="]),
-        (["run", "stop", "--engine", "ghostball:max_events=x"], ["`max_events`", "'x'"]),
-        (["run", "stop", "--engine", "ghostball:max_events"], ["`key=value`"]),
-        (["run", "stop", "--record", "all"], ["--record", "trajectory"]),
-        (
-            ["run", "stop", "--record", "rest", "--plot", "a.png"],
-            ["needs --record trajectory"],
-        ),
-        (["run", "stop", "--plot", "a.bmp"], ["'a.bmp'", ".png"]),
-        (["run", "stop", "--plot", "missing/a.png"], ["missing/a.png", "No such file"]),
-        (["run"], ["SCENE"]),
-        (["run", "stop", "--engines", "a"], ["--engines"]),
-        (["simulate", "stop"], ["simulate"]),
-        (["validate", "smok"], ['"smok"', "smoke"]),
-        (["validate", "smo*"], ["matches no shipped scene"]),
-        (["validate", "--jobs", "0"], ["--jobs"]),
-        (["validate", "stop", "-e", "ghostball", "-e", "pymonk"], ["'pymonk'"]),
-        (["validate", "stop", "-e", "ghostball", "-e", ""], ["name must be given"]),
-        (["validate", "stop", "-e", "none_such:Engine"], ["`none_such:Engine` can't be imported"]),
-        (["validate", "stop", "-e", "pymunk", "-e", "pymunk"], ["once", "pymunk"]),
-        (["validate", "stop", "--metric", "rest_eror_max"], ["Did you mean `rest_error_max`"]),
-        (["validate", "stop", "--metric", "speed*"], ["'speed*'", "Known: rest_error_max, "]),
-        (["validate", "stop", "--metric", ""], ["got ''", "Known: rest_error_max, "]),
-        (["validate", "stop", "--format", "xml"], ["--format", "junit"]),
-        (["engines", "--plot", "a.png"], ["only `--steps` runs engines", "Leave out `--plot`"]),
-        (["engines", "--steps", "--check"], ["Leave out `--check`"]),
-        (["engines", "pymunk", "--check"], ["whole installation", "Leave out `ENGINE`"]),
-        (["scenes", "smoke", "--metrics"], ["lists metrics", "Leave out `NAME|TAG`"]),
-        (["scenes", "--schema", "--metrics"], ["lists metrics", "Leave out `--schema`"]),
-        (["report", "missing"], ["missing", "no such results folder"]),
-        (["report", ".", "--export", "a", "--open"], ["writes the tables", "Leave out `--open`"]),
-        (["report", "."], ["not a results folder"]),
-    ],
-)
-def test_bad_usage_is_refused_before_anything_is_written(
-    cli, tmp_path, monkeypatch, arguments, parts
-):
-    monkeypatch.chdir(tmp_path)
-    assert refused(cli(*arguments), *parts)
-    assert list(tmp_path.iterdir()) == []
+STILL = 'schema = 1\nname = "still"\n[[balls]]\nid = "a"\nposition = [0.0, 0.0]\n'
+TABLE = "--table 2.54 1.27 --radius 0.028575"
+FIT = f"fit tracks.csv {TABLE}"
+SHOT = "grazing/rolling-hit-1e-01"
+
+BAD_USAGE = [
+    ("run stopp", '"stopp"', "Did you mean stop"),
+    ("run missing/shot.toml", "missing/shot.toml", "No such file"),
+    ("run stop --engine pymonk", "'pymonk'", "Did you mean `pymunk`?"),
+    ("run stop --engine ghostball:dt=1", "`dt`", "max_events="),
+    ("run stop --engine ghostball:max_events=x", "`max_events`", "'x'"),
+    ("run stop --engine ghostball:max_events", "`key=value`"),
+    ("run stop --record all", "--record", "trajectory"),
+    ("run stop --record rest --plot a.png", "needs --record trajectory"),
+    ("run stop --plot a.bmp", "'a.bmp'", ".png"),
+    ("run stop --plot missing/a.png", "missing/a.png", "No such file"),
+    ("run stop --plot tracks.csv/a.png", "tracks.csv/a.png", "Not a directory"),
+    ("run stop --expect-hash abc", "must be 64 digits 0-9 and a-f, got 'abc'"),
+    (f"run stop --expect-hash {'0' * 64} --record=rest", "needs --record events"),
+    ("run sliding-stun -e paper-discrete", "`paper-discrete` can't represent", "sliding"),
+    ("run sliding-stun -e paper-discrete", "`ghostball engines` lists which engines can"),
+    ("run", "SCENE"),
+    ("run stop --engines a", "--engines"),
+    ("simulate stop", "simulate"),
+    ("validate smok", '"smok"', "smoke"),
+    ("validate smo*", "matches no shipped scene"),
+    ("validate --jobs 0", "--jobs"),
+    ("validate stop --out tracks.csv/a", "tracks.csv/a", "Not a directory"),
+    ("validate stop -e ghostball -e pymonk", "'pymonk'"),
+    ("validate stop -e ghostball -e ''", "name must be given"),
+    ("validate stop -e none_such:Engine", "`none_such:Engine` can't be imported"),
+    ("validate stop -e pymunk -e pymunk", "once", "pymunk"),
+    ("validate stop --metric rest_eror_max", "Did you mean `rest_error_max`"),
+    ("validate stop --metric speed*", "'speed*'", "Known: rest_error_max, "),
+    ("validate stop --metric ''", "got ''", "Known: rest_error_max, "),
+    ("validate stop --format xml", "--format", "junit"),
+    ("explain nosuch --engine pymunk", 'unknown scene "nosuch"'),
+    ("explain stop --engine pymnk", "Did you mean `pymunk`?"),
+    ("explain stop --engine pymunk:dt=-1", "`dt` of engine `pymunk`"),
+    ("explain sliding-stun -e paper-discrete", "no sliding that turns into rolling"),
+    ("explain stop --engine certified", "`certified` is the truth"),
+    ("explain mathavan-cut --engine ghostball", "is itself the truth"),
+    ("explain still.toml --engine pymunk", "nothing moves"),
+    ("explain stop --engine pymunk --plot shot.bmp", "must end in"),
+    ("explain stop", "--engine", "names no engine"),
+    ("explain -e pymunk", "holds no run of pymunk"),
+    (f"fit tracks.csv {TABLE.replace('.', '')}", "LENGTH must be above 0 and at most"),
+    (f"fit tracks.csv {TABLE.replace('0.02', '2')}", "well below the width of the table"),
+    (f"{FIT} --fields mass", "can't fit 'mass'; there are rolling_friction,"),
+    (f"{FIT} --preset felt", "must be one of pool, pool-coulomb, carom, snooker"),
+    (f"{FIT} --preset paper", "in which balls slide; got 'paper'"),
+    (f"{FIT} --law mirror", "must be one of restitution,"),
+    (f"{FIT} --plot left.gif", "must end in"),
+    (f"{FIT} --nose-height 36", "must be from a ball's radius, 0.028575, to below"),
+    (f"{FIT} --nose-height nan", "must be from a ball's radius, 0.028575, to below"),
+    (f"{FIT} --nose-height 0.036 --fields cushion_height", "Remove one"),
+    (f"{FIT} --engine nobody", "engine must be an installed one"),
+    (f"{FIT} --out nowhere/table.toml", "can't write the file of `--out`"),
+    (FIT, "tracks.csv:1: expected the header shot,ball,t,x,y, found 'a,b'"),  # see test_tracks.py
+    (f"fit few.csv {TABLE}", "few.csv: not enough to tell anything: 0 windows"),
+    ("stress grasing", "'grasing'"),
+    (f"stress {SHOT} -e chess", "chess"),
+    (f"stress {SHOT} -e ghostball -e ghostball", "once"),
+    (f"stress {SHOT} --jobs 0", "--jobs"),
+    (f"stress {SHOT} --count 0", "--count"),
+    (f"stress {SHOT} --time-limit 0", "`time_limit`"),
+    (f"stress {SHOT} --time-limit soon", "--time-limit"),
+    (f"stress {SHOT} --out .", "not a results folder of ours"),
+    ("regress none-such", "none-such"),
+    ("regress stop --baselines tracks.csv", "not a folder"),
+    ("regress stop --out tracks.csv", "tracks.csv"),
+    ("regress stop --format xml", "--format"),
+    ("regress stop --against HEAD --fail-on worse", "--against makes none"),
+    ("accept", "--reason"),
+    ("engines --plot a.png", "only `--steps` runs engines", "Leave out `--plot`"),
+    ("engines --steps --check", "Leave out `--check`"),
+    ("engines pymunk --check", "whole installation", "Leave out `ENGINE`"),
+    ("engines ghostball --recipe", "has no recipe"),
+    ("engines --recipe", "needs an engine: box2d, box2d3, dart, mujoco, physx, pybullet, pymunk"),
+    ("engines --steps --scene nosuch", 'unknown scene or tag "nosuch"'),
+    ("engines --steps --scene mathavan-cut", '"mathavan-cut" has no truth'),
+    ("engines --steps pymunk:dt=-1", "`dt` of engine `pymunk`"),
+    ("engines --steps nosuch:simulate", "`nosuch:simulate`"),
+    ("engines --steps --repeats 0", "--repeats"),
+    ("engines --steps --plot steps.txt", "must end in"),
+    ("engines --steps ghostball --plot steps.png", "no engine that is named has steps"),
+    ("engines --steps --out /dev/null/x", "can't make the folder"),
+    ("scenes smoke --metrics", "lists metrics", "Leave out `NAME|TAG`"),
+    ("scenes --schema --metrics", "lists metrics", "Leave out `--schema`"),
+    ("report missing", "missing", "no such results folder"),
+    ("report missing --export here", "no such results folder"),
+    ("report . --export a --open", "writes the tables", "Leave out `--open`"),
+    ("report . --format=json --open", "writes no report"),
+    ("report . --format=json --figures=none", "writes no report"),
+    ("report . --format=json --jobs=2", "writes no report"),
+    ("report .", "not a results folder"),
+    *((f"report missing --format {form}", "no such results folder") for form in Format),
+    *((f"report . --format {form}", "not a results folder") for form in Format),
+    ("init -e pymonk", "pymonk"),
+]
+
+
+@pytest.mark.parametrize(("command", "parts"), [(one[0], one[1:]) for one in BAD_USAGE])
+def test_bad_usage_is_refused_before_anything_is_written(cli, here, command, parts):
+    (here / "still.toml").write_text(STILL)
+    (here / "tracks.csv").write_text("a,b\n")
+    (here / "few.csv").write_text("shot,ball,t,x,y\n1,cue,0,1,1\n1,cue,0.02,1,1\n")
+    assert refused(cli(*shlex.split(command)), *parts)
+    assert {path.name for path in here.iterdir()} == {"still.toml", "tracks.csv", "few.csv"}
 
 
 def test_help_lists_every_command_once_with_its_whole_first_line(cli, monkeypatch):

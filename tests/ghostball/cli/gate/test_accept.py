@@ -9,10 +9,7 @@ from commands import refused
 from gate_commands import accept, cli, contents, edit_engine, regress
 
 from ghostball.validation.baselines import Played, load_baseline, load_regression
-from ghostball.validation.baselines.baseline import (
-    Baseline,
-    baseline_path,
-)
+from ghostball.validation.baselines.baseline import Baseline, baseline_path
 
 
 def test_what_breaks_limits_of_truth_is_refused_and_listed(accepted, planted):

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 from commands import refused
-from gate_commands import cli, edit_engine, regress
+from gate_commands import cli, edit_engine
 
 
 @pytest.mark.slow
@@ -43,9 +43,3 @@ def test_an_engine_of_ones_own_is_compared_with_another_revision(project):
     assert re.search(r"stop +my_engine:simulate +", found.stdout)
     worktrees = subprocess.check_output(["git", "worktree", "list"], text=True)
     assert worktrees.count("\n") == 1, "a worktree was left"
-
-
-def test_another_revision_is_no_baseline_of_which_something_fails(here):
-    refused = regress("--against", "HEAD", "--fail-on", "worse")
-    assert refused.exit_code == 2
-    assert "--against makes none" in refused.stderr

@@ -73,10 +73,7 @@ def test_two_engines_of_one_folder_are_compared_scene_by_scene(here):
     ("arguments", "said"),
     [
         (["a", "none"], "none: no results folder, as a is"),
-        (
-            ["ghostball", "pymonk", "--out", "a"],
-            "pymonk: neither a results folder nor an engine",
-        ),
+        (["ghostball", "pymonk", "--out", "a"], "pymonk: neither a results folder nor an engine"),
         (["ghostball", "pymunk", "--out", "none"], "none: no such results folder"),
     ],
 )

@@ -11,13 +11,9 @@ from commands import refused
 from gate_commands import BASELINES, accept, cli, contents, regress, write_config
 from stored_results import in_database
 
-from ghostball.validation.baselines import (
-    load_regression,
-)
+from ghostball.validation.baselines import load_regression
 from ghostball.validation.baselines.accept import CHANGES_FILE
-from ghostball.validation.baselines.baseline import (
-    baseline_path,
-)
+from ghostball.validation.baselines.baseline import baseline_path
 from ghostball.validation.baselines.regression import Regression
 
 # --- the way through --------------------------------------------------------------------------
@@ -73,25 +69,6 @@ def test_a_baseline_that_is_nonsense_is_refused_before_anything_runs(accepted):
     assert refused(regress("--rerun"), "accepted/ghostball/cut.json", "'fatal'", "git checkout")
     assert contents(accepted / "accepted" / "ghostball") == before
     assert load_regression(accepted / "out") is None
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["none-such"], "none-such"),
-        (["--baselines", "cut.toml"], "not a folder"),
-        pytest.param(
-            ["--against", "none-such"],
-            "`--against` must name a commit",
-            marks=pytest.mark.checkout,  # elsewhere no revision is looked for
-        ),
-        (["--out", "cut.toml"], "cut.toml"),
-        (["--format", "xml"], "--format"),
-    ],
-)
-def test_bad_input_is_refused(here, arguments, said):
-    scenes = () if arguments == ["none-such"] else ("cut.toml",)
-    assert refused(cli("regress", *scenes, *arguments), said)
 
 
 # --- anyone's engine ---------------------------------------------------------------------------

@@ -5,7 +5,6 @@ import json
 from functools import partial
 
 import pytest
-from commands import refused
 from stored_cases import record, written
 
 from ghostball.cli.measure.explain import _worst_scene
@@ -63,29 +62,6 @@ def test_json_is_one_object(cli):
     assert found.stdout.count("\n") == 1
 
 
-STILL = 'schema = 1\nname = "still"\n[[balls]]\nid = "a"\nposition = [0.0, 0.0]\n'
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["nosuch", "--engine", "pymunk"], 'unknown scene "nosuch"'),
-        (["stop", "--engine", "pymnk"], "Did you mean `pymunk`?"),
-        (["stop", "--engine", "pymunk:dt=-1"], "`dt` of engine `pymunk`"),
-        (["sliding-stun", "--engine", "paper-discrete"], "no sliding that turns into rolling"),
-        (["stop", "--engine", "certified"], "`certified` is the truth"),
-        (["mathavan-cut", "--engine", "ghostball"], "is itself the truth"),
-        (["still.toml", "--engine", "pymunk"], "nothing moves"),
-        (["stop", "--engine", "pymunk", "--plot", "shot.bmp"], "must end in"),
-        (["stop"], "--engine"),
-    ],
-)
-def test_bad_input_is_refused(cli, tmp_path, monkeypatch, arguments, said):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "still.toml").write_text(STILL)
-    assert refused(cli(*arguments), said)
-
-
 def test_a_run_that_does_not_end_fails(cli):
     found = cli("stop", "--engine", "pymunk:max_time=0.5", "--no-attribute")
     assert found.exit_code == 1
@@ -138,11 +114,3 @@ def test_a_scene_that_breaks_a_limit_is_worse_than_one_that_breaks_none(tmp_path
     held = record(scene="stop", accuracy=Accuracy("millimetres", 2e-3), checks=(BROKEN_LIMIT,))
     written(tmp_path, held, record(scene="draw", accuracy=Accuracy("another shot")))
     assert _worst_scene(tmp_path, "pymunk") == "stop"
-
-
-def test_without_a_run_there_is_no_worst_scene(cli, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert refused(cli(), "names no engine")
-    found = cli("-e", "pymunk")
-    assert found.exit_code == 2
-    assert "holds no run of pymunk" in " ".join(found.stderr.split())

@@ -15,7 +15,6 @@ from ghostball.model import Physics
 
 TABLE = ("--table", "2.54", "1.27", "--radius", "0.028575")
 SHOTS = 13
-HEADER = "shot,ball,t,x,y\n"
 
 
 @pytest.fixture
@@ -63,47 +62,6 @@ def test_json_is_one_object_with_what_is_not_told(cli, tracks):
     assert data["goodness"] > 0.0
     assert isinstance(data["not_told_apart"], list)
     assert "ball_restitution" in data["not_told"]
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("a,b\n", "1: expected the header shot,ball,t,x,y, found 'a,b'"),  # others: test_tracks.py
-        (HEADER + "1,cue,0,1,1\n1,cue,0.02,1,1\n", "not enough to tell anything: 0 windows"),
-    ],
-)  # fmt: skip
-def test_bad_tracks_are_one_line_and_leave_nothing(cli, tmp_path, text, said):
-    path, out = tmp_path / "tracks.csv", tmp_path / "out.toml"
-    path.write_text(text)
-    found = cli(path, *TABLE, "--out", out)
-    assert found.exit_code == 2
-    (line,) = found.stderr.strip().splitlines()
-    assert f"{path}:" in line
-    assert said in line
-    assert not out.exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--table", "254", "127", "--radius", "0.028575"), "LENGTH must be above 0 and at most"),
-        (("--table", "2.54", "1.27", "--radius", "2.8"), "well below the width of the table"),
-        ((*TABLE, "--fields", "mass"), "can't fit 'mass'; there are rolling_friction,"),
-        ((*TABLE, "--preset", "felt"), "must be one of pool, pool-coulomb, carom, snooker"),
-        ((*TABLE, "--preset", "paper"), "in which balls slide; got 'paper'"),
-        ((*TABLE, "--law", "mirror"), "must be one of restitution,"),
-        ((*TABLE, "--plot", "left.gif"), "must end in"),
-        ((*TABLE, "--nose-height", "36"), "must be from a ball's radius, 0.028575, to below"),
-        ((*TABLE, "--nose-height", "nan"), "must be from a ball's radius, 0.028575, to below"),
-        ((*TABLE, "--nose-height", "0.036", "--fields", "cushion_height"), "Remove one"),
-        ((*TABLE, "--engine", "nobody"), "engine must be an installed one"),
-        ((*TABLE, "--out", "nowhere/table.toml"), "can't write the file of `--out`"),
-    ],
-)  # fmt: skip
-def test_bad_options_are_refused_before_anything_is_played(cli, tracks, arguments, said):
-    found = cli(tracks, *arguments)
-    assert found.exit_code == 2
-    assert said in " ".join(found.stderr.replace("│", " ").split())
 
 
 def test_a_fit_without_scipy_says_how_to_get_it(cli, tracks, monkeypatch):

@@ -55,24 +55,3 @@ def test_where_nothing_can_be_played_nothing_was_judged(measured):
     found = measured("paper-discrete", "--scene", "draw-shot", "--plot", "none.png")
     assert found.exit_code == 4, found.output
     assert "not representable" in found.stdout
-
-
-@pytest.mark.parametrize(
-    ("arguments", "part"),
-    [
-        (["--scene", "nosuch"], 'unknown scene or tag "nosuch"'),
-        (["--scene", "mathavan-cut"], '"mathavan-cut" has no truth'),
-        (["pymunk:dt=-1"], "`dt` of engine `pymunk`"),
-        (["nosuch:simulate"], "`nosuch:simulate`"),
-        (["--repeats", "0"], "--repeats"),
-        (["--plot", "steps.txt"], "must end in"),
-        (["ghostball", "--plot", "steps.png"], "no engine that is named has steps"),
-        (["--out", "/dev/null/x"], "can't make the folder"),
-    ],
-)
-def test_bad_input_is_refused(measured, arguments, part):
-    found = measured(*arguments)
-    assert found.exit_code == 2, found.output
-    assert found.stdout == ""
-    assert "Traceback" not in found.stderr
-    assert part in found.stderr

@@ -78,13 +78,6 @@ def test_runs_and_engines_are_compared_although_no_motion_is_kept(tmp_path, monk
     assert "ball-ball collisions 1 -> 0" in case["summary"]
 
 
-@pytest.mark.parametrize("option", ["--open", "--figures=none", "--jobs=2"])
-def test_what_no_print_of_results_can_heed_is_refused(tmp_path, option):
-    report = CliRunner().invoke(app, ["report", str(tmp_path), "--format=json", option])
-    assert report.exit_code == 2
-    assert "writes no report" in " ".join(report.stderr.split())
-
-
 @pytest.mark.usefixtures("in_this_process")
 def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(tmp_path, monkeypatch):
     # Of the engines by default, those that are here will do.
@@ -116,29 +109,6 @@ def test_only_engines_that_are_named_must_pass_or_ours_where_none_is(tmp_path, m
     assert CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "c")]).exit_code == 1
     (why,) = (line.partition("why: ")[2] for line in lines if "why: " in line)
     assert CliRunner().invoke(app, shlex.split(why)[1:]).exit_code == 0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["grasing"], "'grasing'"),
-        ([ONE, "-e", "chess"], "chess"),
-        ([ONE, "-e", "ghostball", "-e", "ghostball"], "once"),
-        ([ONE, "--jobs", "0"], "--jobs"),
-        ([ONE, "--count", "0"], "--count"),
-        ([ONE, "--time-limit", "0"], "`time_limit`"),
-        ([ONE, "--time-limit", "soon"], "--time-limit"),
-    ],
-)
-def test_bad_options_are_refused(tmp_path, arguments, message):
-    assert refused(stress(*arguments, "--out", tmp_path / "out"), message)
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_folder_with_something_else_is_left_alone(tmp_path):
-    (tmp_path / "thesis.tex").write_text("years of work")
-    assert refused(stress(ONE, "--out", tmp_path), "not a results folder of ours")
-    assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.tex"]
 
 
 @pytest.mark.usefixtures("in_this_process")

@@ -13,10 +13,7 @@ from ghostball.cli.shared.config import load_config
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (
-            'engins = ["ghostball"]',
-            "`engins` is not a known field. Did you mean `engines`?",
-        ),
+        ('engins = ["ghostball"]', "`engins` is not a known field. Did you mean `engines`?"),
         ("engines = [1]", "`engines[0]` must be a valid string, got 1"),
         ('scenes = ["none-such"]', 'unknown scene or tag "none-such"'),
         ('scenes = ["none-such/*.toml"]', "matches no shipped scene and no TOML file"),

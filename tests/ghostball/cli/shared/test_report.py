@@ -83,9 +83,3 @@ def test_the_json_has_what_engines_make_of_real_tables(small_folder):
     assert set(rebound["figures"][0]) == {"at", "value", "error", "played", "what"}
     assert (rolling["typical"], rolling["most"]) == (None, None)
     assert rolling["lacks"] == "it rolls none"
-
-
-def test_bad_input_is_refused(tmp_path):
-    for form in ("text", "json", "csv", "junit", "markdown", "github"):
-        assert "no such results folder" in invoke(tmp_path / "none", "--format", form).stderr
-        assert "not a results folder" in invoke(tmp_path, "--format", form).stderr

@@ -7,23 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from commands import refused
 
 from ghostball.cli.shared.terminal import say, stderr
 from ghostball.validation.parallel.cluster import ClusterLostError
-
-
-@pytest.mark.parametrize("option", ["--out", "--plot"])
-def test_a_place_that_cannot_be_written_is_refused_before_the_run(
-    cli, tmp_path, monkeypatch, option
-):
-    # A parent that is a file: permissions alone would not stop an administrator.
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "file").write_text("")
-    target = tmp_path / "file" / "x.png"
-    arguments = ["run", "stop"] if option == "--plot" else ["validate", "stop"]
-    assert refused(cli(*arguments, option, target), str(target), "Not a directory")
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")

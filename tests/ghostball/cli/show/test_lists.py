@@ -86,8 +86,3 @@ def test_a_recipe_is_code_of_that_engine_alone(cli):
     compile(found.stdout, "recipe", "exec")
     assert "import pymunk" in found.stdout
     assert "ghostball" not in found.stdout
-    assert "has no recipe" in cli("engines", "ghostball", "--recipe").stderr
-    assert (
-        "needs an engine: box2d, box2d3, dart, mujoco, physx, pybullet, pymunk, rapier"
-        in cli("engines", "--recipe").stderr
-    )
