@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from ghostball.cli import app
 from ghostball.validation.examples import first_engine
-from ghostball.validation.precision import ladder
 from ghostball.validation.precision.points import PrecisionMeasurement
+from ghostball.validation.runs import ladder
 
 
 @pytest.fixture
