@@ -6,13 +6,14 @@ Importing this module registers both pictures with the model.
 
 from __future__ import annotations
 
-from html import escape
-
 import numpy as np
+from jinja2 import Template
+from markupsafe import Markup
 
 from ghostball.model import Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.model.views import VIEWS
+from ghostball.reports.templating import templates_of
 
 PIXELS = 640.0
 """Of the longer side."""
@@ -55,52 +56,20 @@ def picture(scene: Scene, path: FloatArray | None = None) -> str:
         corners.append(np.array([[0.0, 0.0], [scene.table.length, scene.table.width]]))
     points = np.concatenate(corners)
     low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
-    scale = PIXELS / float(max(high - low))
-    width, height = (high - low) * scale
-
-    def at(x: float, y: float) -> tuple[float, float]:
-        return (x - low[0]) * scale, (high[1] - y) * scale
-
-    def circle(centre: FloatArray, radius: float, look: str) -> str:
-        x, y = at(*centre)
-        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius * scale:.1f}" {look}/>'
-
-    def line(through: FloatArray, look: str) -> str:
-        points = " ".join("{:.1f},{:.1f}".format(*at(*point)) for point in through)
-        return f'<polyline points="{points}" fill="none" {look}/>'
-
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
-        'font-family="sans-serif" font-size="11">',
-        f"<title>{escape(scene.title or scene.name)}</title>",
-        '<rect width="100%" height="100%" fill="#2f5d4a"/>',
-    ]
-    if scene.table is not None:
-        x, y = at(0.0, scene.table.width)
-        size = f'width="{scene.table.length * scale:.1f}" height="{scene.table.width * scale:.1f}"'
-        if scene.table.is_rectangle:
-            parts.append(f'<rect x="{x:.1f}" y="{y:.1f}" {size} fill="#3d7a62" stroke="#23382f"/>')
-        else:
-            shape = " ".join("{:.1f},{:.1f}".format(*at(*point)) for point in scene.table.drawn)
-            parts.append(f'<polygon points="{shape}" fill="#3d7a62" stroke="#23382f"/>')
-        for hole in scene.table.holes:
-            parts.append(circle(np.array(hole.centre), hole.radius, 'fill="#111"'))
-        for post in scene.table.posts:
-            parts.append(circle(np.array(post.centre), post.radius, 'fill="#8c9a91"'))
-    names = []
+    balls = []
     for i, ball in enumerate(scene.balls):
-        colour, start = COLOURS[i % len(COLOURS)], xy[0, i]
         track = xy[:, i][np.isfinite(xy[:, i]).all(axis=1)]
-        if path is None:
-            aim = np.array([start, start + AIM * scene.velocities[i, :2]])
-            parts.append(line(aim, f'stroke="{colour}" stroke-width="2" stroke-dasharray="4 2"'))
-        else:
-            parts.append(line(track, f'stroke="{colour}" opacity="0.7"'))
-            parts.append(circle(start, ball.radius, f'stroke="{colour}" fill="none"'))
-        parts.append(circle(track[-1], ball.radius, f'fill="{colour}" stroke="#111"'))
-        x, y = at(*(track[-1] + 1.1 * ball.radius))
-        names.append(f'<text x="{x:.1f}" y="{y:.1f}" fill="#fff">{escape(ball.id)}</text>')
-    return "".join((*parts, *names, "</svg>"))
+        aim = xy[0, i] + AIM * scene.velocities[i, :2]
+        balls.append((ball, COLOURS[i % len(COLOURS)], xy[0, i], track, aim))
+    return _template("scene.svg").render(
+        scene=scene,
+        table=scene.table,
+        balls=balls,
+        moved=path is not None,
+        low=low,
+        high=high,
+        scale=PIXELS / float(max(high - low)),
+    )
 
 
 def ended(result: Result) -> str:
@@ -114,8 +83,11 @@ def ended(result: Result) -> str:
     counts = ", ".join(f"{kind} {count}" for kind, count in result.collision_counts.items())
     status = result.status.name.lower()
     text = f"{result.engine}, {status} at t = {result.rest_time:.6g} s; {counts}"
-    drawn = picture(result.scene, path)
-    return f"<figure>{drawn}<figcaption>{escape(text)}</figcaption></figure>"
+    return _template("result.html").render(drawn=Markup(picture(result.scene, path)), text=text)
+
+
+def _template(name: str) -> Template:
+    return templates_of("ghostball.reports").get_template(name)
 
 
 VIEWS.update({Scene: picture, Result: ended})

@@ -7,9 +7,9 @@ same.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.accuracy import wrong_text
@@ -21,8 +21,15 @@ from ghostball.validation.baselines.regression import (
     Regression,
     SceneChange,
 )
-from ghostball.validation.checks.verdict import FAILING, Verdict, not_judged, verdict_of
-from ghostball.validation.results.store import CaseRecord, Results
+from ghostball.validation.checks.verdict import (
+    FAILING,
+    Verdict,
+    is_unfinished,
+    not_judged,
+    unfinished_text,
+    verdict_of,
+)
+from ghostball.validation.results.store import CaseRecord, Check, Results
 from ghostball.validation.scenes import commands
 
 CHANGES: Final[dict[Change, tuple[str, str]]] = {
@@ -168,6 +175,56 @@ def kinds_text(changes: Sequence[SceneChange]) -> str:
     """Count changes by class, the gravest first: "1 worse, 2 rounding"."""
     order = sorted(changes, key=lambda one: [*CHANGES].index(one.change))
     return ", ".join(f"{n} {kind}" for kind, n in Counter(one.words for one in order).items())
+
+
+def counts_text(results: Results) -> str:
+    """Say how many scenes and engines there are, and how many cases have which verdict.
+
+    An engine with other settings is no other engine.
+    """
+    labels, engines = results.labels, {case.engine for case in results.cases}
+    on = many(len(engines), "engine")
+    if len(labels) != len(engines):
+        on += f" in {many(len(labels), 'configuration')}"
+    found = Counter(map(verdict_of, results.cases))
+    said = {
+        Verdict.PASS: "passed",
+        Verdict.FAIL: "failed",
+        Verdict.CRASHED: "did not finish",
+        Verdict.LIMITS_HOLD: "keep their limits without their outcome being judged",
+        Verdict.NOT_REPRESENTABLE: "not representable",
+    }
+    counts = [f"{found[verdict]} {words}" for verdict, words in said.items()]
+    rest = found.total() - sum(found[verdict] for verdict in said)
+    scenes = many(len(results.scene_names), "scene")
+    return f"{scenes} on {on}: {', '.join(counts)}, {rest} without a verdict"
+
+
+def incomplete_text(results: Results) -> str:
+    """Say that a run isn't complete, and how far it is; "" where it is complete."""
+    if results.state == "complete":
+        return ""
+    done = f"{len(results.cases)} of {many(results.planned, 'case')} are done"
+    state = "still running, or killed" if results.state == "running" else results.state
+    return f"The run is not complete ({state}): {done}."
+
+
+class Failure(NamedTuple):
+    """A limit that a case breaks, and why it is what it is; or, without `check`, no end of it."""
+
+    case: CaseRecord
+    check: Check | None
+    words: str
+    reason: str
+
+
+def failures(results: Results) -> Iterator[Failure]:
+    """Yield all that makes a run fail, in the order of its cases."""
+    for case in bad_cases(results):
+        if is_unfinished(case):
+            yield Failure(case, None, f"did not finish: {unfinished_text(case)}", "")
+        for check in case.broken:
+            yield Failure(case, check, check.sentence, check.reason)
 
 
 def bad_cases(results: Results) -> list[CaseRecord]:

@@ -5,7 +5,7 @@ The page is whole without the pictures: a sheet for each scene (`NAME-sheet`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import closing
 from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
@@ -81,12 +81,16 @@ def write_report(
         tasks = [PART + name for name in results.scene_names]
         if figures == "none":
             jobs = min(jobs, len(tasks) * len(results.labels) // CASES_WORTH_A_PROCESS)
-        for done, (task, made) in enumerate(
-            _make_all(results.path, tasks, figures, jobs, failed), start=1
-        ):
-            parts[task.removeprefix(PART)] = made
-            if progress is not None:
-                progress(done, len(tasks), task)
+        work = partial(_make, results.path, figures)
+        with closing(run_tasks(tasks, max(jobs, 1), work)) as finished:
+            for number, done in enumerate(finished, start=1):
+                made, wrong = done.or_else(_crashed)
+                if isinstance(made, Exception):
+                    raise made
+                failed += wrong
+                parts[done.task.removeprefix(PART)] = made
+                if progress is not None:
+                    progress(number, len(tasks), done.task)
         report = results.path / PAGE
         page = harmless(page_text(results, parts, regression, failed)).encode()  # for terminals
         write_whole(report, page)
@@ -104,24 +108,6 @@ def _cannot_write(path: Path, error: OSError) -> ReportError:
         f"{error.filename or path}: can't write the report: {error.strerror or error}. "
         "Copy the results to a folder that can be written, and report on that"
     )
-
-
-def _make_all(
-    path: Path,
-    tasks: Sequence[str],
-    figures: Pictures,
-    jobs: int,
-    failed: list[FailedPart],
-) -> Iterator[tuple[str, ScenePart]]:
-    """Make what every task asks for; yield each as it is done."""
-    work = partial(_make, path, figures)
-    with closing(run_tasks(tasks, max(jobs, 1), work)) as finished:
-        for done in finished:
-            made, wrong = done.or_else(_crashed)
-            if isinstance(made, Exception):
-                raise made
-            failed += wrong
-            yield done.task, made
 
 
 def _make(path: Path, figures: Pictures, task: str) -> _Answer:
@@ -151,14 +137,10 @@ def _scene_part(path: Path, figures: Pictures, name: str, failed: list[FailedPar
     shot = load_shot(results, name)
     sheet = None
     if figures != "none":
-        stem = path / FIGURES / f"{name}{SHEET}"
-        sheet = _drawn(stem, shot, _endings(figures), failed)
+        endings = style.FORMATS if figures == "svg" else style.FORMATS[:1]
+        sheet = _drawn(path / FIGURES / f"{name}{SHEET}", shot, endings, failed)
     change = None if regression is None else regression.scene(name)
     return scene_part(shot, change, sheet)
-
-
-def _endings(figures: Pictures) -> Sequence[str]:
-    return style.FORMATS if figures == "svg" else style.FORMATS[:1]
 
 
 def _drawn(

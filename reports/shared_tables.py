@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports import style
 from ghostball.reports.shots import standing_text
-from ghostball.reports.words import many, number_text
+from ghostball.reports.words import many
 from ghostball.validation.results.comparisons import comparisons_of
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.suite.spread import DIFFERS, QUANTITIES, SceneSpread, Spread, spreads_of
@@ -57,7 +57,7 @@ def comparison_cells(case: CaseRecord) -> tuple[str, ...] | None:
         "the reference" if case.is_own_measure else rest or "–",
         found.rest_ball or "–",
         *counts,
-        number_text(found.energy_difference),
+        style.format_quantity(found.energy_difference),
         "–" if when is None else f"{when:.4g} s",
     )
 

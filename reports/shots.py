@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,6 +11,7 @@ import numpy as np
 from ghostball.model import COLLISION_KINDS, GhostballError, Phase, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
+from ghostball.reports.words import metric_of
 from ghostball.validation.checks.verdict import (
     RestError,
     Verdict,
@@ -41,19 +41,13 @@ HIGHEST = 1.8
 """Energy drawn at most, over the initial one: one engine that explodes must not flatten all."""
 
 
-def rest_error(case: CaseRecord | None) -> float | None:
-    """Return the largest rest error of a case [m], or None where it has no finite one."""
-    value = None if case is None else case.metrics.get("rest_error_max")
-    return float(value) if value is not None and math.isfinite(value) else None
-
-
 def rest_error_text(case: CaseRecord | None) -> str:
     """Return the largest rest error as every table and figure shows it.
 
     In brackets where no limit judges it; "" where there is none, or it would compare our engine
     with itself.
     """
-    return standing_text(case, style.format_length(rest_error(case)))
+    return standing_text(case, style.format_length(metric_of(case, "rest_error_max")))
 
 
 def standing_text(case: CaseRecord | None, error: str) -> str:
@@ -101,11 +95,6 @@ class Run:
     def verdict(self) -> Verdict:
         """What became of it."""
         return verdict_of(self.case)
-
-    def metric(self, name: str) -> float | None:
-        """Return a metric of the case, or None where there is no finite number."""
-        value = self.case.metrics.get(name) if self.case is not None else None
-        return float(value) if value is not None and np.isfinite(value) else None
 
     @property
     def standing(self) -> RestError:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from ghostball.reference_adapters.function import name_of_function
 from ghostball.validation.results.files import write_whole
+from ghostball.validation.results.records import number_with_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, FigureBase
@@ -181,15 +182,22 @@ def format_time(seconds: float | None) -> str:
     return _scaled(seconds, "s")
 
 
-def format_quantity(value: float, unit: str) -> str:
-    """Return a quantity to three digits, with a unit that suits it; whole numbers whole."""
+def format_quantity(value: float | None, unit: str = "1") -> str:
+    """Return a quantity to three digits, with a unit that suits it; whole numbers whole.
+
+    Of unit "class" it is the name of a class of accuracy.
+    """
+    if value is None:
+        return "–"
+    if unit == "class":
+        return number_with_unit(value, unit)
     if unit in ("s", "m"):
-        text = format_time(abs(value)) if unit == "s" else format_length(abs(value))
-        return f"-{text}" if value < 0.0 else text
+        return f"{'-' if value < 0.0 else ''}{_scaled(abs(value), unit)}"
     if unit == "1/s" and value >= 1e3:
         scale, name = (1e6, " million/s") if value >= 1e6 else (1e3, " thousand/s")
         return f"{value / scale:.3g}{name}"
-    number = f"{value:.0f}" if float(value).is_integer() and abs(value) < 1e9 else f"{value:.3g}"
+    whole = isinstance(value, int) or (value.is_integer() and abs(value) < 1e9)
+    number = f"{value:.0f}" if whole else f"{value:.3g}"
     return number if unit == "1" else f"{number} {unit}"
 
 

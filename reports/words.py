@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from ghostball.reports import style
 from ghostball.validation.measured.family import Family
-from ghostball.validation.results.records import number_with_unit
 from ghostball.validation.results.store import CaseRecord, Results
 
 
@@ -31,32 +31,15 @@ def reused_text(results: Results) -> str:
 
 def run_time_text(case: CaseRecord, *, dated: bool) -> str:
     """Return the run time of a case, if it has one, and if `dated` with the date of then."""
-    text = style.format_time(metric_of(case, "wall_time"))
-    if not (dated and case.measured) or metric_of(case, "wall_time") is None:
-        return text
-    return f"{text} ({case.measured[:10]})"
+    seconds = metric_of(case, "wall_time")
+    date = f" ({case.measured[:10]})" if dated and case.measured and seconds is not None else ""
+    return style.format_time(seconds) + date
 
 
-def metric_of(case: CaseRecord, name: str) -> float | None:
-    """Return a metric of a case, or None where it has no value."""
-    value = case.metrics.get(name)
-    return None if value is None else float(value)
-
-
-def quantity_text(value: float, unit: str) -> str:
-    """Return a number as reports show it, a length or a time with the unit that suits it."""
-    if unit == "m":
-        return style.format_length(value)
-    if unit == "class":
-        return number_with_unit(value, unit)
-    return style.format_time(value) if unit == "s" else number_text(value)
-
-
-def number_text(value: float | None) -> str:
-    """Return a pure number to three digits, a count in full, a dash for None."""
-    if value is None:
-        return "–"
-    return str(value) if isinstance(value, int) else f"{value:.3g}"
+def metric_of(case: CaseRecord | None, name: str) -> float | None:
+    """Return a metric of a case, or None where it has no finite value."""
+    value = None if case is None else case.metrics.get(name)
+    return float(value) if value is not None and math.isfinite(value) else None
 
 
 LIKENESS_KEY: Final = (

@@ -22,7 +22,7 @@ from ghostball.reports import style
 from ghostball.reports.figures._table import aspect_of, view_of
 from ghostball.reports.figures.paths import WIDTH, draw_panel
 from ghostball.reports.precision import draw_against_steps, draw_against_time
-from ghostball.reports.shots import rest_error
+from ghostball.reports.words import metric_of
 from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.results.store import CLOSED_FORM, Results
 
@@ -131,7 +131,7 @@ def independent_errors(results: Results, label: str) -> list[float]:
     """Return an engine's largest rest error in each scene of independent truth [m]."""
     found = []
     for case in results.cases:
-        error = rest_error(case)
+        error = metric_of(case, "rest_error_max")
         if case.label == label and error is not None and case.truth == CLOSED_FORM:
             found.append(error)
     return found

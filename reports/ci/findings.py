@@ -9,15 +9,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from ghostball.reports.outcome import bad_cases
+from ghostball.reports.outcome import Failure, failures
 from ghostball.reports.shift import error_text, is_shifted
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Regression,
     SceneChange,
 )
-from ghostball.validation.checks.verdict import unfinished_text
-from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes import commands
 
@@ -40,13 +38,9 @@ class Finding:
 
 def findings(results: Results | None, regressions: Sequence[Regression]) -> list[Finding]:
     """Return what fails, then what moved and may; `results`: None for a comparison alone."""
-    found: list[Finding] = []
-    bad = [] if results is None else bad_cases(results)
-    for case in bad:
-        found += _of_case(case)
-    if results is not None:
-        found += _of_run(results)
-    lost = {(case.scene, case.label) for case in bad if unfinished_text(case)}
+    failed = [] if results is None else list(failures(results))
+    found = [*map(_of_failure, failed), *(() if results is None else _of_run(results))]
+    lost = {(one.case.scene, one.case.label) for one in failed if one.check is None}
     for regression in regressions:
         found += _of_regression(regression, lost)
     return sorted(found, key=lambda one: one.level)
@@ -73,16 +67,13 @@ def note(level: str, title: str, message: str) -> str:
     return f"::{level} title={title.replace(':', '%3A').replace(',', '%2C')}::{message}"
 
 
-def _of_case(case: CaseRecord) -> Iterator[Finding]:
-    again = f"Again: {commands.explain(case.scene, case.label)}"
-    if why := unfinished_text(case):
-        again = f"Again: {commands.simulate(case.scene, case.label)}"
-        message = f"{case.label} did not finish: {why}\n{again}"
-        yield Finding("error", case.scene, f"{case.scene} did not finish", message)
-    for check in case.checks:
-        if check.passed is False:
-            message = f"{case.label}: {check.sentence} ({check.reason})\n{again}"
-            yield Finding("error", case.scene, f"{case.scene} breaks a limit", message)
+def _of_failure(failure: Failure) -> Finding:
+    case, finished = failure.case, failure.check is not None
+    again = (commands.explain if finished else commands.simulate)(case.scene, case.label)
+    title = f"{case.scene} {'breaks a limit' if finished else 'did not finish'}"
+    why = f" ({failure.reason})" if failure.reason else ""
+    message = f"{case.label}: {failure.words}{why}\nAgain: {again}"
+    return Finding("error", case.scene, title, message)
 
 
 def _of_run(results: Results) -> Iterator[Finding]:

@@ -89,7 +89,7 @@ def _of_case(case: CaseRecord) -> Iterator[Element]:
 
 
 def _of_metric(case: CaseRecord, metric: str, checks: list[Check]) -> Element:
-    failed = [check for check in checks if check.passed is False]
+    failed = [check for check in case.broken if check.metric == metric]
     scene, name = case.scene, f"{case.label}: {metric}"
     if failed:
         words = "; ".join(check.sentence for check in failed)

@@ -9,11 +9,8 @@ Made from stored results alone, like the report.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from functools import cache
+from collections.abc import Sequence
 from typing import Any
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
@@ -21,7 +18,10 @@ from ghostball.reports.accuracy import CLASSES, CLASSES_KEY, cell_text, kinds_of
 from ghostball.reports.ci.findings import findings
 from ghostball.reports.outcome import (
     CHANGES,
-    bad_cases,
+    Failure,
+    counts_text,
+    failures,
+    incomplete_text,
     kinds_text,
     of_comparison,
     of_limits,
@@ -29,15 +29,16 @@ from ghostball.reports.outcome import (
 )
 from ghostball.reports.shift import drawn, error_text, is_shifted, shifted
 from ghostball.reports.shots import legend_text
+from ghostball.reports.templating import templates_of
 from ghostball.reports.words import many
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Regression,
     SceneChange,
 )
-from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
+from ghostball.validation.checks.verdict import verdict_of
 from ghostball.validation.results.records import AccuracyKind
-from ghostball.validation.results.store import CaseRecord, Results
+from ghostball.validation.results.store import Results
 from ghostball.validation.scenes import commands
 
 ROWS = 250
@@ -64,42 +65,30 @@ def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     if results is not None:
         kinds, labels = kinds_of(results.cases), [_code(label) for label in results.labels]
         given |= {
-            "failures": [cells for case in bad_cases(results) for cells in _failure_cells(case)],
+            "failures": list(map(_failure_cells, failures(results))),
             "classes": CLASSES_KEY,
             "engine_heads": _engine_heads(kinds),
             "engines": [_engine_cells(results, label, kinds) for label in results.labels],
             "legend": legend_text(map(verdict_of, results.cases)),
             "scene_heads": ["scene", *labels],
             "scenes": [
-                [_cell(one), *(_cell(cell_text(results.case(one, k))) for k in results.labels)]
-                for one in results.scene_names
+                [_cell(scene), *(_cell(cell_text(case)) for case in cases)]
+                for scene, cases in results.by_scene()
             ],
         }
-    text = (
-        _templates()
-        .get_template("summary.md")
-        .render(
-            whole=overall(results, *regressions),
-            verdicts=_verdicts(results, *regressions),
-            changes=changes,
-            **given,
-        )
+    # Markdown: cells escape what is someone else's.
+    template = templates_of("ghostball.reports", escaped=False).get_template("summary.md")
+    text = template.render(
+        whole=overall(results, *regressions),
+        verdicts=_verdicts(results, *regressions),
+        changes=changes,
+        cell=_cell,
+        many=many,
+        kinds_text=kinds_text,
+        most=ROWS,
+        **given,
     )
     return re.sub("\n{3,}", "\n\n", text).rstrip() + "\n"
-
-
-@cache
-def _templates() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("ghostball.reports"),
-        autoescape=False,  # Markdown: cells escape what is someone else's
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["cell"] = _cell
-    environment.globals.update(many=many, kinds_text=kinds_text, most=ROWS)
-    return environment
 
 
 def summary_text(results: Results | None, *regressions: Regression) -> str:
@@ -129,25 +118,9 @@ def _verdicts(results: Results | None, *regressions: Regression) -> list[tuple[s
         said.append((compared.sign, f"{compared.why}{warned}"))
     if results is not None:
         limits = of_limits(results)
-        unfinished = "" if results.state == "complete" else f" {_unfinished(results)}"
-        said.append((limits.sign, f"{limits.why} {_case_verdict(results)}.{unfinished}"))
+        words = f"{limits.why} {counts_text(results)}. {incomplete_text(results)}".strip()
+        said.append((limits.sign, words))
     return sorted(said, key=lambda one: one[0] == "✓")
-
-
-def _unfinished(results: Results) -> str:
-    done = f"{len(results.cases)} of {many(results.planned, 'case')} are done"
-    return f"The run is not complete ({results.state}): {done}."
-
-
-def _case_verdict(results: Results) -> str:
-    verdicts = [verdict_of(case) for case in results.cases]
-    failed, crashed = verdicts.count(Verdict.FAIL), verdicts.count(Verdict.CRASHED)
-    crashes = f", {crashed} did not finish" if crashed else ""
-    return (
-        f"{many(len(results.scene_names), 'scene')} on {many(len(results.labels), 'engine')}: "
-        f"{verdicts.count(Verdict.PASS)} cases passed, {failed} failed{crashes}, "
-        f"{verdicts.count(Verdict.LIMITS_HOLD)} keep their limits without a verdict on the outcome"
-    )
 
 
 def _is_shown(change: SceneChange) -> bool:
@@ -168,19 +141,13 @@ def _change_cells(change: SceneChange) -> list[str]:
     return [_cell(change.scene), kind, _cell("; ".join(words)), _cell(first), command]
 
 
-def _failure_cells(case: CaseRecord) -> Iterator[list[str]]:
-    where = [_cell(case.scene), _code(case.label)]
-    command = _code(_command(case))
-    if why := unfinished_text(case):
-        yield [*where, _cell(f"did not finish: {why}"), "", command]
-    for check in case.checks:
-        if check.passed is False:
-            yield [*where, _cell(check.sentence), _cell(check.reason), command]
-
-
-def _command(case: CaseRecord) -> str:
-    """Return what runs a case again, wherever the results came from."""
-    return commands.validate(case.scene, case.label, "out/again")
+def _failure_cells(failure: Failure) -> list[str]:
+    """Return what failed, and what runs the case again, wherever the results came from."""
+    case = failure.case
+    again = commands.validate(case.scene, case.label, "out/again")
+    said = (case.scene, failure.words, failure.reason)
+    scene, words, reason = map(_cell, said)
+    return [scene, _code(case.label), words, reason, _code(again)]
 
 
 def _engine_heads(kinds: Sequence[AccuracyKind]) -> list[str]:

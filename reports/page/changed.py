@@ -11,7 +11,6 @@ from markupsafe import Markup
 from ghostball.reports import style
 from ghostball.reports.figures._table import view_of
 from ghostball.reports.page.rendering import render
-from ghostball.reports.words import quantity_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.baselines.regression import Quantity, SceneChange
 from ghostball.validation.results.store import CaseRecord, Results
@@ -79,11 +78,9 @@ def _place(position: tuple[float, float, float]) -> str:
 
 def _moved(one: Quantity) -> tuple[str, ...]:
     """Return a quantity, what it is on both sides, and the difference."""
-    base, head = (
-        "–" if value is None else quantity_text(value, one.unit) for value in (one.base, one.head)
-    )
+    base, head = (style.format_quantity(value, one.unit) for value in (one.base, one.head))
     if one.base is None or one.head is None:
         return one.name, base, head, "–"
     signed = one.head - one.base
-    size = quantity_text(abs(signed), one.unit)
+    size = style.format_quantity(abs(signed), one.unit)
     return one.name, base, head, f"{'+' if signed >= 0 else '−'}{size}"

@@ -11,13 +11,12 @@ from typing import Any
 from markupsafe import Markup
 
 from ghostball.reference_adapters.registry import OURS
-from ghostball.reports.outcome import bad_cases
+from ghostball.reports.outcome import failures
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scene_numbers import COMPARISONS
 from ghostball.reports.page.scenes import ScenePart
-from ghostball.reports.words import number_text, quantity_text
+from ghostball.reports.style import format_quantity
 from ghostball.validation.baselines import Regression
-from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
 from ghostball.validation.results.store import CaseRecord, Check, Results
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import scene_names
@@ -40,30 +39,30 @@ def failures_html(
 
 def _failures(results: Results, scenes: Mapping[str, ScenePart]) -> Iterator[dict[str, Any]]:
     """Yield every failure of a run, in the order of its cases."""
-    for case in bad_cases(results):
-        broken = [check for check in case.checks if check.passed is False]
-        for check in [*[None] * is_unfinished(case), *broken]:
-            yield {
-                "case": case,
-                "check": check,
-                "limit": "" if check is None else _limit(check),
-                "found": unfinished_text(case) if check is None else _found(check),
-                "command": commands.simulate(case.scene, case.label, recorded=True),
-                "why": explaining(case),
-                "rests": list(_rests(case)),
-                "bits": scenes[case.scene].hashes.get(case.label, ""),
-            }
+    for case, check, words, _ in failures(results):
+        yield {
+            "case": case,
+            "check": check,
+            "limit": "" if check is None else _limit(check),
+            "found": words if check is None else _found(check),
+            "command": commands.simulate(case.scene, case.label, recorded=True),
+            "why": explaining(case),
+            "rests": list(_rests(case)),
+            "bits": scenes[case.scene].hashes.get(case.label, ""),
+        }
 
 
 def _limit(check: Check) -> str:
-    return f"{COMPARISONS[check.limit_kind]} {quantity_text(check.limit, check.unit)}"
+    return f"{COMPARISONS[check.limit_kind]} {format_quantity(check.limit, check.unit)}"
 
 
 def _found(check: Check) -> str:
     if check.value is None:
         return f"no value: {check.note}"
-    found = quantity_text(check.value, check.unit)
-    return found if check.unit == "1" else f"{found} ({number_text(check.value)} {check.unit})"
+    found = format_quantity(check.value, check.unit)
+    if check.unit == "1":
+        return found
+    return f"{found} ({format_quantity(check.value)} {check.unit})"
 
 
 def _rests(case: CaseRecord) -> Iterator[tuple[str, str, str]]:

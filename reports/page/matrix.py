@@ -65,8 +65,8 @@ def _groups(regression: Regression) -> Iterator[dict[str, Any]]:
 def matrix_html(results: Results) -> Markup:
     """Return the table of engines by scenes, each cell with why it is what it is."""
     rows = [
-        (scene, [_cell(results.case(scene, label), scene, label) for label in results.labels])
-        for scene in results.scene_names
+        (scene, [_cell(*one, scene) for one in zip(cases, results.labels, strict=True)])
+        for scene, cases in results.by_scene()
     ]
     return render(
         "matrix.html",
@@ -85,11 +85,10 @@ def why_text(case: CaseRecord | None) -> str:
         return "not run: the run ended before it"
     if case.outcome != "ran":
         return f"{verdict.words}: {' '.join(case.reason.split())}"
-    failed = [check for check in case.checks if check.passed is False]
-    if not failed and (why := unfinished_text(case)):
+    if not case.broken and (why := unfinished_text(case)):
         return f"{verdict.words}: {' '.join(why.split())}"
-    if failed:
-        broken = ", ".join(f"{check.metric} breaks its limit" for check in failed)
+    if case.broken:
+        broken = ", ".join(f"{check.metric} breaks its limit" for check in case.broken)
         return f"{meaning_text(case) or 'nothing to compare with'}; {verdict.words}: {broken}"
     stopped = f"; stopped early: {' '.join(case.reason.split())}" if case.reason else ""
     judged = sum(check.passed is True for check in case.checks)
@@ -98,7 +97,7 @@ def why_text(case: CaseRecord | None) -> str:
     return f"{said}; {verdict.words}{checks}{stopped}" if said else f"{verdict.words}{stopped}"
 
 
-def _cell(case: CaseRecord | None, scene: str, label: str) -> dict[str, Any]:
+def _cell(case: CaseRecord | None, label: str, scene: str) -> dict[str, Any]:
     verdict = verdict_of(case)
     found = None if case is None else case.accuracy
     kind = "" if found is None else f"acc-{CLASSES[found.kind].slug}"

@@ -13,7 +13,6 @@ from ghostball.reports.page.chart import Series, draw, log_axis
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.reports.shared_tables import SPREAD_HEADS, SPREAD_KEY, spread_remarks, spread_rows
-from ghostball.reports.shots import rest_error
 from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import RestError, rest_error_standing
@@ -31,9 +30,9 @@ MARKERS = {"o": "●", "D": "◆", "^": "▲", "v": "▼", "s": "■", "P": "✚
 def closed_forms_html(results: Results) -> Markup:
     """Return the errors in the scenes of closed form, in units of what rounding makes of them."""
     rows = [
-        (scene, [_ulps(results.case(scene, label)) for label in results.labels])
-        for scene in results.scene_names
-        if any(case.scene == scene and case.truth == CLOSED_FORM for case in results.cases)
+        (scene, [_ulps(case) for case in cases])
+        for scene, cases in results.by_scene()
+        if any(case is not None and case.truth == CLOSED_FORM for case in cases)
     ]
     return render("closed_forms.html", labels=results.labels, rows=rows)
 
@@ -47,7 +46,7 @@ def cost_html(results: Results) -> Markup:
             for case in results.cases
             if case.label == label
             and rest_error_standing(case) in (RestError.JUDGED, RestError.UNJUDGED)
-            and (error := rest_error(case)) is not None
+            and (error := metric_of(case, "rest_error_max")) is not None
             and (time := metric_of(case, "wall_time"))
         ]
         if not points:
@@ -147,23 +146,15 @@ def hashes_html(
 
 def timing_html(results: Results) -> Markup:
     """Return run times, single samples."""
-    single = [
-        (
-            scene,
-            [
-                ("–", None)
-                if (case := results.case(scene, label)) is None
-                else (run_time_text(case, dated=case.reused), case.wall_time)
-                for label in results.labels
-            ],
-        )
-        for scene in results.scene_names
-    ]
-    return render(
-        "timing.html",
-        labels=results.labels,
-        single=single,
-    )
+    single = [(scene, [_timed(case) for case in cases]) for scene, cases in results.by_scene()]
+    return render("timing.html", labels=results.labels, single=single)
+
+
+def _timed(case: CaseRecord | None) -> tuple[str, float | None]:
+    """Return the run time of a case as text, and what it is sorted by [s]."""
+    if case is None:
+        return "–", None
+    return run_time_text(case, dated=case.reused), case.wall_time
 
 
 def _ulps(case: CaseRecord | None) -> tuple[str, str]:

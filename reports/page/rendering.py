@@ -3,8 +3,8 @@
 Titles and reasons come from users' files and from other people's engines. Nothing of them may
 become markup: templates escape what isn't `Markup`, and JSON within a script has no `<`.
 
-An engine has one colour in every figure (`reports.style`). On the page's paper, light or dark, the
-colour is mixed with ink until a line of it can be distinguished from the paper.
+An engine has one colour in every figure (`reports.style`), also on the page's paper, light or dark,
+unless a line of it could not be distinguished from the paper.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from importlib.resources import files
 from typing import Any
 from urllib.parse import urlencode
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment
 from markupsafe import Markup
 
 from ghostball.reports import style
+from ghostball.reports.templating import templates_of
 
 REPLAY_SCRIPTS = (
     *("replay_parts.js", "replay_look.js", "replay_cloth.js", "replay_player.js"),
@@ -31,14 +32,13 @@ REPLAY_SCRIPTS = (
 """In the order in which a page runs them: each adds to the global object `Ghostball`."""
 
 
-LEAST_LINE = 3.0
-"""Contrast that WCAG 2.2 asks for of what isn't text, level AA (1.4.11)."""
-
-LIGHT_PAPER, DARK_PAPER = "#ffffff", "#14181d"
 LIGHT_INK, DARK_INK = "#1a1f24", "#e6eaee"
-"""`--paper` and `--ink` of page.css in both schemes; a test holds them to it."""
+"""`--ink` of page.css in both schemes; a test holds them to it."""
 
-_STEPS = 40
+ON_LIGHT = {style.ORANGE: "#c48700", style.SKY: "#4999c6", style.YELLOW: "#9c942b"}
+ON_DARK = {style.BROWN: "#875c1a"}
+"""Colours of engines that are too faint for a line on the page's paper, each mixed with as little
+ink as gives it the contrast of 3 that WCAG 2.2 asks for of what isn't text (1.4.11, level AA)."""
 
 
 def scene_link(scene: str, t: float | None = None, engines: Sequence[str] = ()) -> str:
@@ -51,13 +51,7 @@ def scene_link(scene: str, t: float | None = None, engines: Sequence[str] = ()) 
 @cache
 def templates() -> Environment:
     """Return the templates of the page, which escape every value."""
-    environment = Environment(
-        loader=PackageLoader("ghostball.reports.page"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates_of("ghostball.reports.page")
     environment.filters.update(
         codes=codes,
         label=label_html,
@@ -108,22 +102,6 @@ def codes(text: str) -> Markup:
     return Markup("").join(Markup("<code>%s</code>") % part if k % 2 else part for k, part in parts)
 
 
-def contrast(one: str, other: str) -> float:
-    """Return the contrast of two colours "#rrggbb", 1 to 21 (WCAG 2.2, "contrast ratio")."""
-    lighter, darker = sorted((_luminance(one), _luminance(other)), reverse=True)
-    return (lighter + 0.05) / (darker + 0.05)
-
-
-def readable(colour: str, paper: str) -> str:
-    """Return a colour mixed with as little ink as makes a line of it readable on `paper`."""
-    ink = max("#000000", "#ffffff", key=lambda one: contrast(one, paper))
-    for step in range(_STEPS + 1):
-        mixed = _mix(colour, ink, step / _STEPS)
-        if contrast(mixed, paper) >= LEAST_LINE:
-            return mixed
-    return ink
-
-
 def engine_css(labels: Sequence[str]) -> str:
     """Return the custom properties `--engine-0`, ... of the engines, for both schemes.
 
@@ -131,26 +109,9 @@ def engine_css(labels: Sequence[str]) -> str:
     """
     light, dark = (
         "".join(
-            f"--engine-{k}:{ink if look.ours else readable(look.colour, paper)};"
+            f"--engine-{k}:{ink if look.ours else other.get(look.colour, look.colour).lower()};"
             for k, look in enumerate(map(style.engine_style, labels))
         )
-        for paper, ink in ((LIGHT_PAPER, LIGHT_INK), (DARK_PAPER, DARK_INK))
+        for other, ink in ((ON_LIGHT, LIGHT_INK), (ON_DARK, DARK_INK))
     )
     return f":root{{{light}}}@media screen and (prefers-color-scheme: dark){{:root{{{dark}}}}}"
-
-
-def _luminance(colour: str) -> float:
-    parts = [value / 255 for value in _parts(colour)]
-    linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def _mix(colour: str, ink: str, part: float) -> str:
-    mixed = (
-        round((1.0 - part) * a + part * b) for a, b in zip(_parts(colour), _parts(ink), strict=True)
-    )
-    return "#" + "".join(f"{value:02x}" for value in mixed)
-
-
-def _parts(colour: str) -> tuple[int, int, int]:
-    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)

@@ -28,6 +28,7 @@ from ghostball.reports.page.replay_tracks import (
     packed_motion,
 )
 from ghostball.reports.shots import Run, Shot
+from ghostball.reports.words import metric_of
 
 SCHEMA: Final = 2
 """Version of the data; the script refuses another one."""
@@ -122,7 +123,7 @@ def _engine(run: Run, radii: FloatArray, parts: list[bytes]) -> dict[str, Any]:
         if case
         else "",
         "horizon": None if case is None else _finite(case.horizon),
-        "divergence": run.metric("first_divergence_time"),
+        "divergence": metric_of(run.case, "first_divergence_time"),
         # What the distance of its end from the truth is worth: past its horizon it is no error.
         "standing": run.standing.name.lower(),
         "rest": None,

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from ghostball.reports import style
+from ghostball.reports.shared_tables import COMPARISON_HEADS, comparison_cells
 from ghostball.reports.shots import rest_error_text, standing_text
 from ghostball.reports.words import metric_of, run_time_text
-from ghostball.validation.checks.verdict import (
-    RestError,
-    rest_error_standing,
-    verdict_of,
-)
-from ghostball.validation.results.store import CLOSED_FORM, INDEPENDENT, CaseRecord, Check, Results
+from ghostball.validation.checks.verdict import RestError, rest_error_standing, verdict_of
+from ghostball.validation.results.store import CaseRecord, Check, Results
 
 COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"}
 
@@ -38,21 +35,6 @@ SCENES_SHOWN = 8
 
 
 @dataclass(frozen=True)
-class Collisions:
-    """How many collisions there are in truth, and which engines count them.
-
-    `different` has the counts of each engine that counts others.
-    """
-
-    source: str
-    counts: str
-    agree: str
-    same: list[str]
-    differ: str
-    different: list[tuple[str, str]]
-
-
-@dataclass(frozen=True)
 class Remark:
     """One thing to say of one engine's run; of a limit that it breaks, the check."""
 
@@ -61,60 +43,25 @@ class Remark:
     failed: Check | None = None
 
 
-def collisions_of(cases: Sequence[CaseRecord]) -> Collisions | None:
-    """Return who counts the true collisions, and who others; None where none are known."""
-    truth = next((case for case in cases if case.truth_counts is not None), None)
-    if truth is None or truth.truth_counts is None:
-        return None
-    same: list[str] = []
-    different: list[tuple[str, str]] = []
-    for case in cases:
-        if case.outcome != "ran" or case.is_own_measure:
-            continue
-        if all(case.collision_counts.get(kind, 0) == n for kind, n in truth.truth_counts.items()):
-            same.append(case.label)
-        else:
-            different.append((case.label, _counts(case.collision_counts)))
-    # A proof counts also what nobody could predict: to differ there is not to be wrong.
-    agree, differ = ("Right", "Wrong") if truth.truth == CLOSED_FORM else ("The same", "Different")
-    source = "in truth" if truth.truth in INDEPENDENT else "by our engine (not independent)"
-    return Collisions(source, _counts(truth.truth_counts), agree, same, differ, different)
-
-
-def _counts(counts: Mapping[str, int]) -> str:
-    kinds = [f"{count} {kind}" for kind, count in counts.items() if count]
-    if len(kinds) < 2:
-        return kinds[0] if kinds else "0"
-    return f"{sum(counts.values())} ({', '.join(kinds)})"
-
-
 def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
     """Return the headings of the table of numbers."""
     # Where a scene ends at its `t_max` nothing rests.
     end = "end" if any(case.status == "t-max" for case in cases) else "rest"
-    return [
-        "verdict",
-        f"{end} error, rms",
-        f"{end} time [s]",
-        "its error",
-        "collisions in order",
-        "largest overlap",
-        "run time",
-    ]
+    own = (f"{end} error, rms", f"{end} time [s]", "its error", "largest overlap", "run time")
+    return ["verdict", *COMPARISON_HEADS, *own]
 
 
 def number_row(case: CaseRecord) -> list[str]:
     """Return what was measured of one engine, as `number_heads` says."""
-    matching = case.metrics.get("matching_events")
     time_error = style.format_time(metric_of(case, "rest_time_error"))
     if rest_error_standing(case) in (RestError.CHAOTIC, RestError.OWN):
         time_error = rest_error_text(case)  # past prediction as the rest positions are
     return [
         verdict_of(case).symbol,
+        *(comparison_cells(case) or ["–"] * len(COMPARISON_HEADS)),
         standing_text(case, style.format_length(metric_of(case, "rest_error_rms"))) or "–",
         "–" if case.rest_time is None else f"{case.rest_time:.6g}",
         time_error,
-        "–" if matching is None else f"{matching}",
         style.format_length(metric_of(case, "overlap_max")),
         # Dated in the run that measures it, too: the next one finds the same part of the page.
         run_time_text(case, dated=True),
@@ -130,9 +77,7 @@ def remarks(cases: Sequence[CaseRecord]) -> Iterator[Remark]:
             yield Remark(case, f"stopped early ({case.status}): {case.reason}")
         if case.printed:
             yield Remark(case, f"printed: {case.printed}")
-        for check in case.checks:
-            if check.passed is False:
-                yield Remark(case, "", check)
+        yield from (Remark(case, "", check) for check in case.broken)
         if case.approximations:
             yield Remark(case, f"approximates: {'; '.join(case.approximations)}")
         if counted := counted_text(case):

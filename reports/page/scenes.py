@@ -20,13 +20,12 @@ from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.replay_data import scene_data
 from ghostball.reports.page.scene_numbers import (
     COMPARISONS,
-    collisions_of,
     number_heads,
     number_row,
     remarks,
     work_text,
 )
-from ghostball.reports.shared_tables import COMPARISON_HEADS, COMPARISON_KEY, comparison_cells
+from ghostball.reports.shared_tables import COMPARISON_KEY
 from ghostball.reports.shots import (
     ERROR_FLOOR,
     Run,
@@ -36,7 +35,7 @@ from ghostball.reports.shots import (
     largest,
     motion_of_run,
 )
-from ghostball.reports.words import quantity_text
+from ghostball.reports.words import metric_of
 from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.checks.verdict import verdict_of
 from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger, ledger_of
@@ -89,9 +88,6 @@ def scene_part(
         cell_text=cell_text,
         verdict_of=verdict_of,
         compared_key=COMPARISON_KEY,
-        compared_heads=COMPARISON_HEADS,
-        compared=[(case.label, cells) for case in cases if (cells := comparison_cells(case))],
-        collisions=collisions_of(cases),
         heads=number_heads(cases),
         numbers=[(case.label, number_row(case)) for case in cases],
         remarks=list(remarks(cases)),
@@ -135,8 +131,9 @@ def _limits(cases: Sequence[CaseRecord]) -> dict[tuple[str, str, str], list[tupl
     judged: dict[tuple[str, str, str], list[tuple[str, ...]]] = defaultdict(list)
     for case in cases:
         for check in case.checks:
-            limit = f"{COMPARISONS[check.limit_kind]} {quantity_text(check.limit, check.unit)}"
-            value = "–" if check.value is None else quantity_text(check.value, check.unit)
+            bound = style.format_quantity(check.limit, check.unit)
+            limit = f"{COMPARISONS[check.limit_kind]} {bound}"
+            value = style.format_quantity(check.value, check.unit)
             sign = {True: "✓", False: "✗", None: "="}[check.passed]
             judged[check.metric, limit, check.reason].append((sign, case.label, value))
     return judged
@@ -199,7 +196,7 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
         colour = colour_of(shot, run)
         drawn = np.maximum(distance, ERROR_FLOOR)
         series.append(Series(run.style.name, colour, motion.times, drawn, dash_of(run.style)))
-        parted = run.metric("first_divergence_time")
+        parted = metric_of(run.case, "first_divergence_time")
         if parted is not None:
             said = f"{run.style.name}: first wrong collision at {style.format_time(parted)}"
             at = np.interp([parted], motion.times, drawn)

@@ -42,7 +42,7 @@ def test_a_scene_shows_its_balls_by_name_and_where_they_are_going():
 def test_a_result_shows_where_balls_began_and_ended(record):
     result = simulate(SCENE, record=record)
     html = result._repr_html_()
-    text = re.search(r"<svg.*</svg>", html)[0]
+    text = re.search(r"<svg.*</svg>", html, re.DOTALL)[0]
     began_and_ended = centres(text)
     assert len(began_and_ended) == 4
     assert began_and_ended[::2] == centres(SCENE._repr_svg_())

@@ -92,6 +92,21 @@ def test_any_label_gets_a_look_that_is_the_same_in_every_process():
     assert matplotlib_is_loaded == "False"
 
 
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (3.67e-3, "m", "3.67 mm"),
+        (-1e-6, "s", "-1 µs"),
+        (3, "class", "millimetres"),
+        (12345, "1", "12345"),
+        (0.123456, "J", "0.123 J"),
+        (None, "m", "–"),
+    ],
+)
+def test_a_quantity_has_the_unit_that_suits_it(value, unit, text):
+    assert style.format_quantity(value, unit) == text
+
+
 def test_the_same_figure_gives_the_same_bytes(results_folder, tmp_path):
     for name in ("first", "second"):
         with style.drawing():

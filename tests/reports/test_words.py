@@ -2,36 +2,18 @@
 
 from dataclasses import replace
 
-import pytest
 from likenesses import likeness
 
 from ghostball.reports.words import (
     likeness_cell,
     many,
-    number_text,
-    quantity_text,
     reused_text,
     run_time_text,
 )
 from ghostball.validation.results.store import Results
 
 
-@pytest.mark.parametrize(
-    ("value", "unit", "text"),
-    [
-        (3.67e-3, "m", "3.67 mm"),
-        (1e-6, "s", "1 µs"),
-        (3, "class", "millimetres"),
-        (12345, "1", "12345"),
-        (0.123456, "1", "0.123"),
-    ],
-)
-def test_a_quantity_has_the_unit_that_suits_it(value, unit, text):
-    assert quantity_text(value, unit) == text
-
-
-def test_what_is_not_there_is_a_dash_and_one_is_no_plural():
-    assert number_text(None) == "–"
+def test_one_is_no_plural():
     assert [many(count, "case") for count in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
 
 

@@ -268,6 +268,11 @@ class CaseRecord:
         verdicts = [check.passed for check in self.checks if check.passed is not None]
         return all(verdicts) if verdicts else None
 
+    @property
+    def broken(self) -> tuple[Check, ...]:
+        """The checks that failed."""
+        return tuple(check for check in self.checks if check.passed is False)
+
     def load_scene(self) -> Scene:
         """Return the scene that was run.
 

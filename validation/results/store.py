@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -158,6 +159,11 @@ class Results:
             if case.scene == scene and case.label == label:
                 return case
         return None
+
+    def by_scene(self) -> Iterator[tuple[str, list[CaseRecord | None]]]:
+        """Yield each scene with its case on each engine, in the order of `labels`."""
+        for scene in self.scene_names:
+            yield scene, [self.case(scene, label) for label in self.labels]
 
     def motion(self, case: CaseRecord) -> Motion | None:
         """Read the sampled motion of a case, or None where it did not run.

@@ -29,7 +29,7 @@ def test_a_broken_limit_says_how_to_see_it(results):
     assert "rest_error_max must be <= 0.005 m, got 0.03 m (a tenth of a ball)" in one.message
     assert one.message.endswith("Again: ghostball explain stop --engine paper-discrete")
     (lost,) = (f for f in found if f.title == "head-on did not finish")
-    assert "newcomer:dt=1e-3 did not finish: division by zero" in lost.message
+    assert "newcomer:dt=1e-3: did not finish: division by zero" in lost.message
 
 
 def test_what_moved_says_by_how_much(passed):

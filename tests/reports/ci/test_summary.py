@@ -32,7 +32,7 @@ def test_the_verdict_comes_first(results):
     text = summary_markdown(results, regression(worse(), unchanged()))
     assert text.startswith("## ✗ Ghostball: Failed, the gate fails\n")
     assert "\n✗ Against the accepted baselines, 1 of 2 scenes fails (1 worse): " in text
-    assert "9 scenes on 7 engines: " in text
+    assert "9 scenes on 5 engines in 7 configurations: " in text
     order = [text.index(f"### {part}") for part in ("What changed", "Not right", "Verdicts")]
     assert order == sorted(order)
 

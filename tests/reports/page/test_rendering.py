@@ -10,15 +10,12 @@ from ghostball.reports import style
 from ghostball.reports.accuracy import CLASSES
 from ghostball.reports.page.rendering import (
     DARK_INK,
-    DARK_PAPER,
-    LEAST_LINE,
     LIGHT_INK,
-    LIGHT_PAPER,
+    ON_DARK,
+    ON_LIGHT,
     codes,
-    contrast,
     embedded_json,
     engine_css,
-    readable,
     render,
 )
 
@@ -37,7 +34,7 @@ TEXTS = [
     *((f"{look.slug}-ink", f"{look.slug}-paper") for look in CLASSES.values()),
 ]  # fmt: skip
 LEAST_TEXT = 4.5  # what WCAG 2.2 asks for, level AA (1.4.3)
-LABELS = ["ghostball", "pymunk", "paper-discrete", "billiards", "pooltool", "newcomer:x=1"]
+LEAST_LINE = 3.0  # and of what isn't text (1.4.11)
 
 
 @pytest.mark.parametrize("text", EVIL)
@@ -91,25 +88,37 @@ def test_every_colour_of_the_stylesheet_is_one_of_these(scheme):
     assert not re.findall(r"(?:color|background|fill|stroke)\s*:\s*(?:#|rgb|hsl)", CSS)
 
 
+def contrast(one: str, other: str) -> float:
+    """Return the contrast of two colours "#rrggbb", 1 to 21 (WCAG 2.2, "contrast ratio")."""
+    darker, lighter = sorted(map(luminance, (one, other)))
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+def luminance(colour: str) -> float:
+    parts = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    red, green, blue = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in parts)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
 def test_contrast_is_that_of_the_standard():
     assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
     assert contrast("#777777", "#ffffff") == pytest.approx(4.478, abs=1e-3)
 
 
-def test_papers_and_inks_are_those_of_the_stylesheet():
-    assert properties("light")["paper"] == LIGHT_PAPER
-    assert properties("dark")["paper"] == DARK_PAPER
-    assert properties("light")["ink"] == LIGHT_INK
-    assert properties("dark")["ink"] == DARK_INK
+def test_inks_are_those_of_the_stylesheet():
+    assert [properties(scheme)["ink"] for scheme in ("light", "dark")] == [LIGHT_INK, DARK_INK]
 
 
-def test_lines_of_engines_can_be_seen_on_both_papers():
-    found = re.findall(r"--engine-(\d+):(#[0-9a-f]{6})", engine_css(LABELS))
-    assert len(found) == 2 * len(LABELS)
-    for k, (_, colour) in enumerate(found):
-        paper = LIGHT_PAPER if k < len(LABELS) else DARK_PAPER
-        assert contrast(colour, paper) >= LEAST_LINE
+@pytest.mark.parametrize(("scheme", "other"), [("light", ON_LIGHT), ("dark", ON_DARK)])
+def test_lines_of_engines_can_be_seen_on_both_papers_and_change_only_where_they_must(scheme, other):
+    paper = properties(scheme)["paper"]
+    for colour in {*style.FAMILY_COLOURS.values(), *style.OTHER_COLOURS} - {style.BLACK}:
+        assert contrast(other.get(colour, colour), paper) >= LEAST_LINE
+        assert (contrast(colour, paper) < LEAST_LINE) == (colour in other)
 
 
-def test_a_colour_that_can_be_seen_stays_as_it_is():
-    assert readable(style.BLUE, LIGHT_PAPER) == style.BLUE.lower()
+def test_each_engine_has_its_colour_and_ours_that_of_ink():
+    assert engine_css(["ghostball", "billiards"]) == (
+        f":root{{--engine-0:{LIGHT_INK};--engine-1:#4999c6;}}@media screen and "
+        f"(prefers-color-scheme: dark){{:root{{--engine-0:{DARK_INK};--engine-1:#56b4e9;}}}}"
+    )

@@ -4,7 +4,6 @@ import pytest
 from stored_results import edit_records
 
 from ghostball.reports.page.scene_numbers import (
-    collisions_of,
     counted_rows,
     number_heads,
     number_row,
@@ -21,16 +20,6 @@ def results(module_folder):
 
 def cases_of(results, scene):
     return [case for case in results.cases if case.scene == scene]
-
-
-def test_the_true_counts_are_said_with_who_counts_them(results):
-    found = collisions_of(cases_of(results, "head-on"))
-    assert (found.source, found.counts) == ("in truth", "1 ball-ball")
-    assert (found.agree, found.same[:2]) == ("Right", ["ghostball", "pymunk"])
-    assert (found.differ, found.different) == ("Wrong", [("paper-discrete", "7 ball-ball")])
-    found = collisions_of(cases_of(results, "break-7"))
-    assert (found.source, found.counts) == ("by our engine (not independent)", "2 ball-ball")
-    assert (found.agree, found.same[0], found.differ) == ("The same", "pymunk", "Different")
 
 
 def test_every_engine_that_did_not_run_or_failed_has_its_reason(results):
@@ -51,7 +40,7 @@ def test_what_a_run_counted_is_shown(results):
 def test_nothing_is_called_rest_where_nothing_rests(small_folder):
     edit_records(small_folder, lambda text: text.replace('"status":"rest"', '"status":"t-max"'))
     heads = number_heads(Results.open(small_folder).cases)
-    assert heads[1:3] == ["end error, rms", "end time [s]"]
+    assert {"end error, rms", "end time [s]"} <= set(heads)
 
 
 def test_a_row_has_a_number_for_each_heading(results):
