@@ -48,7 +48,7 @@ def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
     # Where a scene ends at its `t_max` nothing rests.
     end = "end" if any(case.status == "t-max" for case in cases) else "rest"
     own = (f"{end} error, rms", f"{end} time [s]", "its error", "largest overlap", "run time")
-    return ["verdict", *COMPARISON_HEADS, *own]
+    return [*COMPARISON_HEADS, *own]
 
 
 def number_row(case: CaseRecord) -> list[str]:
@@ -57,7 +57,6 @@ def number_row(case: CaseRecord) -> list[str]:
     if rest_error_standing(case) in (RestError.CHAOTIC, RestError.OWN):
         time_error = rest_error_text(case)  # past prediction as the rest positions are
     return [
-        verdict_of(case).symbol,
         *(comparison_cells(case) or ["–"] * len(COMPARISON_HEADS)),
         standing_text(case, style.format_length(metric_of(case, "rest_error_rms"))) or "–",
         "–" if case.rest_time is None else f"{case.rest_time:.6g}",

@@ -47,7 +47,7 @@ def test_a_row_has_a_number_for_each_heading(results):
     cases = cases_of(results, "stop")
     assert {len(number_row(case)) for case in cases} == {len(number_heads(cases))}
     by = {case.label: number_row(case) for case in cases}
-    assert by["paper-discrete"][0] == "✗"
+    assert by["paper-discrete"][:2] == ["30 mm", "cue"]
 
 
 def test_what_engines_counted_is_summed_over_the_scenes(module_folder):
