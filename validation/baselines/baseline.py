@@ -18,14 +18,12 @@ import json
 import re
 from dataclasses import MISSING, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
-from pydantic import Field, PlainSerializer, PlainValidator, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import Field, PlainSerializer, PlainValidator, ValidationError
 
 from ghostball.model import EVENT_DTYPE, EventKind, Events, GhostballError
-from ghostball.model.hashes import bits_hash
 from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.registry import OURS, engine_name, parse_spec, spec_of
 from ghostball.validation.baselines.compare import Log, Played
@@ -114,21 +112,6 @@ class Baseline(Model):
     hash: str
     record: CaseRecord
     events: FirstEvents
-
-    @model_validator(mode="after")
-    def _ran(self) -> Self:
-        record, count = self.record, self.events.count
-        if record.outcome != "ran" or record.rest_positions is None:
-            raise PydanticCustomError("record", "`record` must be of a run")
-        if len(self.events.first) != min(count, KEPT_EVENTS):
-            raise PydanticCustomError("events", "`events.first` must hold the first events")
-        log, balls = self.events.log, len(record.definition["balls"])
-        named = [*log.events["a"], *log.events["b"][log.events["kind"] == EventKind.BALL_BALL]]
-        if any(not 0 <= ball < balls for ball in named):
-            raise PydanticCustomError("balls", "`events.first` names a ball that isn't there")
-        if log.until == np.inf and bits_hash(log.events, record.rest_positions) != record.bits:
-            raise PydanticCustomError("bits", "`record.bits` isn't that of its events")
-        return self
 
     @classmethod
     def of(cls, played: Played, accepted: Accepted, engine: str = OURS) -> Baseline:

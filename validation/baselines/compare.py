@@ -48,12 +48,7 @@ import numpy as np
 
 from ghostball.model import Events, GhostballError, Scene
 from ghostball.model.hashes import sequence_hash
-from ghostball.validation.baselines.regression import (
-    Answer,
-    FirstDifference,
-    Quantity,
-    SceneChange,
-)
+from ghostball.validation.baselines.regression import Answer, FirstDifference, Quantity, SceneChange
 from ghostball.validation.baselines.rounding import Allowance
 from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.grading.event_logs import ALL_KINDS, Event, compare_logs, events_in
@@ -127,10 +122,7 @@ def _log_in(record: CaseRecord, motion: Motion | None) -> Log:
 
 
 def compare(
-    base: Played,
-    head: Played,
-    allowance: Callable[[], Allowance] | None = None,
-    command: str = "",
+    base: Played, head: Played, allowance: Callable[[], Allowance] | None = None, command: str = ""
 ) -> SceneChange:
     """Compare a result with an earlier one of the same scene, or with one of another engine.
 

@@ -117,12 +117,7 @@ def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:
         smallest, sizes = unamplified * extent_of(scene), growth.sizes([result.rest_time])[0]
         rest = least * np.where(np.isfinite(sizes), sizes, 0.0) + smallest
     return Allowance(
-        predictable,
-        map_end,
-        tolerances,
-        rest,
-        "proof" if proved else "engine",
-        roundings,
+        predictable, map_end, tolerances, rest, "proof" if proved else "engine", roundings
     )
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import operator
+from collections.abc import Callable, Mapping
 from difflib import get_close_matches
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Final, Literal, Self, get_args
 
 from pydantic import (
     AfterValidator,
@@ -23,7 +24,12 @@ from ghostball.reference_adapters.registry import number_of, parse_spec, spec_of
 from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.results.records import ACCURACY_KINDS, Check, LimitKind
 
-LIMIT_KINDS: tuple[LimitKind, ...] = ("at_most", "at_least", "equals")
+LIMITS: Final[Mapping[LimitKind, Callable[[float, float], bool]]] = {
+    "at_most": operator.le,
+    "at_least": operator.ge,
+    "equals": operator.eq,
+}
+"""The kinds of limits, each with the comparison of a value with it; nan keeps none."""
 
 EVERY = "*"
 """Selects every engine."""
@@ -164,12 +170,12 @@ class Criterion(ForEngines):
         if not isinstance(values, Mapping) or values.get("metric") != "accuracy":
             return values
         return dict(values) | {
-            kind: _rank(values[kind]) for kind in LIMIT_KINDS if isinstance(values.get(kind), str)
+            kind: _rank(values[kind]) for kind in LIMITS if isinstance(values.get(kind), str)
         }
 
     @model_validator(mode="after")
     def _one_limit(self) -> Self:
-        given = [kind for kind in LIMIT_KINDS if getattr(self, kind) is not None]
+        given = [kind for kind in LIMITS if getattr(self, kind) is not None]
         if len(given) != 1:
             raise PydanticCustomError(
                 "limit",
@@ -181,7 +187,7 @@ class Criterion(ForEngines):
     @property
     def limit_kind(self) -> LimitKind:
         """Which of the three limits is given."""
-        return next(kind for kind in LIMIT_KINDS if getattr(self, kind) is not None)
+        return next(kind for kind in LIMITS if getattr(self, kind) is not None)
 
     @property
     def limit(self) -> int | float:
@@ -200,11 +206,7 @@ class Criterion(ForEngines):
 
     def allows(self, value: int | float) -> bool:
         """Whether `value` keeps the limit; nan never does."""
-        if self.limit_kind == "at_most":
-            return value <= self.limit
-        if self.limit_kind == "at_least":
-            return value >= self.limit
-        return value == self.limit
+        return LIMITS[self.limit_kind](value, self.limit)
 
     def check(self, value: int | float | None, note: str = "", *, reference: bool = False) -> Check:
         """Judge a measured value.

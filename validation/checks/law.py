@@ -24,12 +24,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule
 from ghostball.validation.checks.metrics import METRICS
-from ghostball.validation.checks.step_limits import (
-    STEP_METRICS,
-    step_criteria,
-    touching,
-    travel,
-)
+from ghostball.validation.checks.step_limits import STEP_METRICS, step_criteria, touching, travel
 from ghostball.validation.grading.grading import Grade
 from ghostball.validation.truth.scene_truth import Truth
 

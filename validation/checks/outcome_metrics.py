@@ -8,12 +8,7 @@ from typing import Final
 import numpy as np
 
 from ghostball.model import COLLISION_KINDS, EventKind
-from ghostball.validation.checks.metric import (
-    Compute,
-    MetricGroup,
-    NotMeasuredError,
-    RunAndTruth,
-)
+from ghostball.validation.checks.metric import Compute, MetricGroup, NotMeasuredError, RunAndTruth
 from ghostball.validation.grading.event_logs import Agreement, compare_collisions
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.runs.sampling import events_of

@@ -162,10 +162,7 @@ def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
             }
         )
         for ball, r, v in zip(
-            result.scene.balls,
-            positions.tolist(),
-            (sign * velocities + 0.0).tolist(),
-            strict=True,
+            result.scene.balls, positions.tolist(), (sign * velocities + 0.0).tolist(), strict=True
         )
     ]
     scene = result.scene

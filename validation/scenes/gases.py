@@ -18,11 +18,7 @@ FULL_CLOTH: dict[str, Any] = {"preset": "pool"}
 
 
 def packed_gas(
-    count: int,
-    packing: float,
-    physics: dict[str, Any],
-    t_max: float | None = None,
-    seed: int = 0,
+    count: int, packing: float, physics: dict[str, Any], t_max: float | None = None, seed: int = 0
 ) -> Scene:
     """Return balls that fill `packing` of a square of their own, with random velocities.
 

@@ -23,11 +23,7 @@ _SPEEDS: Final = {"slow": (-20, -5), "usual": (-2, 2), "fast": (3, 4)}
 
 
 def placed(
-    chance: random.Random,
-    options: Options,
-    sizes: list[Draft],
-    table: Table | None,
-    physics: Draft,
+    chance: random.Random, options: Options, sizes: list[Draft], table: Table | None, physics: Draft
 ) -> list[Ball]:
     """Return the balls where they lie at first, those that move with their motion.
 
@@ -103,11 +99,7 @@ def _lift(chance: random.Random, flight: str, place: _Places, movers: list[Draft
 
 
 def _shoot(
-    chance: random.Random,
-    options: Options,
-    ball: Draft,
-    speed: float,
-    way: tuple[float, float],
+    chance: random.Random, options: Options, ball: Draft, speed: float, way: tuple[float, float]
 ) -> None:
     """Give a ball its velocity along a way, and its spin; or the stroke of a cue, on the cloth."""
     if options["spin"] == "struck" and len(ball["position"]) == 2:

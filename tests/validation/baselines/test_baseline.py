@@ -107,28 +107,27 @@ EDITS = {
     "scene": lambda data: data["record"]["definition"]["balls"][0].update(mass=1.0),
     "event": lambda data: data["events"]["first"][0].__setitem__(0, 0.5),
     "count": lambda data: data["record"]["work"].update(events=1),
+    "bits": lambda data: data["record"].update(bits="0" * 64),
+    "no run": lambda data: data["record"].update(outcome="failed"),
+    "fewer events": lambda data: data["events"]["first"].pop(),
 }
 
 
 @pytest.mark.parametrize("kind", EDITS)
 def test_an_edited_record_is_refused_by_its_hash(file, kind):
     edited(file, EDITS[kind], hashed=False)
-    with pytest.raises(BaselineError, match=r"cut\.json: `(hash|record\.bits)` isn't that of"):
+    with pytest.raises(BaselineError, match=r"cut\.json: `hash` isn't that of"):
         load_baseline(file)
 
 
 NONSENSE = {
     "not finite": (lambda d: d["events"]["first"][0].__setitem__(0, math_inf), "events.first[0]"),
     "kind": (lambda d: d["events"]["first"][0].__setitem__(1, "hug"), "must be a kind of event"),
-    "ball": (lambda d: d["events"]["first"][0].__setitem__(3, 7), "names a ball that isn't there"),
     "far ball": (lambda d: d["events"]["first"][0].__setitem__(2, 2**40), "events.first[0]"),
-    "bits": (lambda d: d["record"].update(bits="0" * 64), "`record.bits` isn't that of its events"),
     "shape": (lambda d: d["record"].update(rest_positions=[[1.0]]), "must have the shape (2, 3)"),
-    "no run": (lambda d: d["record"].update(outcome="failed"), "`record` must be of a run"),
     "missing": (lambda d: d["record"].pop("scene"), "`record.scene` is missing"),
     "unknown": (lambda d: d["accepted"].update(who=3), "`accepted.who` is not a known field"),
     "reason": (lambda d: d["accepted"].update(reason=" "), "`accepted.reason`"),
-    "fewer events": (lambda d: d["events"]["first"].pop(), "must hold the first events"),
     "count": (lambda d: d["events"].update(count=-1), "`events.count`"),
     "name": (lambda d: d["record"].update(scene="other"), "must be the name of its file"),
     "engine": (lambda d: d.update(engine="mine"), "`engine` must be `ghostball`, got `mine`"),

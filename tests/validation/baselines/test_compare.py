@@ -36,6 +36,13 @@ def shifted(run, index, by):
     return gate.with_events(run, events)
 
 
+def with_another_collision(run):
+    """Return a run with a collision at 0.9 s that no other one has."""
+    extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
+    events = np.concatenate([run.log().events, extra])
+    return gate.with_events(run, events[np.argsort(events["t"])])
+
+
 # --- the first rule: hash ---------------------------------------------------------------------
 
 
@@ -117,9 +124,7 @@ def test_an_event_that_is_no_more_or_new_is_named():
     fewer = of(gate.with_events(BASE, np.delete(BASE.log().events, 1)))
     assert (fewer.change, fewer.first_difference.index) == ("changed", 1)
     assert ": missing: " in fewer.first_difference.words
-    extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
-    events = np.concatenate([BASE.log().events, extra])
-    more = of(gate.with_events(BASE, events[np.argsort(events["t"])]))
+    more = of(with_another_collision(BASE))
     assert 'new: "object" hits the left cushion at 0.9 s' in more.first_difference.words
 
 
@@ -256,46 +261,45 @@ def test_errors_against_another_reference_are_not_compared():
     assert of(gate.off(MOVED, 1.0), BASE).base_error == 1e-12
 
 
-@pytest.mark.parametrize("before", [{"accuracy": None}, {"accuracy": None, "truth": None}])
-def test_what_became_unphysical_is_worse_whatever_was_known_before(before):
-    broken = gate.having(MOVED, accuracy=BROKEN)
-    assert of(broken, gate.having(BASE, **before)).change == "worse"
-    assert of(broken, gate.having(BASE, truth="closed form")).change == "worse"
-    was = gate.having(BASE, accuracy=BROKEN, truth="closed form")
-    assert of(broken, was).change == "changed"
-    assert of(gate.off(MOVED, 1e-3), was).change == "better"
+def proved(run, factor):
+    return gate.having(run, accuracy=None, metrics={"quality_factor": factor})
 
 
-def test_an_unphysical_run_is_worse_than_the_reference_itself():
-    ours = gate.having(BASE, accuracy=None, truth="our engine (not independent)")
-    other = gate.having(MOVED, accuracy=BROKEN, engine="pymunk", truth=ours.record.truth)
-    assert compare(ours, other).change == "worse"
+WAS_BROKEN = gate.having(BASE, accuracy=BROKEN, truth="closed form")
+EARLY = gate.having(BASE, accuracy=None)
 
 
-def test_without_a_reference_other_collisions_than_before_are_wrong():
-    base = gate.having(BASE, accuracy=None)
-    extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
-    events = np.concatenate([BASE.log().events, extra])
-    head = gate.with_events(base, events[np.argsort(events["t"])])
-    assert of(head, base).change == "wrong collisions"
-    assert of(head, base, horizon=0.8, rest=None).change == "rounding"
-    assert of(shifted(base, 0, 1e-6), base).change == "changed"
+@pytest.mark.parametrize(
+    ("base", "head", "answer"),
+    [
+        # What became unphysical is worse whatever was known before.
+        (EARLY, gate.having(MOVED, accuracy=BROKEN), "worse"),
+        (gate.having(EARLY, truth=None), gate.having(MOVED, accuracy=BROKEN), "worse"),
+        (gate.having(BASE, truth="closed form"), gate.having(MOVED, accuracy=BROKEN), "worse"),
+        (WAS_BROKEN, gate.having(MOVED, accuracy=BROKEN), "changed"),
+        (WAS_BROKEN, gate.off(MOVED, 1e-3), "better"),
+        # Without a reference the proved part decides, and else the collisions.
+        (proved(BASE, 0.5), proved(MOVED, 1e6), "worse"),
+        (proved(BASE, 1e6), proved(MOVED, 0.5), "better"),
+        (proved(BASE, 0.5), proved(MOVED, 31.0), "changed"),
+        (EARLY, with_another_collision(EARLY), "wrong collisions"),
+        (EARLY, shifted(EARLY, 0, 1e-6), "changed"),
+    ],
+)
+def test_the_answer_without_a_common_reference(base, head, answer):
+    assert of(head, base).change == answer
 
 
-def test_without_a_reference_the_proved_part_decides():
-    def proved(run, factor):
-        return gate.having(run, accuracy=None, metrics={"quality_factor": factor})
-
-    assert of(proved(MOVED, 1e6), proved(BASE, 0.5)).change == "worse"
-    assert of(proved(MOVED, 0.5), proved(BASE, 1e6)).change == "better"
-    assert of(proved(MOVED, 31.0), proved(BASE, 0.5)).change == "changed"
+def test_past_the_horizon_another_collision_is_rounding():
+    assert of(with_another_collision(EARLY), EARLY, horizon=0.8, rest=None).change == "rounding"
 
 
-def test_the_reference_itself_is_neither_better_nor_worse():
+def test_the_reference_itself_is_neither_better_nor_worse_but_an_unphysical_run_is_worse():
     ours = gate.having(BASE, accuracy=None, truth="our engine (not independent)")
     other = gate.having(gate.off(MOVED, 1e-3), engine="pymunk", truth=ours.record.truth)
     other = gate.with_events(other, np.delete(BASE.log().events, 0))
     assert compare(ours, other).change == compare(other, ours).change == "changed"
+    assert compare(ours, gate.having(other, accuracy=BROKEN)).change == "worse"
 
 
 def test_two_engines_are_compared_by_their_errors_and_collisions_alone():

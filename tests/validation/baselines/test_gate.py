@@ -13,11 +13,7 @@ from ghostball.engine import simulate
 from ghostball.model import EngineFailedError, UnsupportedSceneError
 from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, RefusedError
-from ghostball.validation.baselines.baseline import (
-    Baseline,
-    baseline_path,
-    load_baseline,
-)
+from ghostball.validation.baselines.baseline import Baseline, baseline_path, load_baseline
 from ghostball.validation.baselines.compare import Played
 from ghostball.validation.baselines.gate import outcome_of, playing_again
 

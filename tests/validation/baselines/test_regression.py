@@ -24,10 +24,7 @@ CHANGE = gate.compared(BASE, gate.played(OTHER, like=SHOT), OTHER)
 REGRESSION = Regression(
     head={"git": None, "versions": {"numba": "1"}},
     outcome="failed",
-    scenes=(
-        CHANGE,
-        gate.compared(BASE, BASE, SHOT),
-    ),
+    scenes=(CHANGE, gate.compared(BASE, BASE, SHOT)),
     warnings=("one",),
 )
 

@@ -181,6 +181,7 @@ def test_a_motion_that_blew_up_has_no_numbers() -> None:
     for name in ("rest_error_max", "energy_drift", "energy_rise", "energy_difference_max"):
         assert measured.values[name] is None
         assert "not finite" in measured.notes[name]
+        assert name in measured.incomplete
     assert measured.ball_errors is None
 
 

@@ -12,15 +12,7 @@ from step_rules import asked_of_all, criteria_of_step, limit_of_step
 from wrong_runs import events_in, frames_of, resting_at, with_events, with_frames, with_late_events
 
 from ghostball import Feature, plays
-from ghostball.model import (
-    Ball,
-    EventKind,
-    Physics,
-    Record,
-    Result,
-    Scene,
-    Table,
-)
+from ghostball.model import Ball, EventKind, Physics, Record, Result, Scene, Table
 from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.function import engine_of

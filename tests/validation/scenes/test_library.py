@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -138,13 +140,6 @@ def test_find_by_name_and_by_path(tmp_path: Path) -> None:
     assert find_scene(str(tmp_path / "mine.toml")) == scene
 
 
-def test_unknown_name_offers_near_ones() -> None:
-    with pytest.raises(SceneError, match=r'unknown scene "half-ball".*half-ball-cut'):
-        find_scene("half-ball")
-    with pytest.raises(SceneError, match=r'unknown scene "qqqq".*`ghostball scenes` lists them'):
-        find_scene("qqqq")
-
-
 def test_the_board_is_asked_for_by_its_tag_alone() -> None:
     board = select([BOARD])
     assert [scene.name for scene in board] == [path.stem for path in ON_BOARD]
@@ -156,30 +151,34 @@ def test_the_board_is_asked_for_by_its_tag_alone() -> None:
     assert scene_names() == (*NAMES, *(scene.name for scene in board))
 
 
-def test_select_suites() -> None:
+def test_scenes_are_selected_by_name_tag_and_path(tmp_path: Path) -> None:
     assert select(["full"]) == select()
     smoke = select(["smoke"])
     assert 0 < len(smoke) < len(NAMES)
     assert all("smoke" in scene.tags for scene in smoke)
-
-
-def test_select_by_name_tag_and_path(tmp_path: Path) -> None:
     find_scene("stop").model_copy(update={"name": "mine"}).save(tmp_path / "mine.toml")
     chosen = select(["galperin", "stop", str(tmp_path / "mine.toml"), "galperin-1"])
-    assert [scene.name for scene in chosen] == [
-        *(f"galperin-{k}" for k in range(5)),
-        "stop",
-        "mine",
-    ]
+    names = [*(f"galperin-{k}" for k in range(5)), "stop", "mine"]
+    assert [scene.name for scene in chosen] == names
 
 
-def test_select_refuses_what_it_can_t_find() -> None:
-    with pytest.raises(SceneError, match=r'unknown scene or tag "galprin".*galperin'):
-        select(["galprin"])
-
-
-def test_select_refuses_two_scenes_of_one_name(tmp_path: Path) -> None:
-    other = find_scene("stop").model_copy(update={"title": "another"})
-    other.save(tmp_path / "stop.toml")
-    with pytest.raises(SceneError, match=r'two different ones are called "stop"'):
-        select(["stop", str(tmp_path / "stop.toml")])
+@pytest.mark.parametrize(
+    ("find", "name", "message"),
+    [
+        (find_scene, "half-ball", r'unknown scene "half-ball".*half-ball-cut'),
+        (find_scene, "qqqq", r'unknown scene "qqqq".*`ghostball scenes` lists them'),
+        (select, ["galprin"], r'unknown scene or tag "galprin".*galperin'),
+        (select, ["stop", "stop.toml"], r'two different ones are called "stop"'),
+    ],
+)
+def test_a_scene_that_cannot_be_found_is_refused(
+    find: Callable[[Any], Any],
+    name: object,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    find_scene("stop").model_copy(update={"title": "another"}).save(tmp_path / "stop.toml")
+    with pytest.raises(SceneError, match=message):
+        find(name)

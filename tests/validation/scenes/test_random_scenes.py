@@ -11,12 +11,7 @@ from random_layouts import OF_FEATURES, has, options_in, touching_rails
 
 from ghostball.model import Physics
 from ghostball.model.features import Feature, scene_features
-from ghostball.validation.scenes.random_scenes import (
-    ASPECTS,
-    PAIRS,
-    options_of,
-    random_scene,
-)
+from ghostball.validation.scenes.random_scenes import ASPECTS, PAIRS, options_of, random_scene
 
 
 def test_every_feature_has_its_options():

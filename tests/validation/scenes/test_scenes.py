@@ -37,10 +37,7 @@ ODD = "newcomer:name=a b;rm,dt=1e-3"
             ["validate", "./mine.toml", "--engine", "pymunk", "--out", "out/again"],
         ),
         (commands.regress(), ["regress"]),
-        (
-            commands.regress("stop", ODD),
-            ["regress", "stop", "--engine", ODD],
-        ),
+        (commands.regress("stop", ODD), ["regress", "stop", "--engine", ODD]),
         (commands.regress("mine"), ["regress", "./mine.toml"]),
     ],
 )
