@@ -16,7 +16,7 @@ import numpy as np
 
 from ghostball.model import Disc, Scene, Segment
 from ghostball.model.arrays import FloatArray
-from ghostball.reference_adapters.physx.settings import PhysxSettings
+from ghostball.reference_adapters.physx.settings import TUNED_ITERATIONS, PhysxSettings
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
     ContactWorld,
@@ -153,6 +153,8 @@ class World(ContactWorld):
             )
             shape.rest_offset = 0.0
             body.sleep_threshold = 0.0
+            if not settings.temporal:
+                body.solver_position_iterations = TUNED_ITERATIONS
         if settings.iterations is not None:
             body.solver_position_iterations = settings.iterations
         self.iterations = int(body.solver_position_iterations)

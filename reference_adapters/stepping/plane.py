@@ -178,9 +178,10 @@ class Stepper(ABC):
             ball within the step after the one in which it turned; or None.
         """
         if before is not None and self.collisions:
-            after = self._just_after(before)
             recorder.frame(self.seen_at, before, force=True)
-            recorder.frame(self.seen_at, after._replace(positions=before.positions), force=True)
+            if not self.keep_frame:  # else the step is no longer than the contact
+                after = self._just_after(before)
+                recorder.frame(self.seen_at, after._replace(positions=before.positions), force=True)
         for fall, state in self.states_at_falls if self.falls else ():
             recorder.frame(instant_of(fall, started, self.t), state, force=True)
         for fall in self.falls:

@@ -11,6 +11,8 @@ from engine_facts import (
     shares,
 )
 
+from ghostball.validation.scenes.library import find_scene
+
 pytestmark = needs("physx")
 
 
@@ -19,6 +21,19 @@ def test_the_temporal_solver_changes_the_energy() -> None:
     assert np.abs(energy_ratios("physx", scene) - 1.0).max() < 1e-5
     assert np.abs(energy_ratios("physx:solver=tgs", scene) - 1.0).max() > 5e-3
     assert 0.99 < np.sum(shares("physx:solver=tgs", head_on()) ** 2) < 0.999
+
+
+def test_the_iterations_end_the_break_of_a_frozen_rack_without_a_gain_of_energy() -> None:
+    scene = find_scene("frozen-break").model_copy(update={"t_max": 0.32})
+
+    def gain(spec: str) -> float:
+        frames = play(spec, scene, record="trajectory").trajectory
+        assert frames is not None
+        energies = 0.7 * np.sum(frames.velocities**2, axis=2) @ scene.masses
+        return float(np.max(np.diff(energies))) / energies[0]
+
+    assert gain("physx") <= 1e-6
+    assert gain("physx:iterations=10") == pytest.approx(1.2e-4, rel=0.1)
 
 
 @pytest.mark.parametrize(("speed", "inelastic"), [(1.9, True), (2.1, False)])

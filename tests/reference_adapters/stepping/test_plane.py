@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shots import ball, random_cloth_shot, scene_of
+from shots import R, ball, random_cloth_shot, scene_of
 from side_pocket import into_side_pocket
 
 from ghostball.engine import simulate
@@ -74,6 +74,28 @@ def test_a_ball_is_pocketed_where_and_when_its_centre_enters_the_hole(spec: str)
     assert result.status is Status.REST
     assert t <= result.rest_time <= t + 1e-3
     assert result.energy([result.rest_time]).total[0] == 0.0
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "pybullet", "mujoco"])
+@pytest.mark.parametrize("depth", [1e-2, 1e-4, 1e-7])
+def test_the_cloth_takes_all_its_energy_in_the_short_steps_of_a_contact(
+    engine: str, depth: float
+) -> None:
+    """A graze lasts long. Breaks where a frame has the motion of another instant than its own."""
+    aside = 2.0 * R * (1.0 - depth)
+    balls = ball((0.0, 0.0), (1.0, 0.0)), ball((0.1, aside))
+    scene = scene_of(*balls, t_max=0.2, rolling_friction=0.02)
+    frames = play(f"{engine}:contact_steps=exact", scene).trajectory
+    assert frames is not None
+    speeds = np.linalg.norm(frames.velocities, axis=2)
+    energies = 0.7 * (speeds**2 @ scene.masses)
+    powers = 1.4 * 0.02 * 9.81 * (speeds @ scene.masses)
+    durations = np.diff(frames.times)
+    short = (durations > 0.0) & (durations < 1e-5)
+    taken = durations * np.minimum(powers[:-1], powers[1:])
+    rounding = 1e-15 * energies[0]
+    assert np.any(short)
+    assert np.all((energies[:-1] - energies[1:] - taken)[short] > -rounding - 0.01 * taken[short])
 
 
 @pytest.mark.parametrize("spec", SPECS)
