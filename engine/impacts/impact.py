@@ -259,11 +259,36 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     inelastic = row.restitution < 1.0 or row.loss > 0.0
     if abs(vn) <= rounding_of(terms) or (inelastic and has_collapsed(balls, i, laws)):
         vn = 0.0
-    balls.state[i].vx = vn * nx - after.vt * ny
-    balls.state[i].vy = vn * ny + after.vt * nx
-    balls.state[i].wx = after.wn * nx - after.wt * ny
-    balls.state[i].wy = after.wn * ny + after.wt * nx
+    balls.state[i].vx, balls.state[i].vy = _from_contact_frame(vn, after.vt, nx, ny)
+    balls.state[i].wx, balls.state[i].wy = _from_contact_frame(after.wn, after.wt, nx, ny)
     balls.state[i].wz = after.wz
+
+
+@kernel(inline=True)
+def _from_contact_frame(n: float, t: float, nx: float, ny: float) -> tuple[float, float]:
+    """Return the vector n (nx, ny) + t (-ny, nx), where n and t were computed with (nx, ny), too.
+
+    A slanting cushion has the same rounded normal at each bounce. Without the division by the
+    square of its length, 6 000 bounces between two such cushions gained 9e-13 of the energy.
+    """
+    x1, x2, y1, y2 = n * nx, -t * ny, n * ny, t * nx
+    longer = excess_length(nx, ny)
+    if longer == 0.0:
+        return x1 + x2, y1 + y2
+    return _shortened_sum(x1, x2, longer), _shortened_sum(y1, y2, longer)
+
+
+@kernel(inline=True)
+def _shortened_sum(a: float, b: float, longer: float) -> float:
+    """Return (a + b) (1 - longer), where longer is about the rounding of a double.
+
+    The smaller summand is shortened by all of it: the sum alone, or the larger summand, would
+    round the difference away.
+    """
+    shorter = (a + b) * longer
+    if abs(a) < abs(b):
+        return b + (a - shorter)
+    return a + (b - shorter)
 
 
 @kernel

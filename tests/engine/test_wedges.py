@@ -15,6 +15,7 @@ from shots import R
 
 from ghostball.engine import simulate
 from ghostball.model import Result, Scene, Status
+from ghostball.validation.stress.families.pockets import wedge
 
 MOST_WORK = 5 * 10**6
 """Units of work of a shot, of some 6 ns each."""
@@ -192,3 +193,12 @@ def test_no_random_wedge_of_many_holds_up_a_run(first):
 def test_a_ball_whose_bounces_are_integrated_stays_on_its_side_of_a_gate(lacking):
     scene = shot(pool(0.85, "mathavan2010"), gate(lacking), (0.5, 0.029575), (0.7, -0.001))
     assert check(scene).rest_positions[0, 0] < 1.0
+
+
+def test_bounces_between_slanting_cushions_keep_the_energy():
+    """Fails if the rounded normal of a cushion changes the energy the same way at each bounce."""
+    scene, bounces = wedge("needle", math.radians(0.1))
+    result = simulate(scene, record="events")
+    assert result.collision_counts["ball-cushion"] == bounces == 1800
+    before, after = result.energy([0.0, scene.t_max]).total
+    assert abs(after / before - 1.0) < 1e-14
