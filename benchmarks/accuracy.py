@@ -4,29 +4,27 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from contextlib import closing
-from typing import Any, Literal, Never
+from typing import Annotated, Any, Literal
 
-import numpy as np
+import typer
 from pydantic import Field, computed_field
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from benchmarks.measurements import Shown, table_of
+from benchmarks.frame import Count, benchmark, in_processes
+from benchmarks.measurements import Distribution, Shown, table_of
+from ghostball.cli.shared.options import AUTO, Jobs
 from ghostball.engine import simulate
 from ghostball.model import Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.validation.checks.law import faults_of
 from ghostball.validation.grading.grading import grade
 from ghostball.validation.parallel.compiling import compile_kernels
-from ghostball.validation.parallel.pool import Progress, run_tasks
-from ghostball.validation.results.measurement import MeasurementError, Record
+from ghostball.validation.results.measurement import Record
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 
 SHOTS = 10_000
 """Shots of a whole measurement: some two minutes in two processes."""
-
-JOBS = 2
 
 WORST = 10
 """Shots of the greatest quality factors that are kept."""
@@ -39,6 +37,9 @@ MAX_EVENTS = 10_000
 
 _VARIED = 80
 """Shots that need every variant of the kernels between them."""
+
+_COUNTS = ("events", "missing", "invented", "swapped", "negligible")
+"""Events of a shot that are counted."""
 
 
 class Shot(Record):
@@ -71,29 +72,6 @@ class Shot(Record):
         return shot_of(self.number).model_dump(mode="json", by_alias=True)
 
 
-class Distribution(Record):
-    """How one quantity is spread over many values; None where there are none."""
-
-    count: int
-    median: float | None = None
-    p99: float | None = None
-    greatest: float | None = None
-
-    @classmethod
-    def of(cls, values: Sequence[float]) -> Distribution:
-        """Return the distribution of some values."""
-        if not len(values):
-            return cls(count=0)
-        middle, high, most = np.quantile(values, (0.5, 0.99, 1.0), method="inverted_cdf").tolist()
-        return cls(count=len(values), median=middle, p99=high, greatest=most)
-
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """It as cells of a table."""
-        values = (self.median, self.p99, self.greatest)
-        return str(self.count), *("–" if value is None else f"{value:.3g}" for value in values)
-
-
 class AccuracyMeasurement(Shown):
     """What `python -m benchmarks accuracy` measured.
 
@@ -120,24 +98,24 @@ class AccuracyMeasurement(Shown):
     @classmethod
     def of(cls, first: int, shots: Sequence[Shot]) -> AccuracyMeasurement:
         """Return what came of all shots."""
-        graded = [shot for shot in shots if shot.quality_factor is not None]
-        graded.sort(key=lambda shot: (-(shot.quality_factor or 0.0), shot.number))
-        times = [error for shot in shots for error in shot.time_errors]
+        factors = {shot: shot.quality_factor for shot in shots if shot.quality_factor is not None}
+        worst = sorted(factors, key=lambda shot: (-factors[shot], shot.number))
         return cls(
             first=first,
             shots=len(shots),
             endings=Counter(sorted(shot.ending for shot in shots)),
             extents=Counter(sorted(shot.extent for shot in shots)),
-            events=sum(shot.events for shot in shots),
-            missing=sum(shot.missing for shot in shots),
-            invented=sum(shot.invented for shot in shots),
-            swapped=sum(shot.swapped for shot in shots),
-            negligible=sum(shot.negligible for shot in shots),
-            quality_factor=Distribution.of([shot.quality_factor or 0.0 for shot in graded]),
-            time_error_ulps=Distribution.of(times),
+            **{name: sum(getattr(shot, name) for shot in shots) for name in _COUNTS},
+            quality_factor=Distribution.of([*factors.values()]),
+            time_error_ulps=Distribution.of([x for shot in shots for x in shot.time_errors]),
             faulty=tuple(shot for shot in shots if shot.faults),
-            worst=tuple(graded[:WORST]),
+            worst=tuple(worst[:WORST]),
         )
+
+    @property
+    def failure(self) -> str:
+        """How many shots break a limit."""
+        return f"Shots that break a limit of every scene: {len(self.faulty)}" if self.faulty else ""
 
     @property
     def table(self) -> RenderableType:
@@ -145,50 +123,52 @@ class AccuracyMeasurement(Shown):
         counts = [(f"proof: {name}", str(count)) for name, count in self.endings.items()]
         counts += [(f"graded: {name}", str(count)) for name, count in self.extents.items()]
         spreads = (
-            ("quality factor of a shot", *self.quality_factor.cells),
-            ("error of an event's time [ulps]", *self.time_error_ulps.cells),
+            ("quality factor of a shot", self.quality_factor),
+            ("error of an event's time [ulps]", self.time_error_ulps),
+        )
+        cells = (
+            (name, str(one.count), *map(_shown, (one.median, one.p99, one.greatest)))
+            for name, one in spreads
         )
         worth_a_look = [("breaks a limit", shot) for shot in self.faulty]
         worth_a_look += [("worst", shot) for shot in self.worst[:3]]
         return Group(
             table_of((f"{self.shots} shots from number {self.first}", "shots"), counts),
-            table_of(("quantity", "values", "median", "99 %", "greatest"), spreads),
+            table_of(("quantity", "values", "median", "99 %", "greatest"), cells),
             f"{self.events} events proved: {self.missing} not found, {self.invented} invented; "
             f"{self.swapped} in another order, {self.negligible} below rounding",
             *(
-                Text(f"{why}: quality factor {shot.quality_factor or 0.0:.3g}: {shot.again}. ")
-                + Text("; ".join(shot.faults))
+                Text(
+                    f"{why}: quality factor {_shown(shot.quality_factor)}: {shot.again}. "
+                    f"{'; '.join(shot.faults)}"
+                )
                 for why, shot in worth_a_look
             ),
         )
 
 
-def measure_accuracy(
-    shots: int = SHOTS, *, first: int = 0, jobs: int = JOBS, progress: Progress[str] | None = None
-) -> AccuracyMeasurement:
-    """Simulate, prove and grade random shots.
+def _shown(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3g}"
 
-    `first`: the number of the first one; see `shot_of`.
-    `jobs`: processes; 1 runs everything in this one.
-    """
+
+@benchmark
+def accuracy(
+    shots: Count = SHOTS,
+    first: Annotated[
+        int, typer.Option(min=0, help="Number of the first shot: the same number, the same shot.")
+    ] = 0,
+    jobs: Jobs = AUTO,
+) -> AccuracyMeasurement:
+    """Prove random shots and grade our engine by them; exit with 1 if it breaks a limit."""
     numbers = range(first, first + shots)
     compile_kernels((shot_of(number) for number in numbers[:_VARIED]), jobs)
-    graded = []
-    with closing(run_tasks(numbers, jobs, _grade_shot)) as answers:
-        for count, done in enumerate(answers, start=1):
-            graded.append(done.or_else(_crashed))
-            if progress is not None:
-                progress(count, shots, f"shot {done.task}")
+    graded = in_processes(numbers, jobs, _grade_shot, "shot")
     return AccuracyMeasurement.of(first, sorted(graded, key=lambda shot: shot.number))
 
 
 def shot_of(number: int) -> Scene:
     """Return the random shot of a number."""
     return random_scene(number, **PROVABLE)
-
-
-def _crashed(number: int, reason: str) -> Never:
-    raise MeasurementError(f"the measurement of shot {number}: {reason}")
 
 
 def _grade_shot(number: int) -> Shot:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from statistics import median
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
+import typer
 from pydantic import Field
 from rich.console import RenderableType
 
+from benchmarks.frame import benchmark, counted
 from benchmarks.measurements import Shown, committed, table_of
 from ghostball.reports.accuracy import CLASSES
 from ghostball.reports.style import format_length, format_time
-from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.measurement import MeasurementError, Record
 from ghostball.validation.results.records import AccuracyKind
 from ghostball.validation.results.store import Results
@@ -96,7 +98,17 @@ HEADS: Final = (
 )
 
 
-def board_of(results: Results, *, progress: Progress[str] | None = None) -> BoardMeasurement:
+@benchmark
+def board(
+    results: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Results of `ghostball validate board`.")
+    ],
+) -> BoardMeasurement:
+    """Gather how right and how fast each engine is on the board, for the documentation."""
+    return board_of(Results.open(results))
+
+
+def board_of(results: Results) -> BoardMeasurement:
     """Return what a results folder holds of the board, and what is committed of other engines.
 
     Raises `MeasurementError` if a scene of the board is missing.
@@ -108,9 +120,7 @@ def board_of(results: Results, *, progress: Progress[str] | None = None) -> Boar
             "Run `ghostball validate board` into it"
         )
     cases = []
-    for count, label in enumerate(results.labels, start=1):
-        if progress is not None:
-            progress(count, len(results.labels), label)
+    for label in counted(results.labels, str):
         for scene in scenes:
             case = results.case(scene, label)
             if case is not None:

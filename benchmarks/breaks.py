@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from rich.console import RenderableType
 
+from benchmarks.frame import Count, benchmark, counted
 from benchmarks.measurements import Shown, table_of
 from benchmarks.scenes import (
     FARTHEST,
@@ -25,7 +26,6 @@ from ghostball.engine.batch import STATUSES, workers_of
 from ghostball.model import POOL_BALL_RADIUS, Status
 from ghostball.model.arrays import FloatArray
 from ghostball.reports.style import format_time
-from ghostball.validation.parallel.pool import Progress
 
 BREAKS = 1_000_000
 """Breaks of a whole measurement."""
@@ -77,22 +77,18 @@ def starts_of(part: int, count: int) -> tuple[FloatArray, FloatArray]:
     return positions, velocities
 
 
-def measure_breaks(
-    count: int = BREAKS, *, progress: Progress[str] | None = None
-) -> BreaksMeasurement:
-    """Play random breaks with all of pool's physics, all that differs given as arrays."""
+@benchmark
+def breaks(count: Count = BREAKS) -> BreaksMeasurement:
+    """Play a million random breaks with all of pool's physics, on all cores, and time it all."""
     scene = random_rack(0)
     play = partial(simulate_starts, scene, angular_velocities=scene.angular_velocities)
     play(*starts_of(0, 2))  # compiles, where nothing is yet
     events = most = unfinished = 0
     began, began_work = time.perf_counter(), time.process_time()
-    for first in range(0, count, AT_ONCE):
-        size = min(AT_ONCE, count - first)
-        batch = play(*starts_of(first // AT_ONCE, size))
+    for first in counted(range(0, count, AT_ONCE), lambda first: f"breaks from {first}"):
+        batch = play(*starts_of(first // AT_ONCE, min(AT_ONCE, count - first)))
         events, most = events + int(batch.events.sum()), max(most, int(batch.events.max()))
         unfinished += int(np.sum(batch.status != STATUSES.index(Status.REST)))
-        if progress is not None:
-            progress(first + size, count, "breaks")
     return BreaksMeasurement(
         breaks=count,
         threads=workers_of(None),

@@ -6,22 +6,23 @@ The engine simulates half of the tables; a program that shares no code with it, 
 from __future__ import annotations
 
 import time
-from contextlib import closing
 from functools import partial
-from typing import Any, Final, Literal, Never
+from itertools import product
+from typing import Any, Final, Literal
 
 import numpy as np
 from rich.console import Group, RenderableType
 
+from benchmarks.frame import Count, benchmark, in_processes
 from benchmarks.measurements import Shown, table_of
 from benchmarks.stepped_tracks import Camera, SteppedTable, stepped_tracks
 from benchmarks.synthetic_tracks import POOL, synthetic_tracks
+from ghostball.cli.shared.options import AUTO, Jobs
 from ghostball.model import Physics
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.fit.fit import NORMAL, fit_table
 from ghostball.validation.measured.fit.harvest import harvest
-from ghostball.validation.parallel.pool import Progress, run_tasks
-from ghostball.validation.results.measurement import MeasurementError, Record
+from ghostball.validation.results.measurement import Record
 
 TABLES: Final = 200
 """Tables of a whole measurement."""
@@ -76,20 +77,12 @@ class FitsMeasurement(Shown):
     def rows(self) -> list[tuple[str, str, str, str]]:
         """For each field: in how many tables it was told, how often its errors held, the most."""
         rows = []
-        for name in _RANGES:
-            for program in PROGRAMS:
-                off = np.array(
-                    [
-                        one.errors_off[name]
-                        for one in self.tables
-                        if one.program == program and name in one.errors_off
-                    ]
-                )
-                if len(off):
-                    held = 100.0 * np.mean(np.abs(off) <= NORMAL)
-                    most = np.max(np.abs(off))
-                    tables = f"{len(off)}, {PROGRAMS[program]}"
-                    rows.append((name, tables, f"{held:.1f} %", f"{most:.1f}"))
+        for name, program in product(_RANGES, PROGRAMS):
+            alike = [one.errors_off for one in self.tables if one.program == program]
+            off = np.abs([errors[name] for errors in alike if name in errors])
+            if len(off):
+                held = f"{100.0 * np.mean(off <= NORMAL):.1f} %"
+                rows.append((name, f"{len(off)}, {PROGRAMS[program]}", held, f"{np.max(off):.1f}"))
         return rows
 
     @property
@@ -119,21 +112,11 @@ class FitsMeasurement(Shown):
         return Group(table_of(heads, self.rows), self.extent, self.sought)
 
 
-def measure_fits(
-    tables: int = TABLES, jobs: int = 1, *, progress: Progress[str] | None = None
-) -> FitsMeasurement:
-    """Fit tables of random physics, each by the tracks of `SHOTS` shots."""
-    found = []
-    with closing(run_tasks(range(tables), jobs, fitted_table)) as answers:
-        for count, done in enumerate(answers, start=1):
-            found.append(done.or_else(_crashed))
-            if progress is not None:
-                progress(count, tables, f"table {done.task}")
+@benchmark
+def fits(tables: Count = TABLES, jobs: Jobs = AUTO) -> FitsMeasurement:
+    """Fit synthetic tables of known physics, and count how often the stated errors hold."""
+    found = in_processes(range(tables), jobs, fitted_table, "table")
     return FitsMeasurement(tables=sorted(found, key=lambda one: one.seed))
-
-
-def _crashed(seed: int, reason: str) -> Never:
-    raise MeasurementError(f"the fit of table {seed}: {reason}")
 
 
 def fitted_table(seed: int) -> FittedTable:

@@ -12,11 +12,11 @@ from typing import Final, Literal
 
 from rich.console import RenderableType
 
+from benchmarks.frame import Count, benchmark, counted
 from benchmarks.measurements import Shown, table_of
 from benchmarks.scenes import rack_places
 from ghostball.engine import simulate
 from ghostball.model import POOL_BALL_RADIUS, Ball, EventKind, Physics, Scene, Table
-from ghostball.validation.parallel.pool import Progress
 
 BREAKS = 4_000
 """Breaks of a whole measurement: the standard error of a share of 80 % is 0.6 %."""
@@ -83,16 +83,15 @@ def break_of(number: int) -> Scene:
     return Scene(name=f"made-{number}", table=TABLE, physics=physics, balls=(cue, *balls))
 
 
-def measure_made(count: int = BREAKS, *, progress: Progress[str] | None = None) -> MadeMeasurement:
-    """Play breaks and count what falls."""
+@benchmark
+def made(count: Count = BREAKS) -> MadeMeasurement:
+    """Count how often a break on a bar table makes a ball, beside published counts."""
     made = scratched = pocketed = 0
-    for number in range(count):
+    for number in counted(range(count), lambda _: "breaks"):
         events = simulate(break_of(number), record="events").events
         assert events is not None
         fell = events["a"][events["kind"] == EventKind.POCKETED]
         made += bool((fell > 0).any())
         scratched += bool((fell == 0).any())
         pocketed += len(fell)
-        if progress is not None:
-            progress(number + 1, count, "breaks")
     return MadeMeasurement(breaks=count, made=made, scratched=scratched, pocketed=pocketed)

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from functools import partial
 from statistics import median
-from typing import Literal
+from typing import Annotated, Literal
 
+import typer
 from rich.console import RenderableType
 from rich.markup import escape
 
-from benchmarks.measurements import Shown, table_of
-from benchmarks.scenes import random_rack
-from benchmarks.timing import Figures, run
+from benchmarks.frame import Repeats, benchmark, report
+from benchmarks.measurements import Distribution, Shown, table_of
+from benchmarks.scenes import random_rack, run
 from ghostball.model import EngineFailedError, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
 from ghostball.reference_adapters.output import captured
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_time
-from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.parallel.sources import PACKAGE_OF, versions
 from ghostball.validation.results.measurement import Record
 from ghostball.validation.runs.interleave import Sampler, Task, interleave
@@ -51,9 +51,9 @@ class RackTimes(Record):
     seconds: tuple[float, ...] = ()
 
     @property
-    def figures(self) -> Figures | None:
-        """What is said of them; None where there are none."""
-        return Figures.of(self.seconds) if self.seconds else None
+    def figures(self) -> Distribution:
+        """How the times are spread."""
+        return Distribution.of(self.seconds)
 
 
 class RacksMeasurement(Shown):
@@ -67,10 +67,10 @@ class RacksMeasurement(Shown):
         """Each engine's figures over the racks, or why it has none."""
         rows = []
         for one in self.engines:
-            figures = astuple(one.figures) if one.figures else [None] * 4
+            found = one.figures
             name = f"{one.engine} {one.version}".strip()
-            times = map(format_time, figures)
-            rows.append((name, str(len(one.seconds)), *times, escape(one.detail)))
+            times = map(format_time, (found.median, found.mean, found.p99, found.greatest))
+            rows.append((name, str(found.count), *times, escape(one.detail)))
         heads = ("engine", "racks", "median", "mean", "99 %", "slowest", "why not")
         return table_of(heads, rows, left=("why not",))
 
@@ -112,7 +112,7 @@ def our_player() -> Player:
     return Player(OURS, "", lambda scene: run(scene).wall_time)
 
 
-def peer(spec: str) -> Player:
+def peer_of(spec: str) -> Player:
     """Return another engine, named as by `--engine`; one that isn't there says so when asked."""
     try:
         engine = make_engine(spec)
@@ -138,18 +138,34 @@ def _played(engine: ReferenceEngine, scene: Scene) -> float:
     return result.wall_time
 
 
+Peers = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="ENGINE",
+        help="Another engine beside ours, as for `run --engine`; once for each, or none for none "
+        f"(default: {', '.join(PEERS)}).",
+    ),
+]
+
+
+@benchmark
+def racks(repeats: Repeats = 5, peer: Peers = None) -> RacksMeasurement:
+    """Measure the time of each of 1000 random racks, half frozen.
+
+    The other half is loose by up to 1 mm; all of pool's physics, the cue ball at 4 to 12 m/s. Other
+    engines play the first 100 of them, once.
+    """
+    asked = PEERS if peer is None else [] if peer == ["none"] else peer
+    return measure_racks(our_player(), [*map(peer_of, asked)], rounds=repeats)
+
+
 def measure_racks(
-    ours: Player,
-    peers: Sequence[Player] = (),
-    *,
-    rounds: int,
-    racks: int = RACKS,
-    progress: Progress[str] | None = None,
+    ours: Player, peers: Sequence[Player] = (), *, rounds: int, racks: int = RACKS
 ) -> RacksMeasurement:
     """Measure our engine on racks, `rounds` times each, and peers once on the first of them."""
     scenes = [random_rack(number) for number in range(racks)]
     tasks = [ours.task(scenes), *(one.task(scenes[:PEER_RACKS], most=1) for one in peers)]
-    found = interleave(tasks, rounds, progress)
+    found = interleave(tasks, rounds, report)
     engines = (
         RackTimes(
             engine=player.name,

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from scipy.optimize import minimize
 
+from benchmarks.frame import benchmark, counted
 from benchmarks.measurements import Shown, table_of
 from ghostball.model import Physics
 from ghostball.model.features import Feature, has_feature
 from ghostball.reference_adapters import ReferenceEngine, make_engine
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.likeness import ANGLES
-from ghostball.validation.measured.rebounds import rebounds
-from ghostball.validation.parallel.pool import Progress
+from ghostball.validation.measured.rebounds import rebounds as measured_rebounds
 from ghostball.validation.results.measurement import Record
 
 PLAYERS: Final[Mapping[str, tuple[str, ...]]] = {
@@ -72,22 +72,20 @@ class ReboundsMeasurement(Shown):
         return table_of(heads, [one.row for one in self.best])
 
 
-def measure_rebounds(*, progress: Progress[str] | None = None) -> ReboundsMeasurement:
-    """Search the best coefficients of each engine and law."""
-    engines = {name: make_engine(name) for name in PLAYERS}
+@benchmark
+def rebounds() -> ReboundsMeasurement:
+    """Search how near each engine can come to rebounds measured on a real table."""
     cases = [
         (engine, law, falls)
-        for name, engine in engines.items()
-        for law in PLAYERS[name]
+        for engine in map(make_engine, PLAYERS)
+        for law in PLAYERS[engine.name]
         for falls in (True, False)
         if not falls or has_feature(engine.capabilities, Feature.FALLING_RESTITUTION)
     ]
-    best = []
-    for done, (engine, law, falls) in enumerate(cases, start=1):
-        best.append(best_rebounds(engine, law, falls=falls))
-        if progress is not None:
-            progress(done, len(cases), f"{engine.name}, {law}")
-    return ReboundsMeasurement(best=best)
+    found = counted(cases, lambda case: f"{case[0].name}, {case[1]}")
+    return ReboundsMeasurement(
+        best=[best_rebounds(engine, law, falls=falls) for engine, law, falls in found]
+    )
 
 
 def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebounds:
@@ -109,7 +107,10 @@ def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebo
         found = dict(zip(names, map(float, numbers), strict=True))
         physics = Physics(preset="carom", cushion=law, **{**cloth, _LOSS: 0.0, **found})
         return np.array(
-            [[one.errors_off for one in rebounds(play, physics, angle)] for angle in ANGLES]
+            [
+                [one.errors_off for one in measured_rebounds(play, physics, angle)]
+                for angle in ANGLES
+            ]
         )
 
     # Without derivatives: steps make an engine rough, and it has kinks where a contact begins to

@@ -1,15 +1,18 @@
-"""Scenes that are measured but no data files: random racks, and gases on a pool table."""
+"""Scenes that are measured but no data files, and how one is run: random racks, and a gas."""
 
 from __future__ import annotations
 
 import math
 import random
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
+from ghostball.engine import simulate
+from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Record, Result, Scene, Table
+from ghostball.validation.results.measurement import MeasurementError
 from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, lattice_of
 
 POOL_TABLE = Table(length=2.54, width=1.27)
@@ -97,3 +100,14 @@ def table_gas(count: int, t_max: float) -> Scene:
     rows = math.ceil(count / columns)
     steps = np.array([POOL_TABLE.length / columns, POOL_TABLE.width / rows])
     return lattice_of("table-gas", count, columns, steps, POOL_TABLE, FRICTIONLESS, t_max, 0)
+
+
+def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:
+    """Simulate `scene` to its natural end; arguments as for `simulate`."""
+    result = simulate(scene, record=record, no_skip=no_skip)
+    if not result.status.complete:
+        raise MeasurementError(
+            f'scene "{scene.name}" did not end by itself: {result.status.value}: {result.reason}. '
+            "Its time would mean nothing"
+        )
+    return result

@@ -10,18 +10,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from statistics import median
-from typing import Literal
+from typing import Annotated, Literal, get_args
 
 import numpy as np
+import typer
 from rich.console import Group, RenderableType
 
+from benchmarks.frame import Repeats, benchmark, counted
 from benchmarks.measurements import Shown, table_of
-from benchmarks.timing import run
+from benchmarks.scenes import run
 from ghostball.engine.running.skips import BUILT_IN, Skip, explain_skips
 from ghostball.model import Result, Scene
-from ghostball.reports.style import format_time
-from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.measurement import Record
+from ghostball.validation.runs.interleave import Sampler, Task, interleave
+from ghostball.validation.scenes.gases import many_balls
+from ghostball.validation.scenes.library import select
 
 ROUNDING = 16.0
 """Roundings by which the first event that differs may do so, where another formula gives the same
@@ -37,6 +40,7 @@ COUNTERS = ("bounds", "advancement_steps", "cell_moves")
 NOT_MEASURED = "it can't be switched off, so that what it saves isn't measured"
 
 Equality = Literal["same bits", "rounding", "differs"]
+EQUALITIES: tuple[Equality, ...] = get_args(Equality)
 
 
 class SkipRow(Record):
@@ -69,53 +73,57 @@ class SkipsMeasurement(Shown):
         return tuple(row for row in self.rows if row.equality == "differs")
 
     @property
-    def table(self) -> RenderableType:
-        """Each scene's skips, off and on; then, for each skip, what it came to."""
-        heads = ("scene", "skip", "on", "off", "off / on", *COUNTERS, "answer")
-        cells = (
-            (
-                row.scene,
-                row.skip,
-                format_time(row.seconds_on),
-                format_time(row.seconds_off),
-                f"{row.seconds_off / row.seconds_on:.2f}",
-                *(f"{row.work_on[name]} → {row.work_off[name]}" for name in COUNTERS),
-                ": ".join(filter(None, (row.equality, row.detail))),
-            )
-            for row in self.rows
-        )
-        return Group(table_of(heads, cells, left=("skip", "answer")), self._summary)
+    def failure(self) -> str:
+        """How many answers a skip changes."""
+        count = len(self.defects)
+        return f"Answers that a skip changes: {count}; see above" if count else ""
 
     @property
-    def _summary(self) -> RenderableType:
-        verdicts = ("same bits", "rounding", "differs")
-        heads = ("skip", "used in", *verdicts, "off / on", "bounds, off / on", "it leaves out")
+    def table(self) -> RenderableType:
+        """What each skip came to over the scenes; then each answer that isn't the same."""
+        heads = ("skip", "used in", *EQUALITIES, "off / on", "bounds, off / on", "it leaves out")
         cells = []
         for skip in Skip:
             rows = [row for row in self.rows if row.skip == skip]
-            used = f"{len(rows)} of {len(self.unused)}"
-            counts = [str(sum(row.equality == name for row in rows)) for name in verdicts]
+            used = "not measured" if skip in BUILT_IN else f"{len(rows)} of {len(self.unused)}"
+            counts = [str(sum(row.equality == name for row in rows)) for name in EQUALITIES]
             ratio = bounds = ""
             if rows:
                 ratio = f"{median(row.seconds_off / row.seconds_on for row in rows):.2f}"
                 on = sum(row.work_on["bounds"] for row in rows)
                 bounds = f"{sum(row.work_off['bounds'] for row in rows) / on:.2f}" if on else ""
-            if skip in BUILT_IN:
-                used = "not measured"
             cells.append((skip, used, *counts, ratio, bounds, skip.leaves_out))
-        return table_of(heads, cells, left=("it leaves out",))
+        parted = [
+            f"{row.scene}, {row.skip}: {row.equality}: {row.detail}"
+            for row in self.rows
+            if row.equality != EQUALITIES[0]
+        ]
+        return Group(table_of(heads, cells, left=("it leaves out",)), *parted)
 
 
-def measure_skips(
-    scenes: Sequence[Scene], *, rounds: int, progress: Progress[str] | None = None
-) -> SkipsMeasurement:
+Scenes = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="SCENE|TAG",
+        help="As of `validate` (default: all that are shipped, and two of 256 balls).",
+    ),
+]
+
+
+@benchmark
+def skips(scenes: Scenes = None, repeats: Repeats = 5) -> SkipsMeasurement:
+    """Run scenes with each skip off and on; exit with 1 where one changes an answer."""
+    return measure_skips(select(scenes) if scenes else [*select(), *many_balls()], rounds=repeats)
+
+
+def measure_skips(scenes: Sequence[Scene], *, rounds: int) -> SkipsMeasurement:
     """Run every scene with each skip off and on that it uses and that can be off, interleaved.
 
     And compare the answers.
     """
     rows: list[SkipRow] = []
     unused: dict[str, dict[str, str]] = {}
-    for done, scene in enumerate(scenes, 1):
+    for scene in counted(scenes, lambda scene: scene.name):
         uses = explain_skips(scene)
         measured = [use.skip for use in uses if use.used and use.skip not in BUILT_IN]
         rows += _rows(scene, measured, rounds)
@@ -124,43 +132,54 @@ def measure_skips(
             for use in uses
             if use.skip not in measured
         }
-        if progress is not None:
-            progress(done, len(scenes), scene.name)
     return SkipsMeasurement(rounds=rounds, rows=tuple(rows), unused=unused)
 
 
 def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
     """Measure one scene: with all its skips on, and with each of them off."""
     kept = run(scene, record="events")
-    answers = {skip: run(scene, record="events", no_skip=(skip,)) for skip in skips}
-    if Skip.RECORDS in answers:
-        # Its answer is that of a run nobody asked a record of: the log must not be in the way.
-        answers[Skip.RECORDS] = replace(run(scene), events=kept.events)
-    seconds: dict[Skip | None, list[float]] = {key: [] for key in (None, *skips)}
-    work: dict[Skip | None, dict[str, int]] = {}
-    for _ in range(rounds):
-        for skip, taken in seconds.items():
-            result = run(scene, no_skip=() if skip is None else (skip,))
-            taken.append(result.wall_time)
-            work[skip] = {name: result.work[name] for name in COUNTERS}
+    found = interleave([_task("", scene), *(_task(skip, scene, skip) for skip in skips)], rounds)
+    seconds = {name: median(values["seconds"]) for name, values in found.items()}
+    work = {
+        name: {counter: int(values[counter][-1]) for counter in COUNTERS}
+        for name, values in found.items()
+    }
     rows = []
-    for skip, off in answers.items():
-        equality, detail = compare_answers(kept, off)
+    for skip in skips:
+        answer = run(scene, record="events", no_skip=(skip,))
+        if skip == Skip.RECORDS:
+            # Its answer is that of a run without a record: the log must not be in the way.
+            answer = replace(run(scene), events=kept.events)
+        equality, detail = compare_answers(kept, answer)
         if equality == "rounding" and skip not in ROUNDS:
             equality = "differs"
         rows.append(
             SkipRow(
                 scene=scene.name,
                 skip=skip,
-                seconds_on=median(seconds[None]),
-                seconds_off=median(seconds[skip]),
-                work_on=work[None],
+                seconds_on=seconds[""],
+                seconds_off=seconds[skip],
+                work_on=work[""],
                 work_off=work[skip],
                 equality=equality,
                 detail=detail,
             )
         )
     return rows
+
+
+def _task(name: str, scene: Scene, *off: Skip) -> Task:
+    """Return a scene without some skips as something to be timed, compiled beforehand."""
+
+    def sample() -> dict[str, float]:
+        result = run(scene, no_skip=off)
+        return {"seconds": result.wall_time, **{name: result.work[name] for name in COUNTERS}}
+
+    def prepare() -> Sampler:
+        sample()
+        return sample
+
+    return Task(name, prepare)
 
 
 def compare_answers(on: Result, off: Result) -> tuple[Equality, str]:

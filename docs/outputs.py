@@ -15,7 +15,11 @@ A block is a comment of the page, so that both a forge and the site show its out
 `run shell` runs commands instead, in `build/docs/FOLDER` with `in=FOLDER`, and expects the exit
 status of `exit=N`. With `as=console` the commands are shown, too, but for lines that end in
 `# hide`. Where what commands print differs from the last output in durations alone, it is left as
-it is. Pictures that pages draw are written, or checked, with them.
+it is. The picture that a program draws is written, or checked, with the pages.
+
+cog (cogapp) would leave most of this to us: exit statuses, durations, hidden lines and the shown
+prompt. Each shell block would become a quoted argument of a Python call, and a page that doesn't
+exist ends cog with a traceback.
 """
 
 from __future__ import annotations
@@ -26,6 +30,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import redirect_stdout
+from functools import partial
 from io import StringIO
 from pathlib import Path
 
@@ -34,8 +39,8 @@ from docs import drawings
 DOCS = Path(__file__).resolve().parent
 BUILD = DOCS.parent / "build" / "docs"
 
-PICTURES = {"side-pocket.svg": drawings.side_pocket}
-"""Pictures of the pages, and what draws each."""
+PICTURE = DOCS / "side-pocket.svg"
+"""Drawn by `docs.drawings`."""
 
 _BLOCK = re.compile(
     r"^(?P<head><!-- run (?P<kind>python|shell)(?P<options>[^\n]*)\n(?P<code>.*?)\n-->\n)"
@@ -57,21 +62,21 @@ class OutputError(Exception):
 
 def write_outputs(pages: Sequence[Path], *, check: bool) -> None:
     """Run the blocks of pages and write what they print beneath them; or check that it is there."""
+    if missing := [str(page) for page in pages if not page.is_file()]:
+        raise OutputError(
+            f"a page must be a file of {DOCS.name}/, named from there: no {', '.join(missing)}"
+        )
     stale = []
-    for name, draw in PICTURES.items() if set(pages) >= set(DOCS.rglob("*.md")) else ():
-        picture, drawn = DOCS / name, draw() + "\n"
-        if picture.read_text(encoding="utf-8") != drawn:
-            stale.append(name)
-            if not check:
-                picture.write_text(drawn, encoding="utf-8")
     for page in pages:
         old = page.read_text(encoding="utf-8")
-        new = _BLOCK.sub(lambda block, page=page: _with_output(block, page), old)  # type: ignore[misc]
-        if new == old:
-            continue
-        stale.append(page.name)
-        if not check:
-            page.write_text(new, encoding="utf-8")
+        if page == PICTURE:
+            new = drawings.side_pocket() + "\n"
+        else:
+            new = _BLOCK.sub(partial(_with_output, page.name), old)
+        if new != old:
+            stale.append(page.name)
+            if not check:
+                page.write_text(new, encoding="utf-8")
     if check and stale:
         raise OutputError(
             f"what blocks print isn't what stands in docs/: {', '.join(stale)}. "
@@ -79,13 +84,13 @@ def write_outputs(pages: Sequence[Path], *, check: bool) -> None:
         )
 
 
-def _with_output(block: re.Match[str], page: Path) -> str:
+def _with_output(page: str, block: re.Match[str]) -> str:
     options = dict(one.split("=", 1) for one in block["options"].split())
     code, shown_as = block["code"], options.get("as", "")
-    where = f"{page.name}, block {code.splitlines()[-1]!r}"
     if block["kind"] == "python":
         text = _printed(code)
     else:
+        where = f"{page}, block {code.splitlines()[-1]!r}"
         text = _run(code, options.get("in", ""), int(options.get("exit", 0)), where)
     if shown_as == "console":
         lines = [line for line in code.splitlines() if not line.endswith(HIDE)]
@@ -129,7 +134,7 @@ def _masked(output: str) -> str:
 
 if __name__ == "__main__":
     named = [one for one in sys.argv[1:] if one != "--check"]
-    chosen = [DOCS / name for name in named] or sorted(DOCS.rglob("*.md"))
+    chosen = [DOCS / name for name in named] or [*sorted(DOCS.rglob("*.md")), PICTURE]
     try:
         write_outputs(chosen, check="--check" in sys.argv)
     except OutputError as error:

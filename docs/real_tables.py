@@ -8,9 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.made import MadeMeasurement
-from benchmarks.measurements import committed
-from benchmarks.rebounds import ReboundsMeasurement
 from docs.tables import table
 from ghostball.engine import simulate
 from ghostball.model import Physics
@@ -150,18 +147,3 @@ def _errors_off(row: Row, found: Iterable[float], digits: int) -> Iterable[str]:
     error = row.uncertainty
     assert error is not None
     return (f"{one:.{digits}f} ({(one - row.value) / error:+.1f})" for one in found)
-
-
-def nearest() -> str:
-    """Return how near each engine comes to the measured rebounds, from the committed search."""
-    stored = committed(ReboundsMeasurement)
-    rows = (one.row for one in (stored.best if stored else ()))
-    return table(("engine", "law of cushions", "best coefficients", "typical", "most"), rows)
-
-
-def made() -> str:
-    """Return how often breaks make a ball, from the committed measurement."""
-    stored = committed(MadeMeasurement)
-    if stored is None:
-        return "Not measured yet: `python -m benchmarks made --store` does so."
-    return table(("a break", f"of {stored.breaks} here", "published"), stored.rows)

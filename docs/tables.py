@@ -13,8 +13,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from benchmarks.fits import FitsMeasurement
-from benchmarks.measurements import committed
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
 from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Strike, Table
 from ghostball.model.features import Capability, Feature
@@ -36,26 +34,18 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def scenes() -> str:
     """Return the shipped scenes."""
-    return table(
-        ("scene", "what it probes", "tags"),
-        ((f"`{scene.name}`", scene.title, ", ".join(scene.tags)) for scene in select()),
-    )
+    rows = ((f"`{scene.name}`", scene.title, ", ".join(scene.tags)) for scene in select())
+    return table(("scene", "what it probes", "tags"), rows)
 
 
 def fields(part: type[Ball | Physics | Strike | Table]) -> str:
     """Return the fields of a part of a scene: defaults and meaning."""
     rows = []
     for name, field in part.model_json_schema()["properties"].items():
-        choices = [f"`{choice}`" for choice in field.get("enum", ())]
         default = field.get("default")
-        meaning = field.get("description", "")
-        rows.append(
-            (
-                f"`{name}`",
-                "" if default is None else f"`{default}`",
-                "; ".join(filter(None, (meaning, ", ".join(choices)))),
-            )
-        )
+        choices = ", ".join(f"`{choice}`" for choice in field.get("enum", ()))
+        meaning = "; ".join(filter(None, (field.get("description", ""), choices)))
+        rows.append((f"`{name}`", "" if default is None else f"`{default}`", meaning))
     return table(("field", "default", "meaning"), rows)
 
 
@@ -78,37 +68,25 @@ def squirt() -> str:
 
 def metrics() -> str:
     """Return the metrics."""
-    return table(
-        ("metric", "unit", "meaning", "measured against"),
-        (
-            (f"`{one.name}`", one.unit, one.meaning, one.compares or "nothing")
-            for one in METRICS.values()
-        ),
-    )
+    rows = ((f"`{x.name}`", x.unit, x.meaning, x.compares or "nothing") for x in METRICS.values())
+    return table(("metric", "unit", "meaning", "measured against"), rows)
 
 
 def classes() -> str:
     """Return the classes of accuracy, from the best to the worst."""
-    return table(
-        ("class", "what it says of a run"),
-        ((f"**{kind}**", look.meaning) for kind, look in CLASSES.items()),
-    )
+    rows = ((f"**{kind}**", look.meaning) for kind, look in CLASSES.items())
+    return table(("class", "what it says of a run"), rows)
 
 
 def engines() -> str:
     """Return what each engine represents of each part of the physics."""
     marks = {"exact": "exact", "approximate": "nearly", "none": ""}
-    shipped = {name: any_engine(name).capabilities for name in engine_names()}
-    return table(
-        ("physics", *(f"`{name}`" for name in shipped)),
-        (
-            (
-                feature.value,
-                *(marks[known.get(feature, NONE).support] for known in shipped.values()),
-            )
-            for feature in Feature
-        ),
+    shipped = [any_engine(name).capabilities for name in engine_names()]
+    rows = (
+        (feature.value, *(marks[known.get(feature, NONE).support] for known in shipped))
+        for feature in Feature
     )
+    return table(("physics", *(f"`{name}`" for name in engine_names())), rows)
 
 
 def any_engine(name: str) -> ReferenceEngine:
@@ -130,14 +108,12 @@ def shapes() -> str:
 
 def laws() -> str:
     """Return the laws of impacts: what each uses, and where it comes from."""
-    return table(
-        ("law", "of", "what it is", "it uses"),
-        (
-            (f"`{law.name}`", what, law.source, ", ".join(f"`{name}`" for name in law.uses))
-            for what, laws in (("two balls", BALL_LAWS), ("a cushion", CUSHION_LAWS))
-            for law in laws
-        ),
+    rows = (
+        (f"`{law.name}`", what, law.source, ", ".join(f"`{name}`" for name in law.uses))
+        for what, laws in (("two balls", BALL_LAWS), ("a cushion", CUSHION_LAWS))
+        for law in laws
     )
+    return table(("law", "of", "what it is", "it uses"), rows)
 
 
 def fitted_example(path: str) -> str:
@@ -151,16 +127,6 @@ def fitted_example(path: str) -> str:
             off = f"{(value - true) / error:+.1f}"
             rows.append((f"`{name}`", f"{true:g}", f"{value:g} ± {errors[name]}", off))
     return table(("field", "true", "found", "standard errors off"), rows)
-
-
-def fits() -> str:
-    """Return how often the errors of fits hold, from the committed measurement."""
-    stored = committed(FitsMeasurement)
-    if stored is None:
-        return "Not measured yet: `python -m benchmarks fits --store` does so."
-    heads = ("field", "tables", "within 1.96 standard errors", "most")
-    rows = ((f"`{name}`", *cells) for name, *cells in stored.rows)
-    return f"{table(heads, rows)}\n\n{stored.extent} {stored.sought}"
 
 
 def command_line() -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.measurements import committed
+from benchmarks.measurements import measured
 from benchmarks.pictures.chaos import draw_chaos
 from benchmarks.pictures.paper import PAPER_FIGURES
 from benchmarks.pictures.physics import PHYSICS_FIGURES
@@ -146,15 +146,16 @@ GALLERY: Mapping[str, Callable[[Results], Figure]] = {
 
 
 def draw_committed() -> Iterator[tuple[str, Figure, str]]:
-    """Draw the committed measurements that there are; each with the revision that it is of."""
-    if (precision := committed(PrecisionMeasurement)) is not None:
-        at = revision_of(precision.environment)
-        yield "precision", draw_against_time(precision), at
-        yield "steps", draw_against_steps(precision), at
-    if (racks := committed(RacksMeasurement)) is not None:
-        yield "racks", draw_racks(racks), revision_of(racks.environment)
-    if (rebounds := committed(ReboundsMeasurement)) is not None:
-        yield "rebounds", draw_rebounds(rebounds), revision_of(rebounds.environment)
+    """Draw the committed measurements; each with the revision that it is of."""
+    precision = measured(PrecisionMeasurement)
+    racks, rebounds = measured(RacksMeasurement), measured(ReboundsMeasurement)
+    for name, figure, of in (
+        ("precision", draw_against_time(precision), precision),
+        ("steps", draw_against_steps(precision), precision),
+        ("racks", draw_racks(racks), racks),
+        ("rebounds", draw_rebounds(rebounds), rebounds),
+    ):
+        yield name, figure, revision_of(of.environment)
 
 
 def revision_of(environment: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.pictures.shots import our_shot
+from benchmarks.pictures.shots import our_shot, recorded
 from ghostball.model import EventKind
 from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
@@ -292,9 +292,9 @@ def _first_time(motion: Motion, kind: EventKind) -> float:
 
 
 def _positions_at(motion: Motion, t: float) -> FloatArray:
-    """Return the centres at t, (n, 3) [m]: stored instants exactly, else straight between."""
-    flat = motion.positions.reshape(len(motion.times), -1).T
-    return np.array([np.interp(t, motion.times, column) for column in flat]).reshape(-1, 3)
+    """Return the centres at t, (n, 3) [m]."""
+    centres: FloatArray = recorded(motion).sample(np.array([t])).positions[0]
+    return centres
 
 
 def _velocities_after(motion: Motion, t: float) -> FloatArray:

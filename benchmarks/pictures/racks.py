@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 8.8, 4.6
 
-MARKERS = {"median": "o", "mean": "D", "p99": "^", "slowest": "s"}
-NAMES = {"p99": "99th percentile"}
+MARKERS = {"median": "o", "mean": "D", "p99": "^", "greatest": "s"}
+NAMES = {"p99": "99th percentile", "greatest": "slowest"}
 
 
 def draw_racks(measured: RacksMeasurement) -> Figure:
@@ -42,7 +42,6 @@ def draw_racks(measured: RacksMeasurement) -> Figure:
 def _draw(axes: Axes, one: RackTimes) -> None:
     """Draw the cumulative distribution of an engine, its figures marked and written beside."""
     figures = one.figures
-    assert figures is not None
     look = style.engine_style(one.engine)
     seconds = np.sort(one.seconds)
     part = np.arange(1, len(seconds) + 1) / len(seconds)

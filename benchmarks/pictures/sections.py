@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.pictures.shots import our_shot
-from ghostball.model import SampledTrajectory
+from benchmarks.pictures.shots import our_shot, recorded
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.paper.rotation import turned_by_frames
 from ghostball.reports import style
@@ -88,7 +87,7 @@ def turned_off(shot: Shot, ours_run: Run) -> dict[str, tuple[FloatArray, FloatAr
         if not run.style.ours
     }
     frames = np.arange(FRAME, ours.times[-1], FRAME)  # the first one ends there
-    velocities = _recorded(ours).sample(frames).velocities[:, :1]
+    velocities = recorded(ours).sample(frames).velocities[:, :1]
     at_frames = _orientation(ours, frames)
     for label, sign in zip(RULES, (1.0, -1.0), strict=True):
         by_rule = turned_by_frames(sign * velocities, shot.scene.radii[:1], FRAME)[:, 0]
@@ -157,7 +156,7 @@ def draw_flight(results: Results) -> Figure:
         if run.style.ours:
             continue
         motion = motion_of_run(run)
-        place = _recorded(ours).sample(motion.times).positions
+        place = recorded(ours).sample(motion.times).positions
         distance = np.linalg.norm(motion.positions - place, axis=2).max(axis=1)
         off.plot(motion.times, np.maximum(distance, 1e-7), **_look(run))
     off.set(yscale="log", xlabel="time [s]", ylabel="from ours, in space [m]")
@@ -245,18 +244,9 @@ def _look(run: Run) -> dict[str, Any]:
     }
 
 
-def _recorded(motion: Motion, balls: slice = slice(None)) -> SampledTrajectory:
-    return SampledTrajectory(
-        motion.times,
-        motion.positions[:, balls],
-        motion.velocities[:, balls],
-        motion.angular_velocities[:, balls],
-    )
-
-
 def _orientation(motion: Motion, times: FloatArray) -> FloatArray:
     """Return how the first ball is turned, (k, 4): stored spins are straight between instants."""
-    return _recorded(motion, slice(1)).orientation(times)[:, 0]
+    return recorded(motion, slice(1)).orientation(times)[:, 0]
 
 
 def _angle(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ghostball.model import GhostballError
+from ghostball.model import GhostballError, SampledTrajectory
 from ghostball.reports import style
 from ghostball.reports.shots import Run, Shot, load_shot
-from ghostball.validation.results.store import Results
+from ghostball.validation.results.store import Motion, Results
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +22,16 @@ def our_shot(results: Results, name: str) -> tuple[Shot, Run]:
     raise GhostballError(
         f'{results.path}: a picture needs our engine\'s motion in scene "{name}", which these '
         "results lack. Run the full suite on every engine"
+    )
+
+
+def recorded(motion: Motion, balls: slice = slice(None)) -> SampledTrajectory:
+    """Return a stored motion of some balls, with straight lines between its instants."""
+    return SampledTrajectory(
+        motion.times,
+        motion.positions[:, balls],
+        motion.velocities[:, balls],
+        motion.angular_velocities[:, balls],
     )
 
 

@@ -9,16 +9,21 @@ from benchmarks.__main__ import app
 from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.racks import Player, RacksMeasurement
 from benchmarks.skips import SkipsMeasurement
-from benchmarks.speed import TargetsMeasurement, Workload
+from benchmarks.speed import TargetsMeasurement
+from benchmarks.workloads import Workload
 
-LOAD = Workload("break-pool", "t", lambda _: lambda: {"kernel": 20e-6, "per_event": 560e-9})
+LOAD = Workload(
+    "break-pool",
+    lambda _: lambda: {"kernel": 20e-6, "per_event": 560e-9},
+    {"kernel": 30e-6, "per_event": 280e-9},
+)
 
 
 @pytest.fixture
 def bench(monkeypatch):
     """Run `python -m benchmarks` in this process, on a workload that takes no time."""
     monkeypatch.setenv("COLUMNS", "300")
-    monkeypatch.setattr(speed, "WORKLOADS", (LOAD,))
+    monkeypatch.setattr(speed, "WORKLOADS", {LOAD.name: LOAD})
 
     def run(*arguments):
         return CliRunner().invoke(app, [*map(str, arguments)])
@@ -41,8 +46,8 @@ def test_racks_prints_its_figures_and_who_could_not(bench, tmp_path, monkeypatch
         "fake": Player("fake", "1.0", lambda _: 0.25),
         "gone": Player("gone", "", lambda _: 0.0, "get it"),
     }
-    monkeypatch.setattr("benchmarks.__main__.peer", fakes.get)
-    monkeypatch.setattr("benchmarks.__main__.our_player", lambda: Player("ours", "", lambda _: 1.0))
+    monkeypatch.setattr("benchmarks.racks.peer_of", fakes.get)
+    monkeypatch.setattr("benchmarks.racks.our_player", lambda: Player("ours", "", lambda _: 1.0))
     result = bench("racks", "--peer", "fake", "--peer", "gone", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     (line,) = (line for line in result.stdout.splitlines() if line.strip().startswith("fake"))
@@ -56,6 +61,7 @@ def test_accuracy_is_tabled_stored_and_a_fault_is_the_exit_status(bench, monkeyp
     arguments = ["accuracy", "--shots", "10", "--jobs", "1", "--out", tmp_path]
     result = bench(*arguments, "--first", "7")
     assert result.exit_code == 0, result.output
+    assert "measuring: 10 of 10 done" in result.stderr
     assert "10 shots from number 7" in result.stdout
     assert "0 not found, 0 invented" in result.stdout
     assert "python -m benchmarks accuracy --first" in result.stdout  # the worst, to be run again
@@ -92,6 +98,7 @@ def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tm
         (["racks", "--peer", "pooltol"], "pooltool"),
         (["skips", "nosuch"], "nosuch"),
         (["skips", "--store", "break-16"], "`--store`"),
+        (["racks", "--store", "--peer", "none"], "`--peer`"),
         (["targets", "--out", "/dev/null/x"], "can't make the folder"),
         (["nonsense"], "nonsense"),
     ],

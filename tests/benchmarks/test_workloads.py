@@ -3,11 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from benchmarks import processes, scenes, timing
-from benchmarks.calls import prepare_air, prepare_processes
+from benchmarks import processes, scenes
 from benchmarks.processes import COMPILE, SHOOT, timed
-from benchmarks.scenes import ROLLING, table_gas
-from benchmarks.timing import Figures, run
+from benchmarks.scenes import ROLLING, run, table_gas
+from benchmarks.workloads import prepare_air
 from ghostball.model import POOL_BALL_RADIUS as R, Status
 from ghostball.validation.results.measurement import MeasurementError
 from ghostball.validation.scenes.gases import FULL_CLOTH
@@ -20,11 +19,6 @@ def test_slides_are_played_with_air_and_without():
     sample = prepare_air(True)()
     assert sample.keys() == {"slide", "over_no_air"}
     assert all(value > 0.0 for value in sample.values())
-
-
-def test_two_processes_sweep_all_shots():
-    two = prepare_processes(find_scene("half-ball-cut"), np.full(7, 1.0), np.linspace(0.0, 0.1, 7))
-    assert two() > 0.0
 
 
 # Fails where the time of a new process is misread, or a failure in it goes unnoticed
@@ -112,20 +106,10 @@ def test_frozen_racks_touch_as_the_shipped_one_does_to_the_bit():
     assert np.array_equal(frozen.positions[1:], shipped.positions[1:])
 
 
-# Fails where a figure of many times is another one, or a run that broke off counts
-
-
-@pytest.mark.parametrize(("count", "p99"), [(1, 1.0), (99, 99.0), (100, 99.0), (1000, 990.0)])
-def test_the_99th_percentile_is_exceeded_by_1_percent_at_most(count, p99):
-    figures = Figures.of([float(value) for value in range(count, 0, -1)])
-    middle = (count + 1) / 2.0
-    assert figures == Figures(median=middle, mean=middle, p99=p99, slowest=float(count))
-
-
 def test_a_run_that_broke_off_is_no_measurement(monkeypatch):
-    simulate = timing.simulate
+    simulate = scenes.simulate
     monkeypatch.setattr(
-        timing,
+        scenes,
         "simulate",
         lambda *a, **k: dataclasses.replace(simulate(*a, **k), status=Status.FAILED),
     )

@@ -1,0 +1,315 @@
+"""What `speed` times: each workload builds its scenes, and samples them once a round."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from statistics import median
+
+import numpy as np
+
+from benchmarks.processes import prepare_cold_start, prepare_start
+from benchmarks.scenes import POOL_TABLE, ROLLING, racked_break, random_rack, run, table_gas
+from ghostball.engine import simulate_many, simulate_starts, simulate_sweep
+from ghostball.engine.running.room import Limits, Shots, shots_of
+from ghostball.engine.running.threads import rows_of_starts, run_sweep
+from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
+from ghostball.model.arrays import FloatArray
+from ghostball.validation.runs.interleave import Sampler
+from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, ball_at, packed_gas
+from ghostball.validation.scenes.library import find_scene
+
+SHIPPED = ("break-16", "break-16@8", "pool-break-9", "galperin-3")
+"""Shipped scenes whose times the documentation says; SCENE@SPEED sets the first ball's [m/s]."""
+
+SWEPT = "half-ball-cut"
+"""The shipped scene of two balls that the sweep shoots."""
+
+RUNS = 15
+"""How often a sample runs a shipped scene: one run takes too short a time."""
+
+RACKS = 1_000
+"""Scenes that `simulate_many` plays, and starts that `simulate_starts` does."""
+
+SLIDES = 10_000
+"""Slides of one ball."""
+
+DRAG = 0.0041
+"""k of a pool ball in air [1/m], as in the shipped `air-slides`."""
+
+GAS_PACKING, CLOTH_PACKING = 0.6, 0.3
+"""The part of the area that balls cover, of elastic gases and of balls on cloth."""
+
+MELTING = 20.0
+"""Collisions of each ball after which nothing is left of the lattice of the start."""
+
+
+Prepare = Callable[[bool], Sampler]
+"""Builds what is timed; takes whether sizes are tiny: then it shows that all runs, no time."""
+
+
+@dataclass(frozen=True)
+class Workload:
+    """One workload.
+
+    `targets`: limits on medians, by quantity: at most so much, but for `speed.AT_LEAST`.
+    `most`: see `Task`.
+    """
+
+    name: str
+    prepare: Prepare
+    targets: Mapping[str, float] = field(default_factory=dict)
+    most: int | None = None
+
+
+WORKLOADS: dict[str, Workload] = {}
+
+
+def workload(
+    name: str, targets: Mapping[str, float] | None = None, most: int | None = None
+) -> Callable[[Prepare], Prepare]:
+    """Return what makes a workload of a function that prepares it."""
+
+    def register(prepare: Prepare) -> Prepare:
+        WORKLOADS[name] = Workload(name, prepare, targets or {}, most)
+        return prepare
+
+    return register
+
+
+def shipped_scene(name: str) -> Scene:
+    """Return a shipped scene, its first ball sped up where the name says so."""
+    name, _, speed = name.partition("@")
+    scene = find_scene(name)
+    if not speed:
+        return scene
+    cue = scene.balls[0]
+    factor = float(speed) / cue.speed
+    faster = cue.model_copy(update={"velocity": tuple(factor * v for v in cue.velocity)})
+    return scene.model_copy(update={"balls": (faster, *scene.balls[1:])})
+
+
+def continued(scene: Scene) -> Scene:
+    """Return a scene of rolling balls as it is when it ends: a lattice is a gas by then."""
+    state = run(scene).final_state
+    states = zip(
+        scene.balls, state.positions[0].tolist(), state.velocities[0].tolist(), strict=True
+    )
+    moved = tuple(ball_at(ball.id, tuple(place), tuple(speed)) for ball, place, speed in states)
+    return Scene(**{**dict(scene), "balls": moved})
+
+
+def seconds_of(what: Callable[[], object]) -> float:
+    """Return how long a call takes [s]."""
+    began = time.perf_counter()
+    what()
+    return time.perf_counter() - began
+
+
+def sampler_of(scenes: Sequence[Scene], runs: int = 1) -> Sampler:
+    """Return what samples scenes: medians over them, each run so often."""
+    for scene in scenes:  # laid out, and whatever it needs compiled
+        run(scene)
+
+    def sample() -> dict[str, float]:
+        walls, calls, per_event, rates = [], [], [], []
+        for scene in scenes:
+            for _ in range(runs):
+                began = time.perf_counter()
+                result = run(scene)
+                calls.append(time.perf_counter() - began)
+                walls.append(result.wall_time)
+                per_event.append(result.wall_time / max(result.work["events"], 1))
+                rates.append(result.collision_counts["ball-ball"] / result.wall_time)
+        return {
+            "kernel": median(walls),
+            "call": median(calls),
+            "call_extra": median(call - wall for call, wall in zip(calls, walls, strict=True)),
+            "per_event": median(per_event),
+            "collisions_per_second": median(rates),
+        }
+
+    return sample
+
+
+@workload("break-pool", {"kernel": 30e-6, "per_event": 280e-9, "call_extra": 8e-6})
+def prepare_pool_breaks(fast: bool) -> Sampler:
+    """Prepare breaks of 16 with all of pool's physics, random racks that are nearly closed."""
+    return sampler_of([racked_break(seed, FULL_CLOTH) for seed in range(2 if fast else 100)])
+
+
+@workload("break-paper", {"per_event": 400e-9})
+def prepare_paper_breaks(fast: bool) -> Sampler:
+    """Prepare the same breaks with the paper's physics."""
+    return sampler_of([racked_break(seed, ROLLING) for seed in range(2 if fast else 100)])
+
+
+@workload("gas-16", {"per_event": 180e-9})
+def prepare_table_gas(fast: bool) -> Sampler:
+    """Prepare an elastic gas of 16 balls on a pool table."""
+    return sampler_of([table_gas(16, 2.0 if fast else 500.0)])
+
+
+def prepare_gas(count: int, fast: bool) -> Sampler:
+    """Prepare a melted elastic gas.
+
+    How long it runs hangs on how often a ball meets another: Enskog's rate of hard discs,
+    2 sqrt(pi) n D g sqrt(k T / m), with the contact value g = (1 - 7 x / 16) / (1 - x)^2 of
+    Henderson (1975), x the part covered, at 1 m/s for each component of a velocity.
+    """
+    contact = (1.0 - 7.0 * GAS_PACKING / 16.0) / (1.0 - GAS_PACKING) ** 2
+    rate = 4.0 * GAS_PACKING * contact / (math.sqrt(math.pi) * POOL_BALL_RADIUS)  # [1/s]
+    lasts = (2.0 if fast else MELTING) / rate
+    gas = packed_gas(min(count, 20) if fast else count, GAS_PACKING, FRICTIONLESS, t_max=lasts)
+    return sampler_of([continued(gas)])
+
+
+for count, rate, most in ((1_000, 1.3e6, None), (10_000, 1.0e6, 7), (100_000, 0.5e6, 3)):
+    workload(f"gas-{count}", {"collisions_per_second": rate}, most)(partial(prepare_gas, count))
+
+
+@workload("cloth-10000", {"per_event": 1.2e-6}, most=5)
+def prepare_cloth(fast: bool) -> Sampler:
+    """Prepare 10 000 balls with all of pool's physics, until they rest."""
+    return sampler_of([packed_gas(20 if fast else 10_000, CLOTH_PACKING, FULL_CLOTH)])
+
+
+@workload("sweep", {"shots_per_second": 400e3})
+def prepare_sweep(fast: bool) -> Sampler:
+    """Prepare shots at one ball, at all angles that meet it."""
+    scene, shots = find_scene(SWEPT), 20 if fast else 100_000
+    chance = np.random.default_rng(0)
+    cue, target = scene.positions[:2, :2]
+    across, along = target[1] - cue[1], target[0] - cue[0]
+    reach = float(scene.radii[:2].sum() / np.hypot(along, across))
+    speeds = chance.uniform(0.5, 2.0, shots)
+    angles = np.arctan2(across, along) + np.arcsin(reach) * chance.uniform(-1.0, 1.0, shots)
+
+    def sample() -> dict[str, float]:
+        took = seconds_of(lambda: simulate_sweep(scene, speeds, angles, threads=1))
+        return {"shots_per_second": shots / took}
+
+    sample()
+    return sample
+
+
+@workload("many", {"many_extra": 5e-6, "starts_extra": 30e-6}, most=5)
+def prepare_many(fast: bool) -> Sampler:
+    """Prepare `simulate_many` and `simulate_starts` on racks, beside the kernel alone."""
+    scenes = [random_rack(number) for number in range(4 if fast else RACKS)]
+    names = ("positions", "velocities", "angular_velocities")
+    starts = [np.array([getattr(scene, name) for scene in scenes]) for name in names]
+
+    def sample() -> dict[str, float]:
+        kernel = sum(run(scene).wall_time for scene in scenes)
+        many = seconds_of(lambda: simulate_many(scenes, threads=1))
+        begun = seconds_of(lambda: simulate_starts(scenes[0], *starts, threads=1))
+        return {
+            "many_extra": (many - kernel) / len(scenes),
+            "starts_extra": (begun - kernel) / len(scenes),
+        }
+
+    sample()
+    return sample
+
+
+@workload("scenes", {"scene_of_16": 30e-6, "begun": 2.0}, most=5)
+def prepare_building(fast: bool) -> Sampler:
+    """Prepare scenes to be made: of 16 balls, and of 100 000 until their simulation has begun."""
+    rack = random_rack(0)
+    large = 100 if fast else 100_000
+    places, side = _grid(large, 3.0 * POOL_BALL_RADIUS)
+    moves = np.full((large, 2), 0.1)
+    table, physics = Table(length=side, width=side), Physics(**FRICTIONLESS)
+
+    def build() -> Scene:
+        return Scene.from_arrays(
+            rack.positions, rack.velocities, name="rack", table=POOL_TABLE, physics=rack.physics
+        )
+
+    def begin() -> None:
+        run(Scene.from_arrays(places, moves, name="gas", table=table, physics=physics, t_max=1e-9))
+
+    def sample() -> dict[str, float]:
+        return {
+            "scene_of_16": median(seconds_of(build) for _ in range(1 if fast else 50)),
+            "begun": seconds_of(begin),
+        }
+
+    sample()
+    return sample
+
+
+@workload("tied", {"per_event": 3e-6}, most=5)
+def prepare_tied(fast: bool) -> Sampler:
+    """Prepare balls that all roll alike, far from each other, and stop at one instant."""
+    count = 100 if fast else 16_000
+    places, side = _grid(count, 0.2)
+    scene = Scene.from_arrays(
+        places,
+        np.full((count, 2), (0.05, 0.0)),
+        name="tied",
+        table=Table(length=side, width=side),
+        physics=Physics(preset="paper"),
+    )
+    run(scene)
+
+    def sample() -> dict[str, float]:
+        result = run(scene)
+        return {"per_event": result.wall_time / result.work["events"]}
+
+    return sample
+
+
+def _grid(count: int, apart: float) -> tuple[FloatArray, float]:
+    """Return places in a square grid `apart` [m], and the side of a table that holds them [m]."""
+    columns = math.ceil(math.sqrt(count))
+    cells = np.stack(np.divmod(np.arange(count), columns), axis=1)
+    return (cells + 1.0) * apart, (columns + 2) * apart
+
+
+@workload("air", {"over_no_air": 6.0})
+def prepare_air(fast: bool) -> Sampler:
+    """Prepare slides of one ball in air, and the same without: all by one call of the kernel."""
+    chance, number = np.random.default_rng(0), 3 if fast else SLIDES
+    velocities, places = np.zeros((number, 1, 3)), np.zeros((number, 1, 3))
+    velocities[:, 0, 0] = chance.uniform(0.5, 8.0, number)
+    places[:, 0, 2] = POOL_BALL_RADIUS
+    spins = chance.uniform(-100.0, 100.0, (number, 1, 3))
+    slides = [
+        Scene(
+            name="slide",
+            balls=[Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0))],
+            physics=Physics(preset="pool", air_drag=drag),
+        )
+        for drag in (0.0, DRAG)
+    ]
+
+    def time_of(scene: Scene) -> float:
+        starts = rows_of_starts(scene, np.arange(1), places, velocities, spins, np.ones(1, bool))
+        shots = shots_of(number, 1, 1)
+        played = Shots(starts, shots.clocks, shots.counts, shots.ends)
+        return seconds_of(lambda: run_sweep(scene, 0, played, Limits(10**6, 10**9), 1)) / number
+
+    def sample() -> dict[str, float]:
+        without, with_air = map(time_of, slides)
+        return {"over_no_air": with_air / without, "slide": with_air}
+
+    sample()
+    return sample
+
+
+workload("start", {"first_shot": 1.0, "import": 0.3}, most=5)(prepare_start)
+workload("cold-start", {"first_shot": 10.0, "every_variant": 40.0}, most=1)(prepare_cold_start)
+
+
+def prepare_shipped(name: str, fast: bool) -> Sampler:
+    """Prepare a shipped scene."""
+    return sampler_of([shipped_scene(name)], 1 if fast else RUNS)
+
+
+for name in SHIPPED:
+    workload(f"scene:{name}")(partial(prepare_shipped, name))

@@ -1,0 +1,168 @@
+"""Tables of the documentation that show committed measurements; each function returns Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import median
+from unittest.mock import patch
+
+import numpy as np
+import pymunk
+
+from benchmarks.board import HEADS, BoardMeasurement
+from benchmarks.fits import FitsMeasurement
+from benchmarks.made import MadeMeasurement
+from benchmarks.measurements import measured
+from benchmarks.rebounds import ReboundsMeasurement
+from docs.recipes import pymunk_recipe
+from docs.tables import table
+from ghostball import find_scene, simulate
+from ghostball.reports.precision import is_finest
+from ghostball.reports.style import format_length, format_time
+from ghostball.validation.parallel.sources import PACKAGE_OF
+from ghostball.validation.precision.points import PrecisionMeasurement, PrecisionPoint, knee_of
+from ghostball.validation.scenes.library import BOARD, select
+
+USES = (
+    ("rules, an AI that tries many shots, a test's truth", "ghostball"),
+    ("a game in the plane that may move its balls itself", "pymunk:contact_steps=exact,dt=0.02"),
+    ("a game in the plane, in steps of 1 ms", "pymunk:dt=0.001"),
+    ("the same, with a newcomer's settings", "pymunk:config=naive,dt=0.016666666666666666"),
+    ("a game in space that may move its balls itself", "pybullet:contact_steps=exact,dt=0.02"),
+    ("a game in space, in steps of 1 ms", "pybullet:dt=0.001"),
+    ("the same, with a newcomer's settings", "pybullet:config=naive,dt=0.004166666666666667"),
+)
+"""What an engine is wanted for, and the label that was measured for it."""
+
+ASKED = ("half-ball-1", "slide-to-rest", "throw")
+"""The scenes of the board that decide for billiards."""
+
+
+def board() -> str:
+    """Return a row for each engine that the last run measured: scenes by class, error and time."""
+    stored = measured(BoardMeasurement)
+    rows = ((_linked(label), *cells) for label, *cells in stored.rows())
+    said = [
+        f"{len(select([BOARD]))} scenes, measured on {stored.where}:",
+        table(HEADS, rows),
+    ]
+    if earlier := dict.fromkeys(_linked(one) for one in stored.earlier if ":" not in one):
+        said.append(
+            "Earlier runs measured other engines, with steps of 1 ms (in `half-ball-1` the worst "
+            f"of eight starts); their pages show that: {', '.join(earlier)}."
+        )
+    return "\n\n".join(said)
+
+
+def _linked(label: str) -> str:
+    return f"[`{label}`](engines/{label.partition(':')[0]}.md)"
+
+
+def other_engines() -> str:
+    """Return what the board says of engines that the precision measurement has not."""
+    stored = measured(BoardMeasurement)
+    left_out = {label.partition(":")[0] for _, label in USES}
+    left_out |= {name for name, package in PACKAGE_OF.items() if package == "ghostball"}
+    rows = []
+    for engine in (one for one in stored.labels if ":" not in one and one not in left_out):
+        found, exact = stored.of(engine), stored.of(f"{engine}:contact_steps=exact")
+        cells = [found.get(ASKED[0]), exact.get(ASKED[0]), *map(found.get, ASKED[1:])]
+        rows.append((f"`{engine}`", *("–" if one is None else one.text for one in cells)))
+    cut, *others = (f"`{name}`" for name in ASKED)
+    return table(("engine", cut, f"{cut}, exact steps", *others), rows)
+
+
+def choice() -> str:
+    """Return which engine with which settings is how right, and what it costs."""
+    stored = measured(PrecisionMeasurement)
+    rows = []
+    for use, label in USES:
+        points = [one for one in stored.points if one.label == label]
+        errors = [one.error for one in points]
+        rows.append(
+            (
+                use,
+                f"`{_shortened(label)}`",
+                f"{format_length(median(errors))} ({format_length(max(errors))})",
+                format_time(median(one.call_seconds for one in points)),
+            )
+        )
+    heads = ("for", "engine and settings", "error: median (largest)", "time of a shot")
+    scenes = ", ".join(f"`{name}`" for name in sorted({one.scene for one in stored.points}))
+    return f"{table(heads, rows)}\n\nOver those of {scenes} that each can play; {stored.where}."
+
+
+def _shortened(label: str) -> str:
+    """Return a label with its step as one writes it."""
+    return label.replace("0.016666666666666666", "1/60").replace("0.004166666666666667", "1/240")
+
+
+def pymunk_recipe_reaches() -> str:
+    """Return the rest error and number of steps of pymunk's recipe, with fixed and exact steps."""
+    true = simulate(find_scene("half-ball-cut")).rest_positions[:, :2]
+    found, take_step = [], pymunk.Space.step
+    for exact in (False, True):
+        with (
+            patch.object(pymunk.Space, "step", autospec=True, side_effect=take_step) as step,
+            patch.object(pymunk_recipe, "advance", side_effect=pymunk_recipe.advance) as frame,
+        ):
+            balls = pymunk_recipe.play(exact)
+        places = np.array([tuple(ball.position) for ball in balls])
+        off = float(np.max(np.linalg.norm(places - true, axis=1)))
+        found.append((format_length(off), step.call_count, frame.call_count))
+    (own, own_steps, _), (exact_off, exact_steps, frames) = found
+    return (
+        f"As printed, the program takes {own_steps} steps of 1 ms, and the rest error of the cut "
+        f"is {own}. With steps that end at contacts, the rest error is {exact_off}, with "
+        f"{exact_steps} calls of `space.step` in {frames} frames."
+    )
+
+
+def steps() -> str:
+    """Return a table for each scene; errors are those of the worst phase of a step."""
+    stored = measured(PrecisionMeasurement)
+    parts = [f"Measured on {stored.where}; a machine's speed changes neither errors nor steps."]
+    heads = ("engine", "recommended step", "error there", "longest step", "shortest step")
+    points = [one for one in stored.points if one.step is not None]
+    for scene, title in dict.fromkeys((one.scene, one.title) for one in points):
+        mine = [one for one in points if one.scene == scene]
+        engines = dict.fromkeys(one.engine for one in mine)
+        rows = (_steps_of([one for one in mine if one.engine == engine]) for engine in engines)
+        parts += [f"## {scene}", f"{title}.", table(heads, rows)]
+    return "\n\n".join(parts)
+
+
+def _steps_of(points: Sequence[PrecisionPoint]) -> tuple[str, ...]:
+    """Return a row of the table; `points`: of one engine on one scene, the longest step first."""
+    ends = (f"{_error(one)} at {format_time(one.step)}" for one in (points[0], points[-1]))
+    knee = knee_of(points)
+    if knee is None:
+        return f"`{points[0].engine}`", "no step", "–", *ends
+    more = " or shorter" if is_finest(knee, points) else ""
+    return f"`{points[0].engine}`", format_time(knee.step) + more, _error(knee), *ends
+
+
+def _error(point: PrecisionPoint) -> str:
+    return format_length(point.error_high) if point.same_events else "wrong collisions"
+
+
+def rebounds(engine: str = "") -> str:
+    """Return how near each engine comes to the measured rebounds; with a name, that one alone."""
+    best = measured(ReboundsMeasurement).best
+    rows = [one.row for one in best if engine in ("", one.engine)]
+    heads = ("engine", "law of cushions", "best coefficients", "typical", "most")
+    return table(heads, rows) if rows else ""
+
+
+def made() -> str:
+    """Return how often breaks make a ball."""
+    stored = measured(MadeMeasurement)
+    return table(("a break", f"of {stored.breaks} here", "published"), stored.rows)
+
+
+def fits() -> str:
+    """Return how often the errors of fits hold."""
+    stored = measured(FitsMeasurement)
+    heads = ("field", "tables", "within 1.96 standard errors", "most")
+    rows = ((f"`{name}`", *cells) for name, *cells in stored.rows)
+    return f"{table(heads, rows)}\n\n{stored.extent} {stored.sought}"
