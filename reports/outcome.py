@@ -186,18 +186,18 @@ def counts_text(results: Results) -> str:
     on = many(len(engines), "engine")
     if len(labels) != len(engines):
         on += f" in {many(len(labels), 'configuration')}"
-    found = Counter(map(verdict_of, results.cases))
-    said = {
+    words = {
         Verdict.PASS: "passed",
         Verdict.FAIL: "failed",
         Verdict.CRASHED: "did not finish",
         Verdict.LIMITS_HOLD: "keep their limits without their outcome being judged",
         Verdict.NOT_REPRESENTABLE: "not representable",
     }
-    counts = [f"{found[verdict]} {words}" for verdict, words in said.items()]
-    rest = found.total() - sum(found[verdict] for verdict in said)
-    scenes = many(len(results.scene_names), "scene")
-    return f"{scenes} on {on}: {', '.join(counts)}, {rest} without a verdict"
+    rest = "without a verdict"
+    found = Counter(words.get(verdict_of(case), rest) for case in results.cases)
+    said = [one for one in (*words.values(), rest) if found[one] or one in ("passed", "failed")]
+    counts = ", ".join(f"{found[one]} {one}" for one in said)
+    return f"{many(len(results.scene_names), 'scene')} on {on}: {counts}"
 
 
 def incomplete_text(results: Results) -> str:

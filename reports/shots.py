@@ -225,6 +225,23 @@ def distance_from(reference: Motion, motion: Motion) -> FloatArray:
     return _distances(motion, place)
 
 
+def error_curves(shot: Shot) -> tuple[list[tuple[Run, FloatArray]], float]:
+    """Return how far the other engines are from ours, and the most that is drawn [m].
+
+    A distance is (k,) [m] at the times of the run's motion, at least `ERROR_FLOOR`; there are none
+    where our engine has no motion.
+    """
+    if shot.ours is None:
+        return [], ERROR_FLOOR
+    reference = motion_of_run(shot.ours)
+    curves = [
+        (run, np.maximum(distance_from(reference, motion_of_run(run)), ERROR_FLOOR))
+        for run in shot.drawn
+        if not run.style.ours
+    ]
+    return curves, max([10.0 * ERROR_FLOOR, *(largest(distance) for _, distance in curves)])
+
+
 def _distances(motion: Motion, places: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore", over="ignore"):  # where a motion isn't finite
         distance: FloatArray = np.linalg.norm(motion.positions[:, :, :2] - places, axis=2).max(

@@ -33,6 +33,9 @@ from ghostball.validation.checks.verdict import (
 )
 from ghostball.validation.results.records import CaseRecord, Check, number_with_unit
 
+Kind = Literal["failure", "error", "skipped"]
+"""What may become of a test case that doesn't pass."""
+
 # XML 1.0 has no way to write these, not even escaped.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -60,17 +63,14 @@ def junit_xml(cases: Collection[CaseRecord], regressions: Sequence[Regression] =
 
 
 def _of_case(case: CaseRecord) -> Iterator[Element]:
-    name = f"{case.label}: simulate"
-    if case.outcome != "ran":
-        if is_unfinished(case):
-            found = _test_case(case.scene, name, "error", case.reason, case.traceback)
-        else:
-            found = _test_case(case.scene, name, "skipped", f"{case.outcome}: {case.reason}")
-        _put_output(found, case.printed.splitlines())
+    if case.outcome != "ran" or is_unfinished(case):
+        kind: Kind = "error" if is_unfinished(case) else "skipped"
+        why = unfinished_text(case) or f"{case.outcome}: {case.reason}"
+        found = _test_case(case.scene, f"{case.label}: simulate", kind, why, case.traceback)
         yield found
-        return
-    if is_unfinished(case):
-        yield _test_case(case.scene, name, "error", unfinished_text(case))
+        if case.outcome != "ran":
+            _put_output(found, case.printed.splitlines())
+            return
     checks: dict[str, list[Check]] = defaultdict(list)
     for check in case.checks:
         checks[check.metric].append(check)
@@ -94,18 +94,22 @@ def _of_metric(case: CaseRecord, metric: str, checks: list[Check]) -> Element:
     if failed:
         words = "; ".join(check.sentence for check in failed)
         return _test_case(scene, name, "failure", words, "\n".join(one.reason for one in failed))
+    if why := _unjudged(case, metric, checks):
+        return _test_case(scene, name, "skipped", why)
+    return _test_case(scene, name)
+
+
+def _unjudged(case: CaseRecord, metric: str, checks: list[Check]) -> str:
+    """Say why a metric can't fail; "" where a limit judges it."""
     if any(check.passed is None for check in checks):
-        return _test_case(scene, name, "skipped", f"reference: {checks[0].note}")
+        return f"reference: {checks[0].note}"
     if metric not in case.metrics:
         limit = ", though the scene limits it" if metric in case.left_out else ""
-        words = f"not measured: the run asked for other metrics{limit}"
-        return _test_case(scene, name, "skipped", words)
-    if not checks:
-        value = number_with_unit(case.metrics[metric], METRICS[metric].unit)
-        note = case.notes.get(metric)
-        words = note or f"measured {value}; the scene sets no limit"
-        return _test_case(scene, name, "skipped", words)
-    return _test_case(scene, name)
+        return f"not measured: the run asked for other metrics{limit}"
+    if checks:
+        return ""
+    value = number_with_unit(case.metrics[metric], METRICS[metric].unit)
+    return case.notes.get(metric) or f"measured {value}; the scene sets no limit"
 
 
 def _of_change(label: str, change: SceneChange) -> Element:
@@ -128,7 +132,7 @@ def _of_change(label: str, change: SceneChange) -> Element:
 def _test_case(
     suite: str,
     name: str,
-    kind: Literal["failure", "error", "skipped"] | None = None,
+    kind: Kind | None = None,
     message: str = "",
     text: str = "",
 ) -> Element:

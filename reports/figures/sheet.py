@@ -30,9 +30,8 @@ from ghostball.reports.shots import (
     Run,
     Shot,
     collision_times,
-    distance_from,
     energy_scale,
-    largest,
+    error_curves,
     legend_text,
     motion_of_run,
 )
@@ -176,18 +175,14 @@ def _draw_energy(axes: Axes, shot: Shot) -> None:
 
 def _draw_errors(axes: Axes, shot: Shot) -> None:
     """Draw the largest distance of a ball from where it is in our engine's motion."""
-    others = [run for run in shot.drawn if run is not shot.ours]
     _set_title(axes, "Largest distance of a ball from our engine's motion")
-    if shot.ours is None or not others:
+    curves, most = error_curves(shot)
+    if not curves:
         axes.text(0.5, 0.5, "one engine alone", transform=axes.transAxes, ha="center")
         axes.set_yticks([])
         return
-    most = 10.0 * ERROR_FLOOR
-    for order, run in enumerate(others):
-        motion = motion_of_run(run)
-        distance = distance_from(motion_of_run(shot.ours), motion)
-        most = max(most, largest(distance))
-        axes.plot(motion.times, np.maximum(distance, ERROR_FLOOR), **_thin(run, order))
+    for order, (run, distance) in enumerate(curves):
+        axes.plot(motion_of_run(run).times, distance, **_thin(run, order))
     axes.set_yscale("log")
     top = min(2.0 * most, 1e3)
     axes.set_ylim(0.7 * ERROR_FLOOR, top)

@@ -30,9 +30,8 @@ from ghostball.reports.shots import (
     ERROR_FLOOR,
     Run,
     Shot,
-    distance_from,
     energy_scale,
-    largest,
+    error_curves,
     motion_of_run,
 )
 from ghostball.reports.words import metric_of
@@ -183,23 +182,17 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
 
     `horizon` [s]: until when the shot can be predicted.
     """
-    ours = shot.ours
-    others = [run for run in shot.drawn if not run.style.ours]
-    if ours is None or not others:
+    curves, most = error_curves(shot)
+    if not curves:
         return Markup()
-    reference = motion_of_run(ours)
-    series, partings, most = [], [], 10.0 * ERROR_FLOOR
-    for run in others:
-        motion = motion_of_run(run)
-        distance = distance_from(reference, motion)
-        most = max(most, largest(distance))
-        colour = colour_of(shot, run)
-        drawn = np.maximum(distance, ERROR_FLOOR)
-        series.append(Series(run.style.name, colour, motion.times, drawn, dash_of(run.style)))
+    series, partings = [], []
+    for run, distance in curves:
+        times, colour = motion_of_run(run).times, colour_of(shot, run)
+        series.append(Series(run.style.name, colour, times, distance, dash_of(run.style)))
         parted = metric_of(run.case, "first_divergence_time")
         if parted is not None:
             said = f"{run.style.name}: first wrong collision at {style.format_time(parted)}"
-            at = np.interp([parted], motion.times, drawn)
+            at = np.interp([parted], times, distance)
             partings.append(
                 Series(said, colour, np.array([parted]), at, marker="✕", line=False, titles=[said])
             )
