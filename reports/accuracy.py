@@ -50,11 +50,7 @@ CLASSES: Final[Mapping[AccuracyKind, ClassLook]] = {
 CLASSES_KEY: Final = "; ".join(f"{look.short}: {look.meaning}" for look in CLASSES.values())
 """What the classes mean, in one line."""
 
-MARKS: Final = {
-    Verdict.PASS: "✓",
-    Verdict.FAIL: "✗",
-    Verdict.LIMITS_HOLD: "≈",
-}
+MARKS: Final = {Verdict.PASS: "✓", Verdict.FAIL: "✗", Verdict.LIMITS_HOLD: "≈"}
 """What stands beside a class: is this what the engine's step allows?"""
 
 MEANINGS: Final = {

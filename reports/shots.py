@@ -12,12 +12,7 @@ from ghostball.model import COLLISION_KINDS, GhostballError, Phase, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.reports.words import metric_of
-from ghostball.validation.checks.verdict import (
-    RestError,
-    Verdict,
-    rest_error_standing,
-    verdict_of,
-)
+from ghostball.validation.checks.verdict import RestError, Verdict, rest_error_standing, verdict_of
 from ghostball.validation.results.store import CaseRecord, Motion, Results
 
 MANY_BALLS = 5

@@ -270,11 +270,7 @@ def lay_out(figure: Figure) -> None:
 
 
 def save_figure(
-    figure: Figure,
-    path: Path,
-    description: str | None = None,
-    *,
-    endings: Sequence[str] = FORMATS,
+    figure: Figure, path: Path, description: str | None = None, *, endings: Sequence[str] = FORMATS
 ) -> list[Path]:
     """Write a figure as PNG and SVG beside each other; the same figure gives the same bytes.
 

@@ -11,11 +11,7 @@ from typing import Literal
 
 from ghostball.reports.outcome import Failure, failures
 from ghostball.reports.shift import error_text, is_shifted
-from ghostball.validation.baselines.regression import (
-    UNCOMPARED,
-    Regression,
-    SceneChange,
-)
+from ghostball.validation.baselines.regression import UNCOMPARED, Regression, SceneChange
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes import commands
 

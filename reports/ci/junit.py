@@ -20,17 +20,9 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from ghostball.reports.ci.findings import change_lines
-from ghostball.validation.baselines.regression import (
-    UNCOMPARED,
-    Regression,
-    SceneChange,
-)
+from ghostball.validation.baselines.regression import UNCOMPARED, Regression, SceneChange
 from ghostball.validation.checks.metrics import METRICS
-from ghostball.validation.checks.verdict import (
-    is_unfinished,
-    not_judged,
-    unfinished_text,
-)
+from ghostball.validation.checks.verdict import is_unfinished, not_judged, unfinished_text
 from ghostball.validation.results.records import CaseRecord, Check, number_with_unit
 
 Kind = Literal["failure", "error", "skipped"]
@@ -130,11 +122,7 @@ def _of_change(label: str, change: SceneChange) -> Element:
 
 
 def _test_case(
-    suite: str,
-    name: str,
-    kind: Kind | None = None,
-    message: str = "",
-    text: str = "",
+    suite: str, name: str, kind: Kind | None = None, message: str = "", text: str = ""
 ) -> Element:
     found = Element("testcase", classname=_clean(suite), name=_clean(name), time="0")
     if kind is not None:

@@ -31,11 +31,7 @@ from ghostball.reports.shift import drawn, error_text, is_shifted, shifted
 from ghostball.reports.shots import legend_text
 from ghostball.reports.templating import templates_of
 from ghostball.reports.words import many
-from ghostball.validation.baselines.regression import (
-    UNCOMPARED,
-    Regression,
-    SceneChange,
-)
+from ghostball.validation.baselines.regression import UNCOMPARED, Regression, SceneChange
 from ghostball.validation.checks.verdict import verdict_of
 from ghostball.validation.results.records import AccuracyKind
 from ghostball.validation.results.store import Results

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from ghostball.reports import style
 from ghostball.reports.figures._table import view_of
 from ghostball.reports.page.rendering import render
 from ghostball.validation.baselines import Regression
-from ghostball.validation.baselines.regression import Quantity, SceneChange
+from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.results.store import CaseRecord, Results
+
+Place = tuple[float, float, float]
+"""Of a ball's centre [m]."""
 
 MOVED = ("wrong collisions", "worse", "changed", "better")
 """Changes that get a view of their own; of the others, what fails has one."""
@@ -39,7 +41,7 @@ def _changed(results: Results, change: SceneChange) -> Markup:
         in_page=case is not None,
         rests=_rests(case, change),
         ends=None if case is None else _ends(case, change),
-        moved=[_moved(one) for one in (*change.metrics, *change.counters)],
+        moved=(*change.metrics, *change.counters),
     )
 
 
@@ -58,29 +60,12 @@ def _ends(case: CaseRecord, change: SceneChange) -> dict[str, Any] | None:
     }
 
 
-def _rests(case: CaseRecord | None, change: SceneChange) -> list[tuple[str, ...]]:
-    """Return each ball, where it rests on both sides, and how far apart that is."""
+def _rests(case: CaseRecord | None, change: SceneChange) -> list[tuple[str, Place, Place, float]]:
+    """Return each ball, where it rests on both sides, and how far apart that is [m]."""
     if change.rest_base is None or change.rest_head is None:
         return []
     names = [str(k) for k in range(len(change.rest_head))]
     if case is not None:
         names = [str(ball["id"]) for ball in case.definition["balls"]]
     places = zip(names, change.rest_base, change.rest_head, strict=True)
-    return [
-        (f"ball {name}", _place(one), _place(two), style.format_length(math.dist(one, two)))
-        for name, one, two in places
-    ]
-
-
-def _place(position: tuple[float, float, float]) -> str:
-    return f"({position[0]!r}, {position[1]!r}) m"
-
-
-def _moved(one: Quantity) -> tuple[str, ...]:
-    """Return a quantity, what it is on both sides, and the difference."""
-    base, head = (style.format_quantity(value, one.unit) for value in (one.base, one.head))
-    if one.base is None or one.head is None:
-        return one.name, base, head, "–"
-    signed = one.head - one.base
-    size = style.format_quantity(abs(signed), one.unit)
-    return one.name, base, head, f"{'+' if signed >= 0 else '−'}{size}"
+    return [(name, base, head, math.dist(base, head)) for name, base, head in places]

@@ -101,11 +101,7 @@ def log_axis(label: str, low: float, high: float, unit: Literal["m", "s", ""] = 
 
 
 def draw(
-    title: str,
-    series: Iterable[Series],
-    x: Axis,
-    y: Axis,
-    marks: Sequence[tuple[float, str]] = (),
+    title: str, series: Iterable[Series], x: Axis, y: Axis, marks: Sequence[tuple[float, str]] = ()
 ) -> Markup:
     """Return a chart as SVG.
 

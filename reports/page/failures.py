@@ -15,9 +15,8 @@ from ghostball.reports.outcome import failures
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scene_numbers import COMPARISONS
 from ghostball.reports.page.scenes import ScenePart
-from ghostball.reports.style import format_quantity
 from ghostball.validation.baselines import Regression
-from ghostball.validation.results.store import CaseRecord, Check, Results
+from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import scene_names
 
@@ -43,26 +42,13 @@ def _failures(results: Results, scenes: Mapping[str, ScenePart]) -> Iterator[dic
         yield {
             "case": case,
             "check": check,
-            "limit": "" if check is None else _limit(check),
-            "found": words if check is None else _found(check),
+            "limit": "" if check is None else COMPARISONS[check.limit_kind],
+            "words": words,
             "command": commands.simulate(case.scene, case.label, recorded=True),
             "why": explaining(case),
             "rests": list(_rests(case)),
             "bits": scenes[case.scene].hashes.get(case.label, ""),
         }
-
-
-def _limit(check: Check) -> str:
-    return f"{COMPARISONS[check.limit_kind]} {format_quantity(check.limit, check.unit)}"
-
-
-def _found(check: Check) -> str:
-    if check.value is None:
-        return f"no value: {check.note}"
-    found = format_quantity(check.value, check.unit)
-    if check.unit == "1":
-        return found
-    return f"{found} ({format_quantity(check.value)} {check.unit})"
 
 
 def _rests(case: CaseRecord) -> Iterator[tuple[str, str, str]]:

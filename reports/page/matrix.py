@@ -22,11 +22,7 @@ from ghostball.reports.outcome import CHANGES, of_comparison
 from ghostball.reports.page.changed import has_part
 from ghostball.reports.page.rendering import render, scene_link
 from ghostball.validation.baselines import Regression
-from ghostball.validation.checks.verdict import (
-    Verdict,
-    unfinished_text,
-    verdict_of,
-)
+from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.results.store import CaseRecord, Results
 
 FAILING = {"unchanged": "bit-identical, but its work counters differ or its limits failed"}

@@ -30,7 +30,7 @@ MARKERS = {"o": "●", "D": "◆", "^": "▲", "v": "▼", "s": "■", "P": "✚
 def closed_forms_html(results: Results) -> Markup:
     """Return the errors in the scenes of closed form, in units of what rounding makes of them."""
     rows = [
-        (scene, [_ulps(case) for case in cases])
+        (scene, cases)
         for scene, cases in results.by_scene()
         if any(case is not None and case.truth == CLOSED_FORM for case in cases)
     ]
@@ -94,24 +94,14 @@ def horizons_html(results: Results) -> Markup:
     for scene in results.scene_names:
         cases = [results.case(scene, label) for label in labels]
         if any(case is not None and case.horizon is not None for case in cases):
-            rows.append((scene, [*map(_own_horizon, cases)]))
+            rows.append((scene, cases))
     return render(
         "horizons.html",
         tolerance=style.format_length(TOLERANCE),
-        shots=[(name, _horizon_text(shots[name])) for name in results.scene_names if name in shots],
+        shots=[shots[name] for name in results.scene_names if name in shots],
         labels=labels,
         rows=rows,
     )
-
-
-def _own_horizon(case: CaseRecord | None) -> str:
-    if case is None or case.outcome != "ran":
-        return "–"
-    return "to its end" if case.horizon is None else style.format_time(case.horizon)
-
-
-def _horizon_text(case: CaseRecord) -> str:
-    return f"{style.format_time(case.shot_horizon)} of {style.format_time(case.truth_rest_time)}"
 
 
 def ensembles_html(results: Results) -> Markup:
@@ -155,20 +145,6 @@ def _timed(case: CaseRecord | None) -> tuple[str, float | None]:
     if case is None:
         return "–", None
     return run_time_text(case, dated=case.reused), case.wall_time
-
-
-def _ulps(case: CaseRecord | None) -> tuple[str, str]:
-    """Return the errors of position and of time, as the table shows them."""
-    if case is None or case.outcome != "ran":
-        return "", ""
-    return _ulps_text(case, "rest_error_ulps"), _ulps_text(case, "rest_time_error_ulps")
-
-
-def _ulps_text(case: CaseRecord, name: str) -> str:
-    value = metric_of(case, name)
-    if value is None:
-        return "–"
-    return f"{value:.2f}" if value < 1e3 else f"{value:.1e}"
 
 
 def _ours(results: Results) -> Iterator[CaseRecord]:

@@ -31,6 +31,7 @@ from ghostball.reports.words import many
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.diagnose.energy_ledger import EnergyLedger
+from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.store import Results
 
 
@@ -133,13 +134,9 @@ def page_text(
             "page.html",
             title=_title(results, regression),
             overall=overall(results, *([] if regression is None else [regression])),
-            about=_about(results),
+            about=Environment.model_validate(results.environment),
             missing=failed_text(failed) if failed else "",
-            styles=[
-                asset("page.css"),
-                asset("replay.css"),
-                Markup(engine_css(results.labels)),
-            ],
+            styles=[asset("page.css"), asset("replay.css"), Markup(engine_css(results.labels))],
             scripts=[replay_script(), asset("page.js")],
             before=before,
             after=[one for one in after if one.html],
@@ -164,20 +161,6 @@ def _title(results: Results, regression: Regression | None) -> str:
     scenes = many(len(results.scene_names), "scene")
     word = overall(results, *([] if regression is None else [regression])).word
     return f"{word}: {scenes} - Ghostball validation report"
-
-
-def _about(results: Results) -> list[tuple[str, str]]:
-    """Return what a reader asks first: of which code, when, where."""
-    environment = results.environment
-    git = environment.get("git") or {}
-    revision = str(git.get("revision", ""))[:12]
-    changed = " with changes" if git.get("dirty") else ""
-    said = [
-        ("Revision", revision + changed if revision else "not from a checkout"),
-        ("Date", str(environment.get("date", "unknown"))),
-        ("Machine", f"{environment.get('cpu', 'unknown')}, {environment.get('os', '')}"),
-    ]
-    return [(name, text.strip(", ")) for name, text in said]
 
 
 def _worst(results: Results, scene: str) -> tuple[str, str]:

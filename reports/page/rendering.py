@@ -22,6 +22,7 @@ from markupsafe import Markup
 
 from ghostball.reports import style
 from ghostball.reports.templating import templates_of
+from ghostball.reports.words import many
 
 REPLAY_SCRIPTS = (
     *("replay_parts.js", "replay_look.js", "replay_cloth.js", "replay_player.js"),
@@ -56,9 +57,10 @@ def templates() -> Environment:
         codes=codes,
         label=label_html,
         time=style.format_time,
-        length_text=lambda metres: style.format_length(float(metres)),
+        quantity=style.format_quantity,
         digits=lambda number: repr(float(number)),
     )
+    environment.globals.update(many=many)
     return environment
 
 

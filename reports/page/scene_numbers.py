@@ -93,9 +93,7 @@ def work_text(case: CaseRecord) -> str:
     return ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in case.work.items())
 
 
-def counted_rows(
-    results: Results,
-) -> Iterator[tuple[str, str, int, list[tuple[str, int]], int]]:
+def counted_rows(results: Results) -> Iterator[tuple[str, str, int, list[tuple[str, int]], int]]:
     """Yield engine, what it counted, how often in all, where most, and in how many scenes more."""
     for label in results.labels:
         cases = [case for case in results.cases if case.label == label]

@@ -60,9 +60,7 @@ class ScenePart:
 
 
 def scene_part(
-    shot: Shot,
-    change: SceneChange | None = None,
-    sheet: PurePosixPath | None = None,
+    shot: Shot, change: SceneChange | None = None, sheet: PurePosixPath | None = None
 ) -> ScenePart:
     """Return a scene's part of the page; it takes its motions, so that the page needs none.
 

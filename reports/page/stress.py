@@ -8,14 +8,7 @@ from ghostball.reports.page.rendering import render
 from ghostball.reports.words import many
 from ghostball.validation.results.store import Results, has_results
 from ghostball.validation.stress import FAMILIES, path_of
-from ghostball.validation.stress.tally import (
-    Tally,
-    again,
-    are_stress,
-    sweeps,
-    tallies,
-    why_failed,
-)
+from ghostball.validation.stress.tally import Tally, again, are_stress, sweeps, tallies, why_failed
 
 FOLDER = "stress"
 """Where in a results folder a run of `ghostball stress` lies."""
@@ -38,22 +31,11 @@ def stress_html(results: Results) -> Markup:
         date=str(run.environment.get("date", ""))[:10],
         whole=run.state == "complete",
         labels=labels,
-        families=[
-            (FAMILIES[family].title, [found.get((family, label), Tally()) for label in labels])
-            for family in families
-        ],
-        sweeps=[(FAMILIES[one.family].title, one) for one in sweeps(run.cases)],
-        failed=[
-            (
-                FAMILIES[family].title,
-                label,
-                len(one.failed),
-                path_of(case.scene),
-                why_failed(case),
-                again(case),
-            )
-            for (family, label), one in found.items()
-            for case in one.failed[:1]
-        ],
-        asked=[FAMILIES[name] for name in families],
+        tallies=found,
+        none=Tally(),
+        sweeps=sweeps(run.cases),
+        families={name: FAMILIES[name] for name in families},
+        path_of=path_of,
+        why_failed=why_failed,
+        again=again,
     )

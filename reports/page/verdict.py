@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from markupsafe import Markup
 
 from ghostball.reports import style
@@ -53,13 +51,16 @@ def engines_html(results: Results) -> Markup:
     return render(
         "engines.html",
         scenes=many(len(results.scene_names), "scene"),
-        rows=[(one, style.engine_name(one.label), _parts(results, one)) for one in tallies],
+        rows=[(one, style.engine_name(one.label), _parts(one)) for one in tallies],
+        # What became of a scene alone says more than that it is one.
+        alone={case.label: accuracy_text(case) for case in results.cases}
+        if len(results.scene_names) == 1
+        else {},
         legend=[CLASSES[kind] for kind in kinds_of(results.cases)],
         own=any(one.compared_with for one in tallies),
         crashed=any(one.crashed for one in tallies),
         unplayed=any(one.unable for one in tallies),
         judged=any(one.expected or one.worse for one in tallies),
-        length=style.format_length,
         excused=_excused(results),
         variants=[said for setting, said in VARIANTS.items() if setting in labels],
     )
@@ -82,34 +83,12 @@ def _excused(results: Results) -> list[tuple[str, str, int, str]]:
     ]
 
 
-def _parts(results: Results, one: Tally) -> list[dict[str, Any]]:
-    """Return each part of an engine's bar: scenes of one class, and what is written on it."""
-    alone = ""
-    if len(results.scene_names) == 1:  # what became of it says more than that it is one
-        alone = accuracy_text(results.case(results.scene_names[0], one.label))
+def _parts(one: Tally) -> list[tuple[str, int, str]]:
+    """Return each part of an engine's bar: its colour's name, how many scenes, what it means."""
     counted = [
-        (look.slug, one.counts[kind], look.meaning)
-        for kind, look in CLASSES.items()
-        if kind in one.counts
+        *((look.slug, one.counts.get(kind, 0), look.meaning) for kind, look in CLASSES.items()),
+        ("own", one.compared_with, "no independent reference: other engines are compared with it"),
+        ("crashed", one.crashed, "did not finish"),
+        ("unplayed", one.unable, "unsupported"),
     ]
-    if one.compared_with:
-        counted.append(
-            (
-                "own",
-                one.compared_with,
-                "no independent reference: other engines are compared with it",
-            )
-        )
-    if one.crashed:
-        counted.append(("crashed", one.crashed, "did not finish"))
-    if one.unable:
-        counted.append(("unplayed", one.unable, "unsupported"))
-    return [
-        {
-            "slug": slug,
-            "count": count,
-            "words": f"{many(count, 'scene')}: {meaning}",
-            "text": alone or str(count),
-        }
-        for slug, count, meaning in counted
-    ]
+    return [part for part in counted if part[1]]

@@ -5,11 +5,7 @@ import pytest
 
 from ghostball.reports import style
 from ghostball.reports.precision import draw_against_time, least_error
-from ghostball.validation.precision.points import (
-    PrecisionMeasurement,
-    PrecisionPoint,
-    seconds_to,
-)
+from ghostball.validation.precision.points import PrecisionMeasurement, PrecisionPoint, seconds_to
 
 
 def point(engine, seconds, error, *, step=None, scene="cut", same_events=True):
@@ -36,7 +32,7 @@ MEASURED = PrecisionMeasurement(
         point("pymunk", 1e-2, 2e-2, step=0.01, same_events=False),
         point("pymunk", 2e-2, 1e-2, step=0.005),
         point("ghostball", 5e-6, 1e-15, scene="bounce"),
-    ],
+    ]
 )
 
 

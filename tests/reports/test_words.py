@@ -4,12 +4,7 @@ from dataclasses import replace
 
 from likenesses import likeness
 
-from ghostball.reports.words import (
-    likeness_cell,
-    many,
-    reused_text,
-    run_time_text,
-)
+from ghostball.reports.words import likeness_cell, many, reused_text, run_time_text
 from ghostball.validation.results.store import Results
 
 

@@ -11,13 +11,7 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    PlainSerializer,
-    PlainValidator,
-    TypeAdapter,
-)
+from pydantic import AfterValidator, BaseModel, PlainSerializer, PlainValidator, TypeAdapter
 
 from ghostball.model import Scene, SceneError
 

@@ -37,13 +37,7 @@ engine raises; an engine's are whatever it raises or returns, a crash, and the l
 """
 
 AccuracyKind = Literal[
-    "exact",
-    "nanometres",
-    "micrometres",
-    "millimetres",
-    "centimetres",
-    "another shot",
-    "broken",
+    "exact", "nanometres", "micrometres", "millimetres", "centimetres", "another shot", "broken"
 ]
 """How right a run is, from the best to the worst; see `validation.checks.accuracy`."""
 

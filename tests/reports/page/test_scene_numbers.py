@@ -3,12 +3,7 @@
 import pytest
 from stored_results import edit_records
 
-from ghostball.reports.page.scene_numbers import (
-    counted_rows,
-    number_heads,
-    number_row,
-    remarks,
-)
+from ghostball.reports.page.scene_numbers import counted_rows, number_heads, number_row, remarks
 from ghostball.validation.results.store import Results
 
 

@@ -23,11 +23,7 @@ CASE = CaseRecord(
     truth_counts={"ball-ball": 1, "ball-cushion": 0},
     collision_counts={"ball-ball": 1, "ball-cushion": 2},
     ball_errors=np.array([0.001, 0.003]),
-    metrics={
-        "rest_error_max": 0.003,
-        "energy_difference_max": 0.25,
-        "energy_difference_time": 1.5,
-    },
+    metrics={"rest_error_max": 0.003, "energy_difference_max": 0.25, "energy_difference_time": 1.5},
 )
 
 

@@ -76,10 +76,7 @@ class _Whole(BaseModel):
         ("{}", "`parts` is missing"),
         ('{"parts": {}, "odd": 1}', "`odd` is not a known field"),
         ('{"parts": {"a": {"band": "x"}}}', "`parts.a.band` must be a valid number, got 'x'"),
-        (
-            '{"parts": {"a": {"names": [1]}}}',
-            "`parts.a.names[0]` must be a valid string, got 1",
-        ),
+        ('{"parts": {"a": {"names": [1]}}}', "`parts.a.names[0]` must be a valid string, got 1"),
         ("[1]", "must be an object, got [1]"),
         ('{"par', "Invalid JSON: EOF while parsing a string at line 1 column 5"),
     ],
