@@ -101,12 +101,12 @@ def _meets(
     windows: Windows,
 ) -> bool:
     """Whether the ball may meet another one from `first` to `last`, or it isn't known."""
-    seen = (track.times >= first) & (track.times <= last)
-    times, places = track.times[seen], track.positions[seen]
-    if np.max(np.diff(times), initial=0.0) > windows.gap:
+    seen = track.between(first, last)
+    if np.max(np.diff(seen.times), initial=0.0) > windows.gap:
         return True
     reach = 2.0 * surface.radius + windows.ball_margin
-    return any(np.min(np.linalg.norm(other.at(times) - places, axis=1)) < reach for other in others)
+    apart = (np.linalg.norm(other.at(seen.times) - seen.positions, axis=1) for other in others)
+    return any(np.min(one) < reach for one in apart)
 
 
 def _line(

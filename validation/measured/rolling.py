@@ -79,14 +79,12 @@ def _beginnings(
 
 def _rolled(name: str, track: Track, first: float, windows: RollingWindows) -> Rolling | None:
     """Return what a parabola through a window says; None: it has few samples, or is no parabola."""
-    inside = (track.times >= first) & (track.times <= first + windows.length)
-    middle = first + windows.length / 2.0
-    since: FloatArray = track.times[inside] - middle
+    seen, middle = track.between(first, first + windows.length), first + windows.length / 2.0
+    since: FloatArray = seen.times - middle
     if len(since) < windows.samples or np.max(np.diff(since)) > windows.gap:
         return None
-    places = track.positions[inside]
-    curve = np.polynomial.polynomial.polyfit(since, places, 2)
-    off = places - np.polynomial.polynomial.polyval(since, curve).T
+    curve = np.polynomial.polynomial.polyfit(since, seen.positions, 2)
+    off = seen.positions - np.polynomial.polynomial.polyval(since, curve).T
     if np.max(np.linalg.norm(off, axis=1)) > windows.off:
         return None
     _, velocity, half = curve

@@ -41,6 +41,11 @@ class Track:
         columns = [np.interp(times, self.times, self.positions[:, axis]) for axis in (0, 1)]
         return np.column_stack(columns)
 
+    def between(self, first: float, last: float) -> Track:
+        """Return the samples from `first` to `last` [s]."""
+        inside = (self.times >= first) & (self.times <= last)
+        return Track(self.times[inside], self.positions[inside])
+
 
 @dataclass(frozen=True)
 class Surface:

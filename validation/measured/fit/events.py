@@ -11,7 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import ClassVar
 
 import numpy as np
 
@@ -43,9 +43,10 @@ class Event(ABC):
     seen_covariance: FloatArray  # (k, k)
     times: FloatArray
     """When samples are read, from where a model begins [s]."""
-    count: int
+
+    count: ClassVar[int] = 1
     """How many balls play it."""
-    hides_side: bool
+    hides_side: ClassVar[bool] = True
     """Whether the last number `given` is a side, which no tracker sees: 0, give or take `SIDE`."""
 
     @abstractmethod
@@ -76,24 +77,7 @@ class RollingEvent(Event):
 
     curve: Curve  # a parabola
 
-    @classmethod
-    def of(cls, shot: str, curve: Curve, places: FloatArray, noise: float, radius: float) -> Self:
-        """Return the event of samples at `places` (n, 2), their times from the first one on."""
-        covariance = noise**2 * curve.covariance
-        speed, slowing = _slowing(curve.of(places))
-        return cls(
-            shot,
-            speed,
-            radius,
-            np.array([speed]),
-            covariance[1:2, 1:2],
-            np.array([slowing]),
-            4.0 * covariance[2:3, 2:3],
-            curve.times,
-            1,
-            False,
-            curve,
-        )
+    hides_side: ClassVar[bool] = False
 
     def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
         """Return a ball that has the speed in the middle."""
@@ -102,7 +86,7 @@ class RollingEvent(Event):
 
     def read(self, positions: FloatArray) -> FloatArray:
         """Return the deceleration in the middle."""
-        return np.array([_slowing(self.curve.of(positions[:, 0]))[1]])
+        return np.array([slowing_of(self.curve.of(positions[:, 0]))[1]])
 
 
 @dataclass(frozen=True)
@@ -116,35 +100,6 @@ class CushionEvent(Event):
     before: Curve  # lines, their times from the first sample before
     after: Curve
     gap: float  # to the cushion, of the line at time 0 [m]
-
-    @classmethod
-    def of(
-        cls,
-        shot: str,
-        lines: tuple[Curve, Curve],
-        velocities: tuple[FloatArray, FloatArray],
-        gap: float,
-        noise: float,
-        radius: float,
-    ) -> Self:
-        """Return the event of lines before and after, and of the velocities (2,) along these."""
-        before, after = lines
-        variance = noise**2 * before.covariance[1, 1]
-        return cls(
-            shot,
-            float(np.linalg.norm(velocities[0])),
-            radius,
-            np.append(velocities[0], 0.0),
-            np.diag([variance, variance, SIDE**2]),
-            velocities[1],
-            noise**2 * after.covariance[1, 1] * np.eye(2),
-            after.times,
-            1,
-            True,
-            before,
-            after,
-            gap,
-        )
 
     def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
         """Return a ball that goes to a cushion across x."""
@@ -173,40 +128,7 @@ class HitEvent(Event):
     before: Curve  # a line, its times from the first sample on
     after: tuple[Curve, Curve]
 
-    @classmethod
-    def of(
-        cls,
-        shot: str,
-        lines: tuple[Curve, Curve, Curve],
-        given: FloatArray,
-        seen: FloatArray,
-        resting: int,
-        noise: float,
-        radius: float,
-    ) -> Self:
-        """Return the event of a line before and two after.
-
-        `given` (4,), `seen` (8,); `resting`: how many samples there are of the ball at rest.
-        """
-        before, *afters = lines
-        line = noise**2 * before.covariance
-        place, speed = line[0, 0] + noise**2 / resting, line[1, 1]
-        parts = [noise**2 * np.kron(after.covariance, np.eye(2)) for after in afters]
-        zero = np.zeros((4, 4))
-        return cls(
-            shot,
-            float(np.linalg.norm(given[2:])),
-            radius,
-            np.append(given, 0.0),
-            np.diag([place, place, speed, speed, SIDE**2]),
-            seen,
-            np.block([[parts[0], zero], [zero, parts[1]]]),
-            np.union1d(afters[0].times, afters[1].times),
-            2,
-            True,
-            before,
-            (afters[0], afters[1]),
-        )
+    count: ClassVar[int] = 2
 
     def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
         """Return a ball that goes along x to another one."""
@@ -234,7 +156,7 @@ class HitEvent(Event):
         return np.concatenate([line.ravel() for line in lines])
 
 
-def _slowing(parabola: FloatArray) -> tuple[float, float]:
+def slowing_of(parabola: FloatArray) -> tuple[float, float]:
     """Return speed and deceleration in the middle of a parabola (3, 2)."""
     _, velocity, half = parabola
     speed = float(np.linalg.norm(velocity))

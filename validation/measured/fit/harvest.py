@@ -4,20 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, permutations
 
 import numpy as np
 
+from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.cushion_contacts import (
     CushionContact,
     Windows,
     cushion_contacts,
 )
-from ghostball.validation.measured.fit.alone import has_rolled
-from ghostball.validation.measured.fit.events import CushionEvent, Event, RollingEvent
-from ghostball.validation.measured.fit.hits import hits
-from ghostball.validation.measured.fit.lines import Curve, noise_of, window, without_stale
-from ghostball.validation.measured.rolling import Rolling, RollingWindows, rolling_windows
-from ghostball.validation.measured.tracks import Shots, Surface, Track
+from ghostball.validation.measured.fit.events import (
+    SIDE,
+    CushionEvent,
+    Event,
+    HitEvent,
+    RollingEvent,
+    slowing_of,
+)
+from ghostball.validation.measured.fit.lines import Curve, noise_of, without_stale
+from ghostball.validation.measured.rolling import RollingWindows, rolling_windows
+from ghostball.validation.measured.tracks import Shots, Surface, Track, dips
 
 CUSHION = Windows(before=(-0.30, -0.02), alone=(-0.30, 0.80), near=0.05, samples=5)
 """As the published measurement has it, but for a window before that is shorter, so that more balls
@@ -26,6 +33,30 @@ have rolled long before; and that a ball may be anywhere near where a slow camer
 ROLLING = RollingWindows(after=1.0)
 _LEAST_NOISE = 1e-5
 """Noise that a track without any is taken to have [m]: it was rounded when it was written."""
+ROLLED = 0.7
+"""How long a ball must have met nothing before a window, for each m/s of its speed in it [s^2/m].
+
+One that came from a cushion slides for less where the friction of the cloth is at least 0.13; one
+that was struck with much draw for longer.
+"""
+
+BEFORE, AFTER = (-0.30, -0.02), (0.30, 0.55)
+"""Where straight lines are laid through the places of the balls of a hit [s], from when they meet.
+"""
+_ALONE = 0.56
+"""How long after it both balls must meet nothing [s]."""
+_GLANCING = 0.85
+"""The largest offset from a full hit, in diameters: beyond it, noise decides whether they meet."""
+_MEETING = 0.10
+"""The gap of two balls in the samples nearest to their meeting, at most [m]: they may be fast."""
+_AGREE = 0.06
+"""How far the nearest samples may be from when the line of a ball says that they meet [s]."""
+_RESTING = 0.003
+"""How far samples of a ball at rest may be from each other, but for noise [m]."""
+_LEFT_OUT = 0.3
+"""Time without a sample from which on a ball was left out since it rested [s]."""
+_SAMPLES = 5
+_MOST_RESTING = 25
 
 
 @dataclass(frozen=True)
@@ -50,69 +81,179 @@ def harvest(shots: Shots, surface: Surface) -> Harvest:
         for shot, balls in shots.items()
     }
     noise = noise_of([track for balls in fresh.values() for track in balls.values()])
-    least = max(noise, _LEAST_NOISE)
+    every = [_Shot(name, balls, surface, max(noise, _LEAST_NOISE)) for name, balls in fresh.items()]
     return Harvest(
-        [one for shot, balls in fresh.items() for one in _rolling(shot, balls, surface, least)],
-        [one for shot, balls in fresh.items() for one in _cushions(shot, balls, surface, least)],
-        [one for shot, balls in fresh.items() for one in hits(shot, balls, surface, least)],
+        [*chain.from_iterable(shot.rolling() for shot in every)],
+        [*chain.from_iterable(shot.cushions() for shot in every)],
+        [*chain.from_iterable(shot.hits() for shot in every)],
         noise,
     )
 
 
-def _rolling(
-    shot: str, balls: Mapping[str, Track], surface: Surface, noise: float
-) -> Iterator[Event]:
-    """Yield the windows in which a ball rolls."""
-    off = max(ROLLING.off, 5.0 * noise)
-    for one in rolling_windows(balls, surface, replace(ROLLING, off=off)):
-        yield _rolling_event(shot, balls[one.ball], one, noise, surface.radius)
+def has_rolled(
+    track: Track, others: Sequence[Track], surface: Surface, time: float, speed: float
+) -> bool:
+    """Whether a ball of this speed has met nothing for so long before a time that it rolls."""
+    return is_free(track, others, surface, time - ROLLED * speed, time)
 
 
-def _rolling_event(shot: str, track: Track, one: Rolling, noise: float, radius: float) -> Event:
-    half = ROLLING.length / 2.0
-    samples = window(track, one.time - half, one.time + half)
-    curve = Curve.through(samples.times - samples.times[0], 2)
-    return RollingEvent.of(shot, curve, samples.positions, noise, radius)
+def is_free(
+    track: Track, others: Sequence[Track], surface: Surface, first: float, last: float
+) -> bool:
+    """Whether a ball meets nothing from `first` to `last`, and is seen all along."""
+    if track.times[0] > first or track.times[-1] < last:
+        return False
+    seen = track.between(first, last)
+    if np.max(np.diff([first, *seen.times, last])) > Windows.gap:
+        return False
+    return bool(np.min(surface.least_gaps(seen, others), initial=np.inf) > Windows.ball_margin)
 
 
-def _cushions(
-    shot: str, balls: Mapping[str, Track], surface: Surface, noise: float
-) -> Iterator[Event]:
-    """Yield the free contacts with a cushion of balls that rolled there."""
-    straight = max(CUSHION.straight, 2.0 * noise)
-    for one in cushion_contacts(balls, surface, replace(CUSHION, straight=straight)):
-        others = [other for name, other in balls.items() if name != one.ball]
-        found = _cushion_event(shot, balls[one.ball], others, one, surface, noise)
-        if found is not None:
-            yield found
+@dataclass(frozen=True)
+class _Shot:
+    """The tracks of one shot, and the noise of a coordinate of a sample [m]."""
 
+    name: str
+    balls: Mapping[str, Track]
+    surface: Surface
+    noise: float
 
-def _cushion_event(
-    shot: str,
-    track: Track,
-    others: Sequence[Track],
-    one: CushionContact,
-    surface: Surface,
-    noise: float,
-) -> Event | None:
-    before = window(track, *(one.time + edge for edge in CUSHION.before))
-    after = window(track, *(one.time + edge for edge in CUSHION.after))
-    origin = before.times[0]
-    lines = tuple(Curve.through(part.times - origin, 1) for part in (before, after))
-    place, velocity = lines[0].of(before.positions)
-    if not has_rolled(track, others, surface, origin, float(np.linalg.norm(velocity))):
-        return None
-    left = lines[1].of(after.positions)[1]
-    towards = 1.0 if velocity[one.axis] > 0.0 else -1.0
-    gaps = surface.gaps(place - lines[0].middle * velocity)
-    return CushionEvent.of(
-        shot,
-        (lines[0], lines[1]),
-        (
-            np.array([towards * velocity[one.axis], velocity[1 - one.axis]]),
+    def _others(self, *names: str) -> list[Track]:
+        return [track for name, track in self.balls.items() if name not in names]
+
+    def rolling(self) -> Iterator[Event]:
+        """Yield the windows in which a ball rolls."""
+        off, half = max(ROLLING.off, 5.0 * self.noise), ROLLING.length / 2.0
+        for one in rolling_windows(self.balls, self.surface, replace(ROLLING, off=off)):
+            samples = self.balls[one.ball].between(one.time - half, one.time + half)
+            curve = Curve.through(samples.times - samples.times[0], 2)
+            covariance = self.noise**2 * curve.covariance
+            speed, slowing = slowing_of(curve.of(samples.positions))
+            yield RollingEvent(
+                self.name,
+                speed,
+                self.surface.radius,
+                np.array([speed]),
+                covariance[1:2, 1:2],
+                np.array([slowing]),
+                4.0 * covariance[2:3, 2:3],
+                curve.times,
+                curve,
+            )
+
+    def cushions(self) -> Iterator[Event]:
+        """Yield the free contacts with a cushion of balls that rolled there."""
+        straight = max(CUSHION.straight, 2.0 * self.noise)
+        for one in cushion_contacts(self.balls, self.surface, replace(CUSHION, straight=straight)):
+            found = self._cushion(one)
+            if found is not None:
+                yield found
+
+    def _cushion(self, one: CushionContact) -> Event | None:
+        track = self.balls[one.ball]
+        parts = [
+            track.between(one.time + first, one.time + last)
+            for first, last in (CUSHION.before, CUSHION.after)
+        ]
+        origin = parts[0].times[0]
+        before, after = (Curve.through(part.times - origin, 1) for part in parts)
+        place, velocity = before.of(parts[0].positions)
+        speed = float(np.linalg.norm(velocity))
+        if not has_rolled(track, self._others(one.ball), self.surface, origin, speed):
+            return None
+        left = after.of(parts[1].positions)[1]
+        towards = 1.0 if velocity[one.axis] > 0.0 else -1.0
+        gaps = self.surface.gaps(place - before.middle * velocity)
+        given = np.array([towards * velocity[one.axis], velocity[1 - one.axis], 0.0])
+        variance = self.noise**2 * before.covariance[1, 1]
+        return CushionEvent(
+            self.name,
+            float(np.linalg.norm(given)),
+            self.surface.radius,
+            given,
+            np.diag([variance, variance, SIDE**2]),
             np.array([-towards * left[one.axis], left[1 - one.axis]]),
-        ),
-        float(gaps[2 * one.axis + (towards > 0.0)]),
-        noise,
-        surface.radius,
-    )
+            self.noise**2 * after.covariance[1, 1] * np.eye(2),
+            after.times,
+            before,
+            after,
+            float(gaps[2 * one.axis + (towards > 0.0)]),
+        )
+
+    def hits(self) -> Iterator[Event]:
+        """Yield the clean hits: a ball that rolls meets one at rest, and nothing else is near."""
+        for name, other in permutations(self.balls, 2):
+            track, target = self.balls[name], self.balls[other]
+            gaps = np.linalg.norm(target.at(track.times) - track.positions, axis=1)
+            near = dips(gaps - 2.0 * self.surface.radius, _MEETING)
+            for time in track.times[1:-1][near].tolist():
+                found = self._hit(track, target, self._others(name, other), time)
+                if found is not None:
+                    yield found
+
+    def _hit(self, track: Track, target: Track, rest: Sequence[Track], near: float) -> Event | None:
+        """Return the hit that is near a time [s]; None: there is none, or it isn't clean."""
+        before = track.between(near + BEFORE[0], near + BEFORE[1])
+        resting = self._resting(target, near + BEFORE[1])
+        if len(before.times) < _SAMPLES or not len(resting):
+            return None
+        origin, place = before.times[0], np.mean(resting, axis=0)
+        line = Curve.through(before.times - origin, 1)
+        middle, velocity = line.of(before.positions)
+        speed, (x, y) = float(np.linalg.norm(velocity)), velocity
+        axes = np.array([[x, y], [-y, x]]) / max(speed, Windows.slowest)
+        ahead, aside = axes @ (place - middle)
+        reach = 2.0 * self.surface.radius
+        if speed < Windows.slowest or abs(aside) > _GLANCING * reach:
+            return None
+        time = origin + line.middle + float(ahead - np.sqrt(reach**2 - aside**2)) / speed
+        if abs(time - near) > _AGREE or time < before.times[-1]:
+            return None
+        # It rolls until it hits, and both meet nothing else after it.
+        if not (
+            has_rolled(track, [*rest, target], self.surface, origin, speed)
+            and is_free(track, rest, self.surface, origin, time + _ALONE)
+            and is_free(target, rest, self.surface, time, time + _ALONE)
+        ):
+            return None
+        parts = [one.between(time + AFTER[0], time + AFTER[1]) for one in (track, target)]
+        if min(len(part.times) for part in parts) < _SAMPLES:
+            return None
+        if line.off(before.positions) > max(Windows.straight, 2.0 * self.noise):
+            return None
+        first, second = afters = [Curve.through(part.times - origin, 1) for part in parts]
+        seen = [
+            after.of((part.positions - place) @ axes.T).ravel()
+            for after, part in zip(afters, parts, strict=True)
+        ]
+        variances = self.noise**2 * line.covariance
+        places = variances[0, 0] + self.noise**2 / len(resting)
+        one, other = (self.noise**2 * np.kron(after.covariance, np.eye(2)) for after in afters)
+        zero = np.zeros((4, 4))
+        return HitEvent(
+            self.name,
+            speed,
+            self.surface.radius,
+            np.array([-ahead, -aside, speed, 0.0, 0.0]),
+            np.diag([places, places, variances[1, 1], variances[1, 1], SIDE**2]),
+            np.concatenate(seen),
+            np.block([[one, zero], [zero, other]]),
+            np.union1d(first.times, second.times),
+            line,
+            (first, second),
+        )
+
+    def _resting(self, target: Track, until: float) -> FloatArray:
+        """Return the last places (n, 2) of the other ball until a time, none if it may have moved.
+
+        A tracker may leave a ball out while it rests.
+        """
+        seen = int(np.searchsorted(target.times, until, side="right"))
+        places = target.positions[max(seen - _MOST_RESTING, 0) : seen]
+        if not len(places):
+            return places
+        apart = np.linalg.norm(places - places[-1], axis=1)
+        moved = np.flatnonzero(apart > max(_RESTING, 5.0 * self.noise))
+        places = places[moved[-1] + 1 if len(moved) else 0 :]
+        left_out = until - target.times[seen - 1] > _LEFT_OUT
+        return places if left_out or len(places) >= _SAMPLES else places[:0]

@@ -46,12 +46,6 @@ class Curve:
         return float(np.sqrt(np.mean((positions - powers @ self.of(positions)) ** 2)))
 
 
-def window(track: Track, first: float, last: float) -> Track:
-    """Return the samples of a track from `first` to `last` [s]."""
-    inside = (track.times >= first) & (track.times <= last)
-    return Track(track.times[inside], track.positions[inside])
-
-
 def without_stale(track: Track) -> Track:
     """Return a track without samples that repeat the one before while the ball moves.
 

@@ -7,13 +7,24 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Physics
-from ghostball.validation.measured.fit.events import CushionEvent, HitEvent, RollingEvent
+from ghostball.validation.measured.fit.events import (
+    CushionEvent,
+    HitEvent,
+    RollingEvent,
+    slowing_of,
+)
 from ghostball.validation.measured.fit.lines import Curve
 from ghostball.validation.measured.fit.playing import scene_of, seen_in
 
 POOL = Physics(preset="pool", spinning_friction_rate=10.0)
 RADIUS = 0.028575
 BEFORE = np.arange(0.0, 0.29, 0.02)
+
+
+def unweighed(kind, given, seen, times, *curves):
+    """Return an event whose errors nobody asks for."""
+    none = np.zeros((0, 0))
+    return kind("1", 0.8, RADIUS, given, none, seen, none, times, *curves)
 
 
 def played(event, given):
@@ -27,8 +38,8 @@ def played(event, given):
 def test_a_rolling_ball_has_its_speed_in_the_middle_and_slows_by_its_friction():
     curve = Curve.through(np.arange(0.0, 1.0, 0.02), 2)
     x = 0.6 * (curve.times - curve.middle) - 0.05 * (curve.times - curve.middle) ** 2
-    event = RollingEvent.of("1", curve, np.column_stack([x, 0.0 * x]), 1e-3, RADIUS)
-    assert (event.speed, event.seen[0]) == pytest.approx((0.6, 0.1))
+    assert slowing_of(curve.of(np.column_stack([x, 0.0 * x]))) == pytest.approx((0.6, 0.1))
+    event = unweighed(RollingEvent, np.array([0.6]), np.array([0.1]), curve.times, curve)
     result, (slowing,) = played(event, event.given)
     speed = np.linalg.norm(result.sample([curve.middle]).velocities[0, 0])
     assert speed == pytest.approx(0.6)
@@ -40,8 +51,7 @@ def test_a_ball_meets_a_cushion_with_the_velocity_and_the_side_that_are_given(si
     after = Curve.through(np.arange(0.7, 1.0, 0.02), 1)
     given = np.array([0.8, 0.2, side])
     before = Curve.through(BEFORE, 1)
-    velocities = given[:2], np.array([0.4, 0.2])
-    event = CushionEvent.of("1", (before, after), velocities, 0.25, 1e-3, RADIUS)
+    event = unweighed(CushionEvent, given, np.zeros(2), after.times, before, after, 0.25)
     result, seen = played(event, given)
     impact, _ = result.events["t"][result.events["kind"] == EventKind.BALL_CUSHION]
     middle = result.sample([before.middle]).velocities[0, 0]
@@ -54,8 +64,8 @@ def test_a_ball_meets_a_cushion_with_the_velocity_and_the_side_that_are_given(si
 def test_a_hit_begins_where_the_mean_of_the_samples_is():
     before = Curve.through(BEFORE, 1)
     after = Curve.through(np.arange(0.6, 0.85, 0.02), 1)
-    given = np.array([-0.2, 0.01, 0.8, 0.0])
-    event = HitEvent.of("1", (before, after, after), given, np.zeros(8), 30, 1e-3, RADIUS)
+    given = np.array([-0.2, 0.01, 0.8, 0.0, 0.0])
+    event = unweighed(HitEvent, given, np.zeros(8), after.times, before, (after, after))
     result, seen = played(event, event.given)
     places = result.sample(BEFORE).positions[:, 0, :2] - result.scene.positions[1, :2]
     assert places.mean(axis=0) == pytest.approx(given[:2])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ghostball.validation.measured.fit.lines import Curve, noise_of, window, without_stale
+from ghostball.validation.measured.fit.lines import Curve, noise_of, without_stale
 from ghostball.validation.measured.tracks import Track
 
 TIMES = np.arange(0.0, 2.0, 0.02)
@@ -59,5 +59,5 @@ def test_samples_of_a_ball_at_rest_are_kept():
 
 
 def test_a_window_has_the_samples_between():
-    part = window(rolls(), 0.5, 0.6)
+    part = rolls().between(0.5, 0.6)
     assert part.times == pytest.approx([0.5, 0.52, 0.54, 0.56, 0.58, 0.6])
