@@ -15,8 +15,8 @@ from ghostball.reference_adapters.certified import (
     Enclosure,
     certify,
 )
-from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.truth.closed_forms import FORMS, closed_form
+from ghostball.validation.scenes.library import find_scene, select
+from ghostball.validation.truth.closed_forms import closed_form
 
 NO_FORM_TO_COMPARE = {
     # Without an answer in exact numbers, or with laws that have no closed form.
@@ -58,7 +58,8 @@ def collisions(certificate: Certificate) -> list[tuple[str, int, int | str]]:
     "name",
     [
         pytest.param(name, marks=pytest.mark.slow) if name in MANY_SHOTS else name
-        for name in sorted(set(FORMS) - NO_FORM_TO_COMPARE)
+        for name in (scene.name for scene in select(["closed-form"]))
+        if name not in NO_FORM_TO_COMPARE
     ],
 )
 def test_closed_forms_lie_within_the_enclosures(name):

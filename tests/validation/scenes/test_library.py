@@ -120,7 +120,11 @@ def test_shared_criteria_name_scenes_that_there_are() -> None:
         assert list(one.scenes) == sorted(set(one.scenes)), one.metric
 
 
-@pytest.mark.parametrize("name", sorted(FORMS))
+@pytest.mark.parametrize(
+    "name",
+    # The two scenes that are left out are about one law each, and ask for what this law decides.
+    sorted({one.name for one in select(["closed-form"])} - {"cloth-frictionless", "coulomb-cut"}),
+)
 def test_our_engine_is_held_to_rounding_where_there_is_a_closed_form(name: str) -> None:
     # Resting contacts it integrates in steps, whose tolerance is in metres.
     rest = "rest_error_max" if name in RESTING_CONTACT else "rest_error_ulps"

@@ -1,7 +1,7 @@
 """Closed forms: where a shot ends, to 50 digits, by formula and from the scene's own doubles.
 
-Nothing here is shared with the engine: other code, other arithmetic, and for each shot the order
-of its collisions stated by hand and checked. `FORMS` holds one solver for each scene that has one.
+Nothing here is shared with the engine: other code, and other arithmetic. The order of collisions is
+found by comparing all that may come next, or it is stated by hand in `FORMS`, and checked.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ class ClosedForm:
 def closed_form(scene: Scene) -> ClosedForm | None:
     """Return the closed form of `scene`, or None where it has none.
 
-    A shipped scene has one by its name, as long as its values lead to the collisions, and its
-    physics is among those, that the form is for. Any other scene has one where it has the shape: a
-    few collisions, one after the other, each of two alone.
+    A scene has one where it has the shape: a few collisions, one after the other, each of two
+    alone. Some shipped scenes have one by their name, as long as their values lead to the
+    collisions, and their physics is among those, that the form is for.
     """
     solved = _solved(scene)
     if solved is None:

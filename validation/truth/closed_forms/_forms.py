@@ -1,4 +1,4 @@
-"""The closed form of each shipped scene that has one, by its name; of any other by its shape."""
+"""Closed forms: of a shot of a few collisions by its shape, of other shipped scenes by name."""
 
 from __future__ import annotations
 
@@ -43,16 +43,6 @@ def _in_order(order: Sequence[Collision], setup: Setup) -> Outcome:
         shot.play(collision)
     return shot.end()
 
-
-_undisturbed = partial(_in_order, ())
-"""Balls that meet nothing: each slides, rolls v^2 / (2 mu g) and rests."""
-
-_one_collision = partial(_in_order, [("ball-ball", 0, 1)])
-
-_collision_of_the_last = partial(_in_order, [("ball-ball", 0, 2)])
-"""The first ball passes the second and hits the third."""
-
-_bounce_right = partial(_in_order, [("ball-cushion", 0, "right")])
 
 _squeezed_out = partial(
     _in_order, [("ball-ball", 0, 1), ("ball-cushion", 1, "left"), ("ball-ball", 0, 1)]
@@ -126,64 +116,26 @@ def form_of_shape(setup: Setup) -> Form:
     )
 
 
+_PAIRS = "thirty-degree-rule", "throw-by-angle", "throw-by-spin"
+_ROLLING_IN_AIR = "air-paper", "air-drag", "cloth-quadratic"
+_SLIDING_IN_AIR = "air-rolls", "air-drag-sliding", "cloth-quadratic-sliding", "air-slides"
+_MIRRORED = "wall-bounce", "corner-double-bounce", "corner-exact", "around-the-table", "rail-into"
+
 FORMS: Mapping[str, Form] = {
-    "stop": Form(_undisturbed),
-    "roll-distance": Form(_undisturbed),
-    "wall-bounce": Form(unfolded_bounces),
-    "corner-double-bounce": Form(unfolded_bounces),
-    "corner-exact": Form(unfolded_bounces),
-    "around-the-table": Form(unfolded_bounces),
-    "rail-along": Form(_undisturbed),
-    "rail-into": Form(unfolded_bounces),
-    "restitution-bounce": Form(_bounce_right),
-    "head-on": Form(_one_collision),
-    "half-ball-cut": Form(_one_collision),
-    "thin-cut": Form(_one_collision),
-    "unequal-balls": Form(_one_collision),
-    "unbounded-cut": Form(_one_collision),
-    "catch-up": Form(_one_collision),
-    "moving-moving": Form(_one_collision),
-    "figure4-head-on": Form(_one_collision),
-    "figure4-skewed": Form(_one_collision),
-    "restitution-head-on": Form(_one_collision),
-    "restitution-cut": Form(_one_collision),
-    "three-ball-chain": Form(_chain),
+    **dict.fromkeys(_MIRRORED, Form(unfolded_bounces)),
+    **dict.fromkeys((f"galperin-{k}" for k in range(5)), Form(unfolded_masses)),
     "cradle": Form(_chain),
     "three-ball-symmetric": Form(collision_with_two),
     "frozen-to-cushion": Form(_squeezed_out),
-    "sliding-stun": Form(_undisturbed, motion="sliding"),
-    "sliding-swerve": Form(_undisturbed, motion="sliding"),
-    "stun-shot": Form(_one_collision, motion="sliding"),
-    "draw-shot": Form(_one_collision, motion="sliding"),
-    "cue-draw": Form(_one_collision, motion="sliding"),
-    "cue-masse": Form(_collision_of_the_last, motion="sliding"),
-    "follow-shot": Form(_one_collision, motion="sliding"),
-    "half-ball-rolling": Form(_one_collision, motion="sliding"),
-    "masse": Form(_collision_of_the_last, motion="sliding"),
-    "throw-slip": Form(_one_collision, motion="sliding"),
-    "throw-stick": Form(_one_collision, motion="sliding"),
-    "throw-alciatore": Form(_one_collision, motion="sliding"),
-    "gearing": Form(_one_collision, motion="sliding"),
-    "english-running": Form(_bounce_right, motion="sliding"),
-    "english-check": Form(_bounce_right, motion="sliding"),
-    "han-running": Form(_bounce_right, motion="sliding"),
-    "han-check": Form(_bounce_right, motion="sliding"),
-    "thirty-degree-rule": Form(_separate_pairs, motion="sliding"),
-    "throw-by-angle": Form(_separate_pairs, motion="sliding"),
-    "throw-by-spin": Form(_separate_pairs, motion="sliding"),
+    **dict.fromkeys(_PAIRS, Form(_separate_pairs, motion="sliding")),
     "push": Form(pushed_along, motion="sliding"),
     "wedged": Form(wedged, motion="sliding"),
-    "air-rolls": Form(alone_in_air, motion="sliding", air=True),
-    "air-paper": Form(alone_in_air, air=True),
-    "air-drag": Form(alone_in_air, air=True),
-    "cloth-quadratic": Form(alone_in_air, air=True),
-    "air-drag-sliding": Form(alone_in_air, motion="sliding", air=True),
-    "cloth-quadratic-sliding": Form(alone_in_air, motion="sliding", air=True),
-    "air-slides": Form(alone_in_air, motion="sliding", air=True),
+    **dict.fromkeys(_ROLLING_IN_AIR, Form(alone_in_air, air=True)),
+    **dict.fromkeys(_SLIDING_IN_AIR, Form(alone_in_air, motion="sliding", air=True)),
     "air-drop": Form(fall_in_air, motion="sliding", air=True, flight=True),
-    "flight-throw": Form(alone_in_flight, motion="sliding", flight=True),
-    "flight-lands": Form(alone_in_flight, motion="sliding", flight=True),
-    "flight-bounces": Form(alone_in_flight, motion="sliding", flight=True),
-    **{f"galperin-{k}": Form(unfolded_masses) for k in range(5)},
+    **dict.fromkeys(
+        ("flight-throw", "flight-lands", "flight-bounces"),
+        Form(alone_in_flight, motion="sliding", flight=True),
+    ),
 }
-"""Solvers by name of scene; `closed_form` applies them."""
+"""Solvers by name of scene, for those that have no form by their shape; see `closed_form`."""
