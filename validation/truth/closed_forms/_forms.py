@@ -8,14 +8,16 @@ from typing import Literal, NamedTuple
 
 from mpmath import mpf
 
-from ghostball.validation.truth.closed_forms._air import alone_in_air
+from ghostball.validation.truth.closed_forms._alone import (
+    alone_in_air,
+    alone_in_flight,
+    fall_in_air,
+)
 from ghostball.validation.truth.closed_forms._contacts import (
     collision_with_two,
     pushed_along,
     wedged,
 )
-from ghostball.validation.truth.closed_forms._falls import fall_in_air
-from ghostball.validation.truth.closed_forms._flight import alone_in_flight
 from ghostball.validation.truth.closed_forms._motion import make_sure_apart
 from ghostball.validation.truth.closed_forms._setup import (
     Collision,

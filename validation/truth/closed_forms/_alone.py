@@ -1,0 +1,220 @@
+"""Balls each alone, in air or off the cloth: where and when they come to rest.
+
+In air: a ball that rolls is slowed by a + b v^2, a = mu_r g, b = (5/7) k + b': of the air's k v^2
+the cloth's friction takes 2/7, but for the paper's point. With q = v sqrt(b / a) it stops after
+atan(q) / sqrt(a b), having gone ln(1 + q^2) / 2b. One that slides along its slip is slowed, or sped
+up, by mu_s g and slowed by k v^2, and its spin changes as without air, until v = R w.
+
+Off the cloth: a ball falls along a parabola and bounces with the table's restitution e. Coulomb
+friction takes mu (1 + e) V of its slip's direction from its velocity, V the speed of the fall, but
+no more than ends the slip: 2/7 of it. Its spin about the vertical stays (Alciatore, technical proof
+B.5). Each bounce is followed by a flight of 2 e V / g; all of them end after a finite time.
+
+Straight up and down in air: v' = -g - k |v| v. A throw at v rises ln(1 + k v^2 / g) / 2k within
+atan(v sqrt(k / g)) / sqrt(g k); a fall from h lasts acosh(exp(k h)) / sqrt(g k) and ends at
+sqrt((g / k)(1 - exp(-2 k h))). The table returns e of that. What is left once air does nothing more
+that counts are the bounces of no air, 2 v / (g (1 - e)) long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations, pairwise
+from typing import NamedTuple
+
+from mpmath import mp, mpf
+
+from ghostball.validation.truth.closed_forms._motion import (
+    Cloth,
+    State,
+    along,
+    cloth_of,
+    dot,
+    length_of,
+    make_sure_apart,
+    negligible,
+    path_of,
+    rolling_spin,
+    scaled,
+    slip_of,
+    starting_state,
+    time_to_rest,
+)
+from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, Setup, Vector
+
+
+class _End(NamedTuple):
+    """Where and when a ball comes to rest, and points whose hull holds its path in the plane."""
+
+    position: Vector
+    time: mpf
+    hull: list[Vector]
+
+
+def _alone(setup: Setup, end_of: Callable[[Setup, int], _End]) -> Outcome:
+    """Return how balls end that never meet, each by itself."""
+    if setup.cushions or setup.t_max is not None:
+        raise OrderError("needs an unbounded cloth, and no end but rest")
+    ends = [end_of(setup, ball) for ball in range(len(setup.positions))]
+    if setup.verify:
+        make_sure_apart([end.hull for end in ends], setup.radii)
+    return Outcome.at_rest([end.position for end in ends], max(end.time for end in ends))
+
+
+def alone_in_air(setup: Setup) -> Outcome:
+    """Let each ball slide and roll along its own line until it rests; they never meet."""
+    return _alone(setup, _end_in_air)
+
+
+def alone_in_flight(setup: Setup) -> Outcome:
+    """Let each ball bounce, slide and roll until it rests; they never meet."""
+    if setup.table_restitution == 1:
+        raise OrderError("needs bounces that end at rest")
+    return _alone(setup, _end_of_flight)
+
+
+def _end_in_air(setup: Setup, ball: int) -> _End:
+    """Return how a ball slides and rolls along a line."""
+    state, cloth = starting_state(setup, ball), cloth_of(setup, ball)
+    time = mp.mpf(0)
+    if not state.rolls and not negligible(length_of(slip_of(state, cloth.radius))):
+        state, time = _slid(setup, state, cloth)
+    speed = length_of(state.velocity)
+    if negligible(speed):
+        return _End(state.position, time, [setup.positions[ball], state.position])
+    displacement, lasts = _rolled(setup, speed, cloth)
+    spin = abs(state.spin[2]) / cloth.spinning if cloth.spinning else mp.mpf(0)
+    x, y = scaled(displacement / speed, state.velocity)
+    place = (state.position[0] + x, state.position[1] + y)
+    return _End(place, max(time + lasts, spin), [setup.positions[ball], place])
+
+
+def _rolled(setup: Setup, speed: mpf, cloth: Cloth) -> tuple[mpf, mpf]:
+    """Return how far and how long a ball rolls [m], [s]."""
+    felt = mp.mpf(5) / 7 if setup.slides else mp.mpf(1)
+    a, b = cloth.rolling, felt * setup.air_drag + setup.rolling_friction_quadratic
+    q = speed * mp.sqrt(b / a)
+    return mp.log1p(q * q) / (2 * b), mp.atan(q) / mp.sqrt(a * b)
+
+
+def _slid(setup: Setup, state: State, cloth: Cloth) -> tuple[State, mpf]:
+    """Return the state in which a straight slide ends, and when [s]."""
+    slip = slip_of(state, cloth.radius)
+    size = length_of(slip)
+    direction = scaled(1 / size, slip)
+    start = dot(state.velocity, direction)
+    across = direction[0] * state.velocity[1] - direction[1] * state.velocity[0]
+    if not negligible(abs(across)):
+        raise OrderError("needs a slip along the way that the ball goes")
+    f, k = cloth.sliding, setup.air_drag
+    # In the direction of the slip p' = -f - k |p| p: a tangent while p > 0, then a hyperbolic one.
+    rate, fast = mp.sqrt(f * k), mp.sqrt(f / k)
+    turn = mp.atan(start / fast) / rate if start > 0 else mp.mpf(0)
+    way_there = mp.log1p((start / fast) ** 2) / (2 * k) if start > 0 else mp.mpf(0)
+    back = mp.atanh(-start / fast) if start < 0 else mp.mpf(0)
+
+    def velocity(t: mpf) -> mpf:
+        if t <= turn:
+            return fast * mp.tan(rate * (turn - t))
+        return -fast * mp.tanh(rate * (t - turn) + back)
+
+    def displacement(t: mpf) -> mpf:
+        if t <= turn:
+            return way_there + mp.log(mp.cos(rate * (turn - t))) / k
+        return way_there - mp.log(mp.cosh(rate * (t - turn) + back) / mp.cosh(back)) / k
+
+    lasts = size / (mp.mpf(7) / 2 * f)
+    end = mp.findroot(lambda t: velocity(t) - start + size - mp.mpf(5) / 2 * f * t, lasts)
+    x, y = scaled(displacement(end), direction)
+    return state._replace(
+        position=(state.position[0] + x, state.position[1] + y),
+        velocity=scaled(velocity(end), direction),
+        rolls=True,
+    ), end
+
+
+def _end_of_flight(setup: Setup, ball: int) -> _End:
+    """Return how a ball bounces, slides and rolls."""
+    state, time, hull = _bounced(setup, ball)
+    cloth = cloth_of(setup, ball)
+    path = path_of(state, cloth)
+    for segment, after in pairwise(path):
+        # A parabola lies within its ends and where the tangents there meet.
+        half = (after.start - segment.start) / 2
+        hull += [
+            along(segment.state.position, half, segment.state.velocity),
+            after.state.position,
+        ]
+    return _End(path[-1].state.position, time + time_to_rest(path, cloth), hull)
+
+
+def _bounced(setup: Setup, ball: int) -> tuple[State, mpf, list[Vector]]:
+    """Return a ball's state once it stays on the cloth, when that is, and where it bounced."""
+    state, radius = starting_state(setup, ball), setup.radii[ball]
+    state = state._replace(spin=rolling_spin(state, radius), rolls=False)
+    rises, height = setup.rises[ball], setup.heights[ball]
+    if height == 0 and rises == 0:
+        return state, mp.mpf(0), [state.position]
+    hull, g = [state.position], setup.gravity
+    fall = mp.sqrt(rises**2 + 2 * g * height)
+    time = lasts = (rises + fall) / g
+    while True:
+        state = state._replace(position=along(state.position, lasts, state.velocity))
+        hull.append(state.position)
+        if negligible(fall):
+            return state, time, hull
+        state = _rubbed(state, radius, (1 + setup.table_restitution) * fall, setup, ball)
+        fall *= setup.table_restitution
+        lasts = 2 * fall / g
+        time += lasts
+
+
+def _rubbed(state: State, radius: mpf, push: mpf, setup: Setup, ball: int) -> State:
+    """Return the state after a bounce whose impulse over the mass is `push` [m/s]."""
+    slip = slip_of(state, radius)
+    size = length_of(slip)
+    if negligible(size):
+        return state
+    loss = min(setup.sliding_frictions[ball] * push, 2 * size / 7)
+    x, y = scaled(-loss / size, slip)
+    wx, wy, wz = state.spin
+    turn = 5 / (2 * radius)
+    return state._replace(
+        velocity=(state.velocity[0] + x, state.velocity[1] + y),
+        spin=(wx + turn * y, wy - turn * x, wz),
+    )
+
+
+def fall_in_air(setup: Setup) -> Outcome:
+    """Let each ball bounce on the spot until it rests; they never meet."""
+    if setup.cushions or setup.t_max is not None or setup.table_restitution == 1:
+        raise OrderError("needs an unbounded cloth, and bounces that end at rest")
+    balls = range(len(setup.positions))
+    for ball in balls:
+        state = starting_state(setup, ball)
+        if length_of(state.velocity) != 0 or any(spin != 0 for spin in state.spin):
+            raise OrderError("needs balls that move up and down alone, without spin")
+    for i, j in combinations(balls, 2):
+        (x, y), (u, v) = setup.positions[i], setup.positions[j]
+        if length_of((u - x, v - y)) <= setup.radii[i] + setup.radii[j]:
+            raise OrderError("two balls are above each other")
+    return Outcome.at_rest(setup.positions, max(_time_of(setup, ball) for ball in balls))
+
+
+def _time_of(setup: Setup, ball: int) -> mpf:
+    """Return when a ball has bounced for the last time."""
+    g, k, e = setup.gravity, setup.air_drag, setup.table_restitution
+    height, up = setup.heights[ball], setup.rises[ball]
+    if height == 0 and up == 0:
+        return mp.mpf(0)
+    rate, time = mp.sqrt(g * k), mp.mpf(0)
+    if up < 0:
+        raise OrderError("needs balls that are let go, or thrown up")
+    # Of a bounce at v air takes k v^2 / g: the last ones are those of no air.
+    while not negligible(k * up * up / g) or height > 0:
+        time += mp.atan(up * mp.sqrt(k / g)) / rate
+        height += mp.log1p(k * up * up / g) / (2 * k)
+        time += mp.acosh(mp.exp(k * height)) / rate
+        up = e * mp.sqrt(-g / k * mp.expm1(-2 * k * height))
+        height = mp.mpf(0)
+    return time + 2 * up / (g * (1 - e))
