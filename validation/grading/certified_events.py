@@ -47,20 +47,23 @@ class Meets(NamedTuple):
 
 
 class EventChange(NamedTuple):
-    """What an event does to changes of its balls, and how rounding of it adds to them."""
+    """What an event does to changes of its balls, and how rounding of it adds to them.
+
+    Where there is no derivative, the first four are all that is known.
+    """
 
     kind: EventKind
     t: float
     balls: tuple[int, ...]
     segments: tuple[int, ...]  # that each ball comes to
-    matrix: FloatArray | None  # (7 b, 7 b), from those of the segments before; None: no derivative
-    late: FloatArray | None  # (7 b,) what seeing it late changes of the balls, per second
-    stale: FloatArray | None  # (2, 7 b) what older speeds change, of centres and of surfaces, per s
-    later: FloatArray | None  # (7 b,) how much later changes of the segments before make it
-    approach: float  # [m/s] along the line of contact; 0 where nothing collides
-    meets: Meets | None  # how what collides meets; None where nothing collides
-    rounded: float  # [s] by how much it comes late if its gap is rounded once, over 2^-53
-    noise: tuple[FloatArray, ...]  # (7, 7) of each ball: covariance of one rounding of its state
+    matrix: FloatArray | None = None  # (7 b, 7 b), from those of the segments before
+    late: FloatArray | None = None  # (7 b,) what seeing it late changes of the balls, per second
+    stale: FloatArray | None = None  # (2, 7 b) what older speeds change, of centres and surfaces
+    later: FloatArray | None = None  # (7 b,) how much later changes of the segments before make it
+    approach: float = 0.0  # [m/s] along the line of contact; 0 where nothing collides
+    meets: Meets | None = None  # how what collides meets; None where nothing collides
+    rounded: float = 0.0  # [s] by how much it comes late if its gap is rounded once, over 2^-53
+    noise: tuple[FloatArray, ...] = ()  # (7, 7) of each ball: covariance of rounding its state once
 
 
 def event_changes(
@@ -90,8 +93,7 @@ def event_changes(
             twice = any(here[i, t] or (tied[event.index] and due[i, t] > 1) for i in involved)
             here.update((i, t) for i in involved)
         if twice or certificate.lifts:
-            nothing = (None, None, None, None, 0.0, None, 0.0, ())
-            yield EventChange(event.kind, t, involved, after, *nothing)
+            yield EventChange(event.kind, t, involved, after)
             continue
         passes = _Passage(mine, before, after, t, slides=scene.physics.motion == "sliding")
         if event.kind is EventKind.BALL_BALL:
@@ -104,23 +106,7 @@ def event_changes(
             passes.fall(event.b, scene.table)
         else:
             passes.end_phase()
-        noise = tuple(ball.noise(k, passes.states) for ball, k in zip(mine, after, strict=True))
-        # More columns than balls have numbers: speeds as 1 s before, and an event 1 s later.
-        matrix, more = passes.change[:, :-_MORE].copy(), passes.change[:, -_MORE:].T.copy()
-        yield EventChange(
-            event.kind,
-            t,
-            involved,
-            after,
-            matrix,
-            more[_LATE],
-            more[[_OLD, _OLD_SURFACE]],
-            passes.later[:-_MORE].copy(),
-            passes.approach,
-            passes.meets,
-            passes.rounded,
-            noise,
-        )
+        yield EventChange(event.kind, t, involved, after, *passes.found())
 
 
 class _Passage:
@@ -238,6 +224,15 @@ class _Passage:
         # Who sees the end of a slide late lets the ball roll from there on, at the speed it has.
         self.change[SLIP, _LATE] = 0.0
         self._leave()
+
+    def found(self) -> tuple[Any, ...]:
+        """Return what an `EventChange` holds from `matrix` on."""
+        # More columns than balls have numbers: speeds as 1 s before, and an event 1 s later.
+        matrix, more = self.change[:, :-_MORE].copy(), self.change[:, -_MORE:].T.copy()
+        stale, later = more[[_OLD, _OLD_SURFACE]], self.later[:-_MORE].copy()
+        after = zip(self._balls, self._after, strict=True)
+        noise = tuple(ball.noise(k, self.states) for ball, k in after)
+        return matrix, more[_LATE], stale, later, self.approach, self.meets, self.rounded, noise
 
     def _come_later(self, later: FloatArray) -> None:
         """Bring changes from the event's instant to where the event is for each."""

@@ -26,10 +26,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ghostball.model import (
-    Scene,
-    first_energy,
-)
+from ghostball.model import Scene, first_energy
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_events import EventChange, event_changes
@@ -73,18 +70,21 @@ class Rounding:
 
     def energy_at(self, times: FloatArray) -> FloatArray:
         """Return how far rounding moves the energy at some instants, (k,) [J]."""
-        moved: FloatArray = self.energies[np.searchsorted(self.times, times, side="right") - 1]
-        return moved
+        return _since(self.times, self.energies, times)
 
     def places_at(self, times: FloatArray) -> FloatArray:
         """Return how far rounding moves each ball at some instants, (k, n) [m]."""
-        moved: FloatArray = self.places[np.searchsorted(self.marks, times, side="right") - 1]
-        return moved
+        return _since(self.marks, self.places, times)
 
     def speeds_at(self, times: FloatArray) -> FloatArray:
         """Return by how much rounding changes the speeds of each ball, (k, n) [m/s]."""
-        changed: FloatArray = self.speeds[np.searchsorted(self.marks, times, side="right") - 1]
-        return changed
+        return _since(self.marks, self.speeds, times)
+
+
+def _since(marks: FloatArray, values: FloatArray, times: FloatArray) -> FloatArray:
+    """Return the values that hold at some instants, of those from each mark to the next."""
+    found: FloatArray = values[np.searchsorted(marks, times, side="right") - 1]
+    return found
 
 
 def places_between(

@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 
-from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, GhostballError, Scene
+from ghostball.model import COLLISION_KINDS, EventKind, ExactTrajectory, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.obstacles import FIRST_POST
 from ghostball.reference_adapters.certified import Certificate
@@ -76,10 +76,7 @@ def gradable(
     `until` [s]: the horizon: up to when the shot can be predicted. Left out: until `ROUNDINGS`
         roundings at each event have grown to `TOLERANCE`.
     `growth`: how errors grow. Left out: as along the proved motion.
-
-    Raises `GhostballError` where the certificate is of another scene or has no motion.
     """
-    check_proof(scene, certificate)
     if growth is None and (exact or until is None):
         growth = growth_along_proof(scene, certificate)
     if until is None:
@@ -116,26 +113,10 @@ def _uncertainty_at(growth: CertifiedGrowth, scene: Scene, t: float) -> float:
     return ROUNDINGS * UNIT_ROUNDOFF * float(np.max(known, initial=0.0))
 
 
-def check_proof(scene: Scene, certificate: Certificate) -> None:
-    """Make sure that a certificate is of a scene, and holds its motion."""
-    balls, name = len(scene.balls), scene.name
-    if len(certificate.positions) != balls:
-        raise GhostballError(
-            f"`certificate` must be of the scene that was run, got one of "
-            f'{len(certificate.positions)} balls for the {balls} of scene "{name}". '
-            "Certify `result.scene`"
-        )
-    if certificate.segments is None:
-        raise GhostballError(
-            f'`certificate` of scene "{name}" must hold the motion, along which errors grow. '
-            "Certify with motion=True"
-        )
-
-
 def proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
-    """Return the motion that a certificate holds, as `check_proof` asks."""
+    """Return the motion that a certificate of a scene holds: it was made with `motion=True`."""
     motion = certificate.trajectory(scene)
-    assert motion is not None  # checked
+    assert motion is not None
     return motion
 
 

@@ -39,7 +39,6 @@ from ghostball.validation.grading.event_logs import (
 from ghostball.validation.grading.gradable import (
     Extent,
     Gradable,
-    check_proof,
     gradable,
     proved_motion,
 )
@@ -102,8 +101,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     `within`: what of the proof is graded. Left out: as `gradable` says of an engine such as the
         run's.
 
-    Raises `GhostballError` where the run recorded too little, or the certificate is of another
-    scene or has no motion.
+    Raises `GhostballError` where the run recorded too little.
 
     Differences from an enclosure are taken in rationals: a double is the rational that it is. An
     error is the distance from the enclosure, 0 inside it; at a horizon, where errors are far above
@@ -141,10 +139,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
             f'little in scene "{scene.name}". Run it with record="trajectory"'
         )
     exact = isinstance(result.trajectory, ExactTrajectory)
-    if within is None:
-        within = gradable(scene, certificate, exact=exact)
-    else:
-        check_proof(scene, certificate)
+    within = within or gradable(scene, certificate, exact=exact)
     until = within.until
     kinds: Sequence[EventKind] = ALL_KINDS
     if not exact:

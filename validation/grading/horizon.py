@@ -81,27 +81,20 @@ def growth_along_proof(scene: Scene, proof: Certificate) -> CertifiedGrowth | Fl
     return FlightGrowth(scene, proof)
 
 
-def horizon(
-    growth: Growth, tolerance: float, error: float, *, at: FloatArray | None = None
-) -> float:
+def horizon(growth: Growth, tolerance: float, error: float) -> float:
     """Return until when errors stay within a tolerance [s].
 
     Infinite where they do to the end, or as long as anything is known of them.
 
     `tolerance` [m].
     `error`: relative size of the error that is made at the start and at each event.
-    `at` (k,) float64 [s]: the instants at which they matter, increasing; left out: all.
     """
-    if at is not None:
-        return _first_beyond(growth, at, tolerance / error, between=False)
     looks = _looks(growth)
     ends = _first_beyond(growth, looks[looks < growth.derivative_ends], tolerance / error)
     return math.floor(ends / GRID) * GRID if math.isfinite(ends) else math.inf
 
 
-def _first_beyond(
-    growth: Growth, looks: FloatArray, limit: float, *, between: bool = True
-) -> float:
+def _first_beyond(growth: Growth, looks: FloatArray, limit: float) -> float:
     """Return when a growth first isn't within a limit [s]: at one of some instants, or between."""
     for start in range(0, len(looks), _AT_ONCE):
         some = looks[start : start + _AT_ONCE]
@@ -112,7 +105,7 @@ def _first_beyond(
     else:
         return math.inf
     low, high = float(looks[max(first - 1, 0)]), float(looks[first])
-    for _ in range(_HALVINGS * between):
+    for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         if float(np.max(growth.sizes([middle]))) <= limit:
             low = middle
@@ -163,20 +156,12 @@ class Meetings:
         far the centre is from what it turns about, 2 `radius` there. inf where nothing is known.
     `extent` [m]: of the scene: what a relative error is relative to.
     `radius` [m]: of the smallest ball.
-    `t_end`, `derivative_ends` [s].
     """
 
     times: FloatArray
     largest: FloatArray
     extent: float
     radius: float
-    t_end: float = math.inf
-    derivative_ends: float = math.inf
-
-    def sizes(self, times: ArrayLike) -> FloatArray:
-        """Return what a relative error of 1 has become at some of the meetings, (k, 1) [m]."""
-        largest: FloatArray = self.largest[np.searchsorted(self.times, times), np.newaxis]
-        return largest
 
     def horizon(self, resolution: float) -> float:
         """Return the first meeting whose outcome errors may have changed [s]; inf: none.
@@ -187,7 +172,8 @@ class Meetings:
         on top.
         """
         error = max(ROUNDINGS * UNIT_ROUNDOFF, resolution / self.extent)
-        return horizon(self, self.radius, error, at=self.times)
+        beyond = np.flatnonzero(~(self.largest <= self.radius / error))
+        return float(self.times[beyond[0]]) if len(beyond) else math.inf
 
 
 def meetings_of(growth: Growth, result: Result) -> Meetings:

@@ -95,93 +95,86 @@ def read_tracks(path: Path, surface: Surface) -> Shots:
 
     Raises `TracksError` with the file, the line and what was expected.
     """
-    samples: dict[str, dict[str, list[tuple[float, float, float]]]] = {}
+    samples: dict[str, dict[str, list[_Sample]]] = {}
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise TracksError(f"{path}: expected a CSV file of tracks in UTF-8: {error}") from error
-    for number, row in _rows(path, text):
-        shot, ball, t, x, y = _sample(path, number, row, surface)
+    for where, row in _rows(path, text):
+        if len(row) != len(_HEADER):
+            raise _refused(where, f"{len(_HEADER)} fields", f"{len(row)}")
+        shot, ball, *numbers = row
+        sample = _sample(where, numbers, surface)
         track = samples.setdefault(shot, {}).setdefault(ball, [])
         if track:
-            _check_step(f"{path}:{number}", ball, track[-1], (t, x, y))
-        track.append((t, x, y))
+            _check_step(where, ball, track[-1], sample)
+        track.append(sample)
     if not samples:
-        raise TracksError(f"{path}: expected samples below the header, found none")
+        raise _refused(str(path), "samples below the header", "none")
     return {
         shot: {ball: _track(track) for ball, track in balls.items()}
         for shot, balls in samples.items()
     }
 
 
-def _track(samples: list[tuple[float, float, float]]) -> Track:
+_Sample = tuple[float, float, float]
+"""A time [s], and a place x, y [m]."""
+
+
+def _track(samples: list[_Sample]) -> Track:
     table = np.array(samples)
     return Track(table[:, 0], table[:, 1:])
 
 
-def _rows(path: Path, text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows below the header with the numbers of their lines."""
-    header = False
+def _refused(where: str, expected: str, found: str) -> TracksError:
+    return TracksError(f"{where}: expected {expected}, found {found}")
+
+
+def _rows(path: Path, text: str) -> Iterator[tuple[str, list[str]]]:
+    """Yield the rows below the header, each with its file and the number of its line."""
+    expected, header = f"the header {','.join(_HEADER)}", False
     for number, line in enumerate(text.splitlines(), start=1):
+        where = f"{path}:{number}"
         if not line.strip() or line.startswith("#"):
             continue
         try:
             row = [field.strip() for field in next(csv.reader([line]))]
         except csv.Error as error:
             most = csv.field_size_limit()
-            raise TracksError(
-                f"{path}:{number}: expected fields of at most {most} characters, found a line of "
-                f"{len(line)}: {error}"
-            ) from None
+            found = f"a line of {len(line)}: {error}"
+            raise _refused(where, f"fields of at most {most} characters", found) from None
         if header:
-            yield number, row
+            yield where, row
         elif row != _HEADER:
-            raise TracksError(
-                f"{path}:{number}: expected the header {','.join(_HEADER)}, found "
-                f"{line.strip()!r:.100}"
-            )
+            raise _refused(where, expected, f"{line.strip()!r:.100}")
         header = True
     if not header:
-        raise TracksError(f"{path}: expected the header {','.join(_HEADER)}, found an empty file")
+        raise _refused(str(path), expected, "an empty file")
 
 
-def _sample(
-    path: Path, number: int, row: list[str], surface: Surface
-) -> tuple[str, str, float, float, float]:
-    where = f"{path}:{number}"
-    if len(row) != len(_HEADER):
-        raise TracksError(f"{where}: expected {len(_HEADER)} fields, found {len(row)}")
+def _sample(where: str, numbers: list[str], surface: Surface) -> _Sample:
     try:
-        t, x, y = (float(field) for field in row[2:])
+        t, x, y = map(float, numbers)
     except ValueError:
-        raise TracksError(
-            f"{where}: expected numbers as t, x and y, found {row[2:]!s:.100}"
-        ) from None
-    if not (math.isfinite(t) and math.isfinite(x) and math.isfinite(y)):
-        raise TracksError(f"{where}: expected finite numbers as t, x and y, found {row[2:]!s:.100}")
+        raise _refused(where, "numbers as t, x and y", f"{numbers!s:.100}") from None
+    if not all(map(math.isfinite, (t, x, y))):
+        raise _refused(where, "finite numbers as t, x and y", f"{numbers!s:.100}")
     for name, value, extent in (("x", x, surface.length), ("y", y, surface.width)):
         if not -_OUTSIDE <= value <= extent + _OUTSIDE:
             hint = "; are these centimetres or millimetres?" if value > 10.0 * extent else ""
-            raise TracksError(
-                f"{where}: expected {name} between 0 and {extent:g} m, the playing surface, "
-                f"found {value:g}{hint}"
-            )
-    return row[0], row[1], t, x, y
+            expected = f"{name} between 0 and {extent:g} m, the playing surface"
+            raise _refused(where, expected, f"{value:g}{hint}")
+    return t, x, y
 
 
-def _check_step(
-    where: str, ball: str, before: tuple[float, float, float], now: tuple[float, float, float]
-) -> None:
+def _check_step(where: str, ball: str, before: _Sample, now: _Sample) -> None:
     """Refuse time that goes back, and a step that no ball makes."""
     step = now[0] - before[0]
     if step <= 0.0:
-        raise TracksError(
-            f"{where}: expected a time after {before[0]:g} s, of ball {ball}'s sample before, "
-            f"found {now[0]:g} s"
-        )
-    way = math.hypot(now[1] - before[1], now[2] - before[2])
+        expected = f"a time after {before[0]:g} s, of ball {ball}'s sample before"
+        raise _refused(where, expected, f"{now[0]:g} s")
+    way = math.dist(now[1:], before[1:])
     if way > _FASTEST * step:
-        raise TracksError(
-            f"{where}: expected ball {ball} within {_FASTEST * step:.3g} m of its sample before, "
-            f"found it {way:.3g} m away: are two balls taken for each other?"
-        )
+        expected = f"ball {ball} within {_FASTEST * step:.3g} m of its sample before"
+        found = f"it {way:.3g} m away: are two balls taken for each other?"
+        raise _refused(where, expected, found)

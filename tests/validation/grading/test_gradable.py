@@ -12,7 +12,6 @@ from grades import clean, grade, run_and_proof, without_event
 from shots import kept_scene
 
 from ghostball.engine import simulate
-from ghostball.model import GhostballError
 from ghostball.reference_adapters.certified import (
     CertifiedSettings,
     certify,
@@ -35,12 +34,6 @@ def test_only_what_comes_before_the_horizon_is_graded() -> None:
     # What is wrong after it isn't held against the run; what is wrong before it is.
     assert clean(grade(without_event(result, 12), certificate, growth, until=cut))
     assert grade(without_event(result, 7), certificate, growth, until=cut).missing[0] == 7
-
-
-def test_the_motion_is_needed_for_how_errors_grow() -> None:
-    result, _, _ = run_and_proof("break-7")
-    with pytest.raises(GhostballError, match="motion=True"):
-        grade(result, certify(result.scene))
 
 
 def test_an_event_on_the_other_side_of_the_horizon_is_no_difference() -> None:
@@ -115,12 +108,6 @@ def test_bounces_that_die_out_are_graded_until_they_do(number: int) -> None:
     assert made.quality_factor < ROUNDINGS
     wrong = replace(result, events=np.delete(result.events, 1))
     assert grade(wrong, certificate).missing[0] == 1
-
-
-def test_a_certificate_of_another_scene_is_refused() -> None:
-    result, _, _ = run_and_proof("half-ball-cut")
-    with pytest.raises(GhostballError, match=r"1 balls for the 2 .*\"half-ball-cut\""):
-        grade(result, certify(find_scene("stop"), motion=True))
 
 
 def test_positions_are_not_graded_against_a_proof_that_is_wider_than_a_rounding() -> None:
