@@ -14,6 +14,7 @@ from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.impacts.laws.dispatch import nose_sine
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.motion.geometry import friction_limit, reduced_mass
+from ghostball.engine.motion.position import slowed_spin
 from ghostball.engine.resting_contact.cloth_response import accelerate, permitted_gap
 from ghostball.engine.resting_contact.gaps import balls_of
 
@@ -56,12 +57,11 @@ def _size(balls: Balls, k: int) -> float:
 def _rub(world: World, c: int, duration: float) -> None:
     """Give contact c the friction of its normal force.
 
-    What leaves no slip of the surfaces at the step's end, but for what the cloth takes of the spin
-    about the vertical, if that is within Coulomb's limit; else the limit, against the slip at
-    mid-step, or less where that ends it. Reached by projection: to set the direction from the last
-    sweep's slip went round in circles where slip is small. A cushion rubs at the
-    height where its impact law has it touch the ball, from where its force points to the ball's
-    centre: FORCE is what of it is along the normal.
+    What leaves no slip of the surfaces at the step's end, if that is within Coulomb's limit; else
+    the limit, against the slip at mid-step, or less where that ends it. Reached by projection: to
+    set the direction from the last sweep's slip went round in circles where slip is small. A
+    cushion rubs at the height where its impact law has it touch the ball, from where its force
+    points to the ball's centre: FORCE is what of it is along the normal.
     """
     laws, contacts = world.laws, world.contacts
     b = contacts.ends[c, st.SECOND]
@@ -69,7 +69,7 @@ def _rub(world: World, c: int, duration: float) -> None:
         return
     sine = _nose(world, c)
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
-    along, up, change_along, change_up = _slip(world, c, sine, cosine)
+    along, up, change_along, change_up = _slip(world, c, sine, cosine, duration)
     if b >= 0:
         coefficient = friction_coefficient(laws, math.sqrt(along * along + up * up))
     else:
@@ -171,14 +171,16 @@ def _nose(world: World, c: int) -> float:
 
 
 @kernel
-def _slip(world: World, c: int, sine: float, cosine: float) -> tuple[float, float, float, float]:
+def _slip(
+    world: World, c: int, sine: float, cosine: float, duration: float
+) -> tuple[float, float, float, float]:
     """Velocity of a's surface over the other's [m/s], along and up; and how both change [m/s^2]."""
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
-    along, up, change_along, change_up = _surface(world, c, a, sine, cosine)
+    along, up, change_along, change_up = _surface(world, c, a, sine, cosine, duration)
     if b >= 0:
         # Its surface is on the other side of its centre.
-        b_along, b_up, b_change_along, b_change_up = _surface(world, c, b, 0.0, 1.0)
+        b_along, b_up, b_change_along, b_change_up = _surface(world, c, b, 0.0, 1.0, duration)
         vx, vy = world.balls.state[b].vx, world.balls.state[b].vy
         ax, ay = contacts.motion[b].new_ax, contacts.motion[b].new_ay
         nx, ny = contacts.forces[c].nx, contacts.forces[c].ny
@@ -191,11 +193,12 @@ def _slip(world: World, c: int, sine: float, cosine: float) -> tuple[float, floa
 
 @kernel
 def _surface(
-    world: World, c: int, k: int, sine: float, cosine: float
+    world: World, c: int, k: int, sine: float, cosine: float, duration: float
 ) -> tuple[float, float, float, float]:
     """Velocity of ball k's surface where it faces along the normal of contact c; and its change.
 
-    Above its centre by an angle.
+    Above its centre by an angle. What the cloth takes of the spin about the vertical counts: left
+    to the next step, it would remain as slip, of a size that goes with the step's length.
     """
     balls, contacts = world.balls, world.contacts
     nx, ny = contacts.forces[c].nx, contacts.forces[c].ny
@@ -207,7 +210,9 @@ def _surface(
     along = nx * vy - ny * vx
     along += radius * (cosine * balls.state[k].wz - sine * (nx * wx + ny * wy))
     up = -radius * (nx * wy - ny * wx) - sine * (nx * vx + ny * vy)
-    twist = 2.5 * contacts.motion[k].twist_z / balls.state[k].mass
+    spin, slowed = balls.state[k].wz, duration * balls.state[k].spin_slowing
+    gain = 2.5 * contacts.motion[k].twist_z / (balls.state[k].mass * radius)
+    twist = radius * (slowed_spin(spin + duration * gain, slowed) - spin) / duration
     ax, ay = contacts.motion[k].new_ax, contacts.motion[k].new_ay
     bx, by = contacts.motion[k].new_bx, contacts.motion[k].new_by
     change_along = nx * ay - ny * ax + cosine * twist - radius * sine * (nx * bx + ny * by)

@@ -83,7 +83,7 @@ def line_of(
     return Scene(name="line", table=table, physics=physics, balls=balls, t_max=1e-3)
 
 
-def sticks_to_cushion(mass: float = 0.2) -> Line:
+def sticks_to_cushion(mass: float = 0.2, spinning: float = 0.0) -> Line:
     """Between the balls is so little slip that its direction turns fast."""
     sine, speed, turn = (NOSE - R) / R, 0.1, 20.0
     spin = (turn, 0.0, (sine * turn - speed / R) / np.sqrt(1.0 - sine**2))
@@ -93,6 +93,7 @@ def sticks_to_cushion(mass: float = 0.2) -> Line:
         masses=[mass, 0.18],
         cloth=[0.2, 0.2],
         between=0.06,
+        spinning=spinning,
         cushion=1.0,
         at="right",
     )
@@ -102,6 +103,11 @@ def sticks_to_cushion(mass: float = 0.2) -> Line:
 def sticks_before_a_heavy_ball() -> Line:
     """Forces are found in so many rounds that they are taken to continue as in the last."""
     return sticks_to_cushion(170.0)
+
+
+def sticks_while_the_cloth_slows_its_spin() -> Line:
+    """The contact gives back what the cloth takes: in the same step, else its surfaces slip."""
+    return sticks_to_cushion(spinning=10.0)
 
 
 def stick_to_each_other() -> Line:
@@ -137,6 +143,7 @@ def too_many_to_integrate() -> Line:
         pytest.param(sticks_to_cushion, 1.0, id="sticks_to_cushion"),
         # Forces on the light ball are 900 times those of its cloth.
         pytest.param(sticks_before_a_heavy_ball, 40.0, id="sticks_before_a_heavy_ball"),
+        pytest.param(sticks_while_the_cloth_slows_its_spin, 1.0, id="sticks_while_slowed"),
         pytest.param(stick_to_each_other, 1.0, id="stick_to_each_other"),
         pytest.param(too_many_to_integrate, 1.0, id="too_many_to_integrate"),
     ],
