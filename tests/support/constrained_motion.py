@@ -39,9 +39,9 @@ class Touch:
 def constrained_motion(scene: Scene, touches: Sequence[Touch]) -> Numbers:
     """Return positions, velocities and angular velocities at `t_max`, to some 1e-12 of each.
 
-    All balls have one radius, and continue to slide or to roll; every contact pushes all the time,
-    and continues to slip or to stick. In the paper's motion a ball is a point that rolling friction
-    slows, and no contact rubs.
+    All balls continue to slide or to roll; every contact pushes all the time, and continues to slip
+    or to stick. In the paper's motion a ball is a point that rolling friction slows, and no contact
+    rubs. Balls of different radii touch in the plane too: as in the engine, their contact is level.
     """
     first = np.array([scene.positions, scene.velocities, scene.angular_velocities])
 
@@ -56,27 +56,27 @@ def constrained_motion(scene: Scene, touches: Sequence[Touch]) -> Numbers:
 
 def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
     x, v, w = z
-    radius, masses = scene.radii[0], scene.masses
-    slips = v - radius * np.cross(w, UP)
+    radii, masses = scene.radii[:, np.newaxis], scene.masses
+    slips = v - radii * np.cross(w, UP)
     slips[:, 2] = 0.0
     of_paper = scene.physics.motion == "rolling"
     rolls = of_paper | (np.linalg.norm(slips, axis=1) < 1e-9)
     against = np.where(rolls[:, None], v, slips)
     push = -np.where(rolls, scene.rolling_frictions, scene.sliding_frictions)[:, None] * G * against
     push /= np.linalg.norm(against, axis=1)[:, None]
-    turn = 2.5 / radius  # m R / I
+    turns = 2.5 / radii  # m R / I
     # What resists rolling leaves a ball rolling.
-    pull = np.where(rolls, 1.0 / radius, -turn)[:, None] * np.cross(UP, push)
+    pull = np.where(rolls[:, np.newaxis], 1.0 / radii, -turns) * np.cross(UP, push)
     pull[:, 2] -= scene.spinning_friction_rates * np.sign(w[:, 2])
     # The air acts on the centre. So that a ball continues rolling, the cloth takes 2/7 of that.
     drag = -scene.physics.air_drag * np.linalg.norm(v, axis=1)[:, None] * v
     drag[rolls] *= 5.0 / 7.0
     push += drag
-    pull[rolls] += np.cross(UP, drag[rolls]) / radius
+    pull[rolls] += np.cross(UP, drag[rolls]) / radii[rolls]
     columns, equations, known, limits = [], [], [], []
     for touch in touches:
         n, p, change = _normal(scene, touch, x, v)
-        slip = _relative(touch, v, 1.0) + radius * np.cross(_relative(touch, w, -1.0), p)
+        slip = _relative(touch, v, 1.0) + np.cross(_relative(touch, radii * w, -1.0), p)
         slip -= np.dot(slip, p) * p
         along, up = np.cross(UP, n), np.cross(p, np.cross(UP, n))
         friction = scene.physics.ball_friction
@@ -84,14 +84,14 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
             friction = scene.physics.cushion_friction
         # A gap of two balls closes along n; dn/dt is across that.
         sizes = [(p, np.zeros(3))]
-        equations.append((touch, n, None, None))
+        equations.append((touch, n, None))
         known.append(-np.dot(change, _relative(touch, v, 1.0)))
         if touch.sticks:
             assert np.linalg.norm(slip) < 1e-6
             for d in (along, up):
                 sizes.append((d, np.cross(p, d)))
-                equations.append((touch, d, p, radius))
-                known.append(-np.dot(d, radius * np.cross(_relative(touch, w, -1.0), change)))
+                equations.append((touch, d, p))
+                known.append(-np.dot(d, np.cross(_relative(touch, radii * w, -1.0), change)))
             limits.append((friction, len(columns)))
         else:
             d = friction * slip / np.linalg.norm(slip)
@@ -104,21 +104,21 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
         a, b = np.zeros_like(v), np.zeros_like(w)
         flat = force * [1.0, 1.0, 0.0]
         a[touch.a] -= flat / masses[touch.a]
-        b[touch.a] -= turn * twist / masses[touch.a]
+        b[touch.a] -= turns[touch.a] * twist / masses[touch.a]
         if touch.b is not None:
             a[touch.b] += flat / masses[touch.b]
-            b[touch.b] -= turn * twist / masses[touch.b]
+            b[touch.b] -= turns[touch.b] * twist / masses[touch.b]
         # What the cloth does so that a ball continues rolling.
-        hold = -(a - radius * np.cross(b, UP)) * [1.0, 1.0, 0.0] / 3.5
+        hold = -(a - radii * np.cross(b, UP)) * [1.0, 1.0, 0.0] / 3.5
         hold[of_paper | ~rolls] = 0.0
-        return a + hold, b - turn * np.cross(UP, hold), hold
+        return a + hold, b - turns * np.cross(UP, hold), hold
 
     def measure(equation, a, b):
         """Return how fast a gap's rate changes, or a slip, by these accelerations."""
-        touch, d, p, size = equation
+        touch, d, p = equation
         found = np.dot(d, _relative(touch, a, 1.0))
         if p is not None:
-            found += size * np.dot(d, np.cross(_relative(touch, b, -1.0), p))
+            found += np.dot(d, np.cross(_relative(touch, radii * b, -1.0), p))
         return found
 
     answers = [respond(*column) for column in columns]
@@ -140,12 +140,12 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
 def _normal(scene: Scene, touch: Touch, x: Numbers, v: Numbers) -> tuple[Numbers, Numbers, Numbers]:
     """Return the normal in the plane, the direction to where it touches, how that changes."""
     if touch.b is None:
-        radius = scene.radii[0]
+        radius = scene.radii[touch.a]
         sine = (scene.physics.cushion_height - radius) / radius
         assert scene.table is not None
         n = OUTWARD[scene.table.cushions[0]]
         return n, np.sqrt(1.0 - sine**2) * n + sine * UP, np.zeros(3)
-    between = x[touch.b] - x[touch.a]
+    between = (x[touch.b] - x[touch.a]) * [1.0, 1.0, 0.0]
     n = between / np.linalg.norm(between)
     change = v[touch.b] - v[touch.a]
     return n, n, (change - np.dot(change, n) * n) / np.linalg.norm(between)

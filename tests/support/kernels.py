@@ -35,6 +35,11 @@ def checks_bounds() -> bool:
     return COMPILED and os.environ.get("NUMBA_BOUNDSCHECK", "0") not in ("", "0")
 
 
+interpreted = pytest.mark.skipif(
+    COMPILED, reason="compiling its variants takes minutes, and changes no bit"
+)
+
+
 begins_without_contacts = pytest.mark.skipif(
     checks_bounds(), reason="with bounds checked, all shots begin with contacts"
 )

@@ -78,7 +78,14 @@ def scene_of(
     )
 
 
-def random_shot(seed: int, n: int, *, table: Table | None = POOL_TABLE, **physics: Any) -> Scene:
+def random_shot(
+    seed: int,
+    n: int,
+    *,
+    table: Table | None = POOL_TABLE,
+    t_max: float | None = None,
+    **physics: Any,
+) -> Scene:
     """Return n balls at random places, at least one of them moving, up to 3 m/s.
 
     Every other seed has pool balls only; the rest mix radii and masses.
@@ -104,7 +111,7 @@ def random_shot(seed: int, n: int, *, table: Table | None = POOL_TABLE, **physic
             velocity = (speed * math.cos(angle), speed * math.sin(angle))
         mass = 0.170097 if seed % 2 else 0.170097 * chance.uniform(0.3, 3.0)
         balls.append(ball(place, velocity, radius=radius, mass=mass))
-    return scene_of(*balls, table=table, **physics)
+    return scene_of(*balls, table=table, t_max=t_max, **physics)
 
 
 def rack(n: int, apex: tuple[float, float], gap: float) -> list[dict[str, Any]]:

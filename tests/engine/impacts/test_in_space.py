@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from in_space import after_the_first_event, energies_around_events
+from recorded import state_at, state_before
 from shots import FLIES, R, ball, scene_of
 
 from ghostball.engine import simulate
@@ -61,6 +62,32 @@ def test_the_friction_of_a_nose_is_that_of_its_whole_impulse(friction, sticks):
     assert after.velocities[0, 0] == pytest.approx(v + impulse, abs=1e-12)
     turn = 2.5 / R * np.cross(normal, impulse)
     assert after.angular_velocities[0, 0] == pytest.approx(w + turn, abs=1e-10)
+
+
+def test_two_unequal_balls_in_flight_share_an_impulse_and_what_turns_them():
+    """m v changes by opposite vectors, and m R w by the same one, of 5/2 n x J."""
+    masses, radii = np.array([0.3, 0.1]), np.array([0.035, 0.02])
+    scene = scene_of(
+        ball(
+            (0.5, 0.5, 0.12), (1.0, 0.1, 0.5), angular_velocity=(5.0, 20.0, 40.0), radius=radii[0],
+            mass=masses[0],
+        ),
+        ball((0.56, 0.52, 0.14), radius=radii[1], mass=masses[1]),
+        ball_friction=0.06,
+        **FLIES,
+    )  # fmt: skip
+    result = simulate(scene, record="trajectory")
+    event = result.events[0]
+    assert (event["kind"], event["a"], event["b"]) == (EventKind.BALL_BALL, 0, 1)
+    before, after = state_before(result, event["t"]), state_at(result, event["t"])
+    impulses = masses[:, None] * (after.velocities - before.velocities)
+    assert np.linalg.norm(impulses[0]) > 0.01
+    assert impulses[0] == pytest.approx(-impulses[1], abs=1e-13)
+    normal = (before.positions[1] - before.positions[0]) / radii.sum()
+    turns = (masses * radii)[:, None] * (after.angular_velocities - before.angular_velocities)
+    assert np.linalg.norm(turns[0]) > 1e-3
+    for turn in turns:
+        assert turn == pytest.approx(2.5 * np.cross(normal, impulses[0]), abs=1e-12)
 
 
 def test_a_ball_that_comes_up_from_the_table_yields_to_one_that_falls_on_it():

@@ -220,6 +220,17 @@ def test_it_leaves_the_table_over_a_side_of_a_polygon_and_not_over_a_post():
     assert first["t"] == pytest.approx((0.5 - 0.1 - R) / 2.0, rel=1e-12)
 
 
+def test_it_leaves_the_table_where_it_comes_over_a_jaw():
+    """Not where its way leaves the jaw's disc on the far side."""
+    jaw = next(one for one in POOL.obstacles if isinstance(one, Disc))
+    (x, y), aside = jaw.centre, 0.004
+    result = thrown((0.25, y - aside, 0.15), (-2.0, 0.0, 0.5))
+    assert ends(result) == [("leaves-table", "left")]
+    edge = x + math.sqrt(jaw.radius**2 - aside**2)
+    assert result.rest_positions[0, :2] == pytest.approx((edge, y - aside), abs=1e-15)
+    assert result.rest_time == pytest.approx((0.25 - edge) / 2.0, rel=1e-14)
+
+
 def test_no_ball_leaves_a_pocket_behind_the_ends_of_its_facings():
     """They lean so far apart that they are nearest to the hole's middle in front of it."""
     corner = {"mouth": 0.13, "angle": 1.9, "jaw_radius": 0.005, "depth": 0.03, "radius": 0.17}

@@ -11,9 +11,12 @@ from typing import Literal
 import numpy as np
 import pytest
 from constrained_motion import Touch, constrained_motion
+from islands import pushing_pair
+from kernels import interpreted
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
+from ghostball.engine.resting_contact import step
 from ghostball.model import Ball, Physics, Scene, Table
 
 R, NOSE = 0.028575, 0.0357
@@ -151,7 +154,11 @@ def too_many_to_integrate() -> Line:
 def test_contacts_that_are_held_in_steps_rub_by_coulombs_law(
     make: Callable[[], Line], rough: float
 ) -> None:
-    scene, touches = make()
+    check_follows(*make(), rough)
+
+
+def check_follows(scene: Scene, touches: list[Touch], rough: float = 1.0) -> None:
+    """Check that a shot ends as the constrained motion does, and is taken in contact steps."""
     expected = constrained_motion(scene, touches)
     result = simulate(scene, record="events")
     assert result.work["contact_steps"] >= 5
@@ -160,5 +167,15 @@ def test_contacts_that_are_held_in_steps_rub_by_coulombs_law(
     assert end.positions[0] == pytest.approx(expected[0], rel=0.0, abs=2e-10)
     assert end.velocities[0] == pytest.approx(expected[1], rel=0.0, abs=rough * 1e-7)
     # A slip is ended at the normal of a step's middle: so much is left at its end.
-    off = rough * 5e-7
-    assert R * end.angular_velocities[0] == pytest.approx(R * expected[2], rel=0.0, abs=off)
+    off, radii = rough * 5e-7, scene.radii[:, np.newaxis]
+    assert radii * end.angular_velocities[0] == pytest.approx(radii * expected[2], rel=0.0, abs=off)
+
+
+@interpreted  # what is compiled can't be replaced
+def test_contact_steps_alone_follow_balls_of_different_radii(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where the motion isn't integrated: friction acts at the radius of each ball."""
+    monkeypatch.setattr(step, "start_motion", lambda *_: False)
+    scene = pushing_pair((0.03, 0.02), (0.2, 0.08)).model_copy(update={"t_max": 1e-3})
+    check_follows(scene, [Touch(0, 1)])

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from islands import pushing_pair
+from kernels import interpreted
 
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import EPS
+from ghostball.engine.resting_contact import integrate
 from ghostball.model import Ball, Physics, Scene
 from ghostball.model.rounding import CONTACT_TOLERANCE
 
@@ -40,3 +43,23 @@ def test_a_motion_that_is_followed_in_air_keeps_its_gap():
     reach = float(np.sum(scene.radii))
     largest_overlap = reach - np.min(np.hypot(*between.T))
     assert largest_overlap <= CONTACT_TOLERANCE * reach + 8.0 * EPS * 3.0
+
+
+@interpreted  # what is compiled can't be watched
+def test_what_is_left_of_a_rate_is_taken_from_both_balls_so_that_momentum_stays(monkeypatch):
+    """With the wrong shares a shot ends 1e-14 m elsewhere: only each step's momentum shows them."""
+    masses, end_rates, taken, drifts = np.array([0.2, 0.05]), integrate._end_rates, [], []
+
+    def watched(world, count, gaps):
+        stage = world.contacts.stage
+        order = [int(world.contacts.motion[k].index) for k in range(2)]
+        before = np.array([(stage[m].vx, stage[m].vy) for m in order])
+        end_rates(world, count, gaps)
+        after = np.array([(stage[m].vx, stage[m].vy) for m in order])
+        taken.append(np.abs(after - before).max())
+        drifts.append(np.abs(masses @ (after - before)).max())
+
+    monkeypatch.setattr(integrate, "_end_rates", watched)
+    simulate(pushing_pair((0.03, 0.02), masses))
+    assert max(taken) > 1e-13
+    assert max(drifts) <= 4.0 * EPS * 0.2 * 0.3

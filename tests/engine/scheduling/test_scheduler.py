@@ -2,11 +2,21 @@
 
 import numpy as np
 import pytest
+from kernels import interpreted
 from many_balls import alike, by_both, many_balls
 from recorded import fingerprint
-from shots import POOL_TABLE, R, ball, rack, scene_of
+from shots import R, random_shot
 
-from ghostball.model import EventKind
+from ghostball.model import EventKind, Table
+from ghostball.validation.runs.sampling import overlaps_of_balls
+
+SLIDES = {
+    "motion": "sliding",
+    "ball_restitution": 0.95,
+    "ball_friction": 0.06,
+    "cushion": "restitution",
+    "cushion_restitution": 0.8,
+}
 
 
 @pytest.mark.compiled
@@ -20,17 +30,27 @@ def test_cells_give_the_same_bits(spread, monkeypatch):
     assert paired.work["cell_moves"] == 0 < celled.work["cell_moves"]
 
 
-def test_a_few_balls_in_cells_without_a_compiler(monkeypatch):
-    scene = scene_of(
-        ball((0.6, 0.635), (1.0, 0.02)),
-        *rack(3, (1.9, 0.635), 1e-4),
-        table=POOL_TABLE,
-        rolling_friction=0.0,
-        t_max=3.0,
-    )
+GASES = {
+    "points": {"motion": "rolling", "rolling_friction": 0.01, "ball_restitution": 0.95},
+    "sliding": SLIDES,
+    "in-air": SLIDES | {"air_drag": 0.05, "t_max": 0.25},
+}
+
+
+@interpreted
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("physics", GASES.values(), ids=GASES)
+def test_a_small_gas_in_cells_has_the_same_bits_and_no_overlap(physics, seed, monkeypatch):
+    """Balls of many sizes, dense enough that a pair's bound is moved on again and again."""
+    table = Table(length=0.8, width=0.5)
+    scene = random_shot(2 * seed, 14, table=table, **({"t_max": 2.0} | physics))
     paired, celled = by_both(scene, monkeypatch)
-    assert celled.work["cell_moves"] > 0
+    assert celled.work["cell_moves"] >= 10
     assert fingerprint(paired) == fingerprint(celled)
+    times = np.linspace(0.0, celled.rest_time, 400)
+    here = np.ones((400, 14), dtype=np.bool_)
+    deepest = overlaps_of_balls(scene, celled.sample(times).positions, here).max()
+    assert deepest <= 1e-12
 
 
 @pytest.mark.compiled

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from changes import directions_of, moved, recorded
 from same.images import shuffled
+from shots import ball, scene_of
 
+from ghostball.model import EventKind, Table
 from ghostball.validation.scenes.library import find_scene
 
 
@@ -51,6 +53,26 @@ def test_nothing_is_predicted_past_several_collisions_of_one_ball():
     assert result.horizon() == pytest.approx(t)
     assert np.all(np.isfinite(result.sensitivity(t * (1 - 1e-9))))
     assert np.all(np.isinf(result.sensitivity(t * (1 + 1e-9))))
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+def test_nothing_is_predicted_past_a_collision_and_a_bounce_of_one_ball_at_one_instant(flipped):
+    """A comes down beside B, which it drives into the cushion that B rolls along."""
+    r = 2.0**-5
+    balls = [
+        ball((1.0, r + 0.25), (0.0, -0.25), radius=r),
+        ball((1.0 - 2.0 * r - 0.5, r), (0.5, 0.0), radius=r),
+    ]
+    table = Table(length=4.0, width=2.0)
+    scene = scene_of(
+        *(balls[::-1] if flipped else balls), table=table, rolling_friction=0.0, t_max=2.0
+    )
+    result = recorded(scene)
+    (t, first, *_), (at, second, *_) = result.events[:2].tolist()
+    assert (first, second) == (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
+    assert t == at == result.horizon() == pytest.approx(1.0, rel=1e-15)
+    assert np.all(np.isfinite(result.sensitivity(1.0 - 1e-9)))
+    assert np.all(np.isinf(result.sensitivity(1.5)))
 
 
 def test_nothing_is_predicted_past_sustained_contact():
