@@ -12,8 +12,10 @@ from ghostball.validation.measured.banks import through_points
 from ghostball.validation.measured.cushion_contacts import cushion_contacts
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.likeness import Family, Player, families_of, likeness
+from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
 from ghostball.validation.measured.play import OperatorError, rolling_deceleration
 from ghostball.validation.measured.rebounds import rebounds, square_rebound
+from ghostball.validation.measured.rolling import deceleration
 from ghostball.validation.measured.tracks import Surface, Track
 
 # Families of hits: speeds and ways after oblique ones, and throw; shown, but not graded
@@ -95,18 +97,6 @@ def test_a_speed_that_is_not_known_moves_them_by_less_than_tables_differ(speed, 
     moved = through_points(PLAY, physics, AIMS, speed=speed, before=before)
     for row, one, other in zip(ROWS, usual, moved, strict=True):
         assert abs(one - other) < 0.8 * row.uncertainty
-
-
-def test_a_ball_that_does_not_come_back_is_said():
-    law = {"cushion": "restitution", "cushion_restitution": 0.0}
-    with pytest.raises(OperatorError, match="a bank doesn't come back across the table"):
-        through_points(PLAY, Physics(motion="sliding", **law), [1.0])
-
-
-def test_a_ball_that_comes_back_too_steeply_is_said():
-    law = {"cushion": "restitution", "cushion_tangential_restitution": 0.05}
-    with pytest.raises(OperatorError, match="so steeply that no line of aim leads"):
-        through_points(PLAY, Physics(**SMOOTH, **law), [1.0])
 
 
 # The operator of cushion contacts: known rebounds are found again, and what isn't free is not
@@ -305,7 +295,45 @@ def test_a_square_rebound_is_the_law_s_own(law):
     assert contact.speed_after == pytest.approx(-after, rel=2e-3)
 
 
-def test_a_ball_that_stays_at_the_cushion_is_said():
-    physics = Physics(**SLIDES, cushion="restitution", cushion_restitution=0.0)
-    with pytest.raises(OperatorError, match="came square to a cushion at 1 m/s left it at"):
-        square_rebound(PLAY, physics, 1.0)
+# What no operator can read is said
+
+
+def law(restitution: float, along: float = 1.0) -> Physics:
+    return Physics(
+        **SLIDES,
+        cushion="restitution",
+        cushion_restitution=restitution,
+        cushion_tangential_restitution=along,
+    )
+
+
+def soon_over(scene):
+    return PLAY(scene.model_copy(update={"t_max": 0.5}))
+
+
+@pytest.mark.parametrize(
+    ("operator", "said"),
+    [
+        (lambda: through_points(PLAY, law(0.0), [1.0]), "a bank doesn't come back across"),
+        (
+            lambda: through_points(PLAY, law(1.0, along=0.05), [1.0]),
+            "so steeply that no line of aim leads",
+        ),
+        (
+            lambda: square_rebound(PLAY, law(0.0), 1.0),
+            "came square to a cushion at 1 m/s left it at",
+        ),
+        (
+            lambda: oblique_hit(PLAY, Physics(motion="sliding", sliding_friction=0.03), 1.5, 30.0),
+            r"the cue ball doesn't roll again within 0\.6 s",
+        ),
+        (
+            lambda: throw_angle(PLAY, Physics(motion="sliding"), 0.01, 30.0),
+            r"hit at 0\.01 m/s, a cut of 30, rests",
+        ),
+        (lambda: deceleration(soon_over, Physics(motion="sliding"), 0.8), "doesn't roll"),
+    ],
+)
+def test_a_ball_that_does_not_do_what_was_measured_is_said(operator, said):
+    with pytest.raises(OperatorError, match=said):
+        operator()

@@ -12,7 +12,6 @@ from ghostball.model import Ball, Physics, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.likeness import Player, families_of
-from ghostball.validation.measured.play import OperatorError
 from ghostball.validation.measured.rolling import deceleration, rolling_windows
 from ghostball.validation.measured.tracks import Surface, Track, tracks_of
 
@@ -79,11 +78,3 @@ def test_a_deceleration_is_that_of_the_cloth():
     physics = Physics(motion="sliding", rolling_friction=0.01, rolling_friction_quadratic=0.02)
     expected = 0.01 * 9.81 + 0.02 * 0.8**2
     assert deceleration(PLAY, physics, 0.8) == pytest.approx(expected, rel=1e-3)
-
-
-def test_a_ball_that_does_not_roll_is_said():
-    def still(scene):
-        return PLAY(scene.model_copy(update={"t_max": 0.5}))
-
-    with pytest.raises(OperatorError, match="doesn't roll"):
-        deceleration(still, Physics(motion="sliding"), 0.8)
