@@ -13,10 +13,10 @@ from benchmarks.frame import Count, benchmark, counted
 from benchmarks.measurements import Shown, table_of
 from benchmarks.scenes import (
     FARTHEST,
-    FASTEST_RACK,
+    FASTEST,
     LOOSEST,
     POOL_TABLE,
-    SLOWEST_RACK,
+    SLOWEST,
     WIDEST_AIM,
     rack_places,
     random_rack,
@@ -64,7 +64,7 @@ def starts_of(part: int, count: int) -> tuple[FloatArray, FloatArray]:
     breaks.
     """
     chance = np.random.default_rng(part)
-    speed = chance.uniform(SLOWEST_RACK, FASTEST_RACK, count)
+    speed = chance.uniform(SLOWEST, FASTEST, count)
     aim = chance.uniform(-WIDEST_AIM, WIDEST_AIM, count)
     gap = chance.uniform(0.0, LOOSEST, count)
     gap[1::2] = 0.0

@@ -12,27 +12,19 @@ from statistics import median
 import numpy as np
 
 from benchmarks.processes import prepare_cold_start, prepare_start
-from benchmarks.scenes import POOL_TABLE, ROLLING, racked_break, random_rack, run, table_gas
-from ghostball.engine import simulate_many, simulate_starts, simulate_sweep
+from benchmarks.scenes import POOL_TABLE, random_rack, run
 from ghostball.engine.running.room import Limits, Shots, shots_of
 from ghostball.engine.running.threads import rows_of_starts, run_sweep
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
-from ghostball.model.arrays import FloatArray
 from ghostball.validation.runs.interleave import Sampler
-from ghostball.validation.scenes.gases import FRICTIONLESS, FULL_CLOTH, ball_at, packed_gas
+from ghostball.validation.scenes.gases import FRICTIONLESS, ball_at, packed_gas
 from ghostball.validation.scenes.library import find_scene
 
 SHIPPED = ("break-16", "break-16@8", "pool-break-9", "galperin-3")
 """Shipped scenes whose times the documentation says; SCENE@SPEED sets the first ball's [m/s]."""
 
-SWEPT = "half-ball-cut"
-"""The shipped scene of two balls that the sweep shoots."""
-
 RUNS = 15
 """How often a sample runs a shipped scene: one run takes too short a time."""
-
-RACKS = 1_000
-"""Scenes that `simulate_many` plays, and starts that `simulate_starts` does."""
 
 SLIDES = 10_000
 """Slides of one ball."""
@@ -40,8 +32,8 @@ SLIDES = 10_000
 DRAG = 0.0041
 """k of a pool ball in air [1/m], as in the shipped `air-slides`."""
 
-GAS_PACKING, CLOTH_PACKING = 0.6, 0.3
-"""The part of the area that balls cover, of elastic gases and of balls on cloth."""
+GAS_PACKING = 0.6
+"""The part of the area that balls of a gas cover."""
 
 MELTING = 20.0
 """Collisions of each ball after which nothing is left of the lattice of the start."""
@@ -135,22 +127,10 @@ def sampler_of(scenes: Sequence[Scene], runs: int = 1) -> Sampler:
     return sample
 
 
-@workload("break-pool", {"kernel": 30e-6, "per_event": 280e-9, "call_extra": 8e-6})
-def prepare_pool_breaks(fast: bool) -> Sampler:
-    """Prepare breaks of 16 with all of pool's physics, random racks that are nearly closed."""
-    return sampler_of([racked_break(seed, FULL_CLOTH) for seed in range(2 if fast else 100)])
-
-
-@workload("break-paper", {"per_event": 400e-9})
-def prepare_paper_breaks(fast: bool) -> Sampler:
-    """Prepare the same breaks with the paper's physics."""
-    return sampler_of([racked_break(seed, ROLLING) for seed in range(2 if fast else 100)])
-
-
-@workload("gas-16", {"per_event": 180e-9})
-def prepare_table_gas(fast: bool) -> Sampler:
-    """Prepare an elastic gas of 16 balls on a pool table."""
-    return sampler_of([table_gas(16, 2.0 if fast else 500.0)])
+@workload("loose-racks", {"kernel": 30e-6, "per_event": 280e-9, "call_extra": 8e-6})
+def prepare_racks(fast: bool) -> Sampler:
+    """Prepare breaks of loose racks with all of pool's physics."""
+    return sampler_of([random_rack(2 * k) for k in range(2 if fast else 100)])
 
 
 def prepare_gas(count: int, fast: bool) -> Sampler:
@@ -171,58 +151,14 @@ for count, rate, most in ((1_000, 1.3e6, None), (10_000, 1.0e6, 7), (100_000, 0.
     workload(f"gas-{count}", {"collisions_per_second": rate}, most)(partial(prepare_gas, count))
 
 
-@workload("cloth-10000", {"per_event": 1.2e-6}, most=5)
-def prepare_cloth(fast: bool) -> Sampler:
-    """Prepare 10 000 balls with all of pool's physics, until they rest."""
-    return sampler_of([packed_gas(20 if fast else 10_000, CLOTH_PACKING, FULL_CLOTH)])
-
-
-@workload("sweep", {"shots_per_second": 400e3})
-def prepare_sweep(fast: bool) -> Sampler:
-    """Prepare shots at one ball, at all angles that meet it."""
-    scene, shots = find_scene(SWEPT), 20 if fast else 100_000
-    chance = np.random.default_rng(0)
-    cue, target = scene.positions[:2, :2]
-    across, along = target[1] - cue[1], target[0] - cue[0]
-    reach = float(scene.radii[:2].sum() / np.hypot(along, across))
-    speeds = chance.uniform(0.5, 2.0, shots)
-    angles = np.arctan2(across, along) + np.arcsin(reach) * chance.uniform(-1.0, 1.0, shots)
-
-    def sample() -> dict[str, float]:
-        took = seconds_of(lambda: simulate_sweep(scene, speeds, angles, threads=1))
-        return {"shots_per_second": shots / took}
-
-    sample()
-    return sample
-
-
-@workload("many", {"many_extra": 5e-6, "starts_extra": 30e-6}, most=5)
-def prepare_many(fast: bool) -> Sampler:
-    """Prepare `simulate_many` and `simulate_starts` on racks, beside the kernel alone."""
-    scenes = [random_rack(number) for number in range(4 if fast else RACKS)]
-    names = ("positions", "velocities", "angular_velocities")
-    starts = [np.array([getattr(scene, name) for scene in scenes]) for name in names]
-
-    def sample() -> dict[str, float]:
-        kernel = sum(run(scene).wall_time for scene in scenes)
-        many = seconds_of(lambda: simulate_many(scenes, threads=1))
-        begun = seconds_of(lambda: simulate_starts(scenes[0], *starts, threads=1))
-        return {
-            "many_extra": (many - kernel) / len(scenes),
-            "starts_extra": (begun - kernel) / len(scenes),
-        }
-
-    sample()
-    return sample
-
-
 @workload("scenes", {"scene_of_16": 30e-6, "begun": 2.0}, most=5)
 def prepare_building(fast: bool) -> Sampler:
     """Prepare scenes to be made: of 16 balls, and of 100 000 until their simulation has begun."""
     rack = random_rack(0)
     large = 100 if fast else 100_000
-    places, side = _grid(large, 3.0 * POOL_BALL_RADIUS)
-    moves = np.full((large, 2), 0.1)
+    apart, columns = 3.0 * POOL_BALL_RADIUS, math.ceil(math.sqrt(large))
+    places = (np.stack(np.divmod(np.arange(large), columns), axis=1) + 1.0) * apart
+    side, moves = (columns + 2) * apart, np.full((large, 2), 0.1)
     table, physics = Table(length=side, width=side), Physics(**FRICTIONLESS)
 
     def build() -> Scene:
@@ -241,34 +177,6 @@ def prepare_building(fast: bool) -> Sampler:
 
     sample()
     return sample
-
-
-@workload("tied", {"per_event": 3e-6}, most=5)
-def prepare_tied(fast: bool) -> Sampler:
-    """Prepare balls that all roll alike, far from each other, and stop at one instant."""
-    count = 100 if fast else 16_000
-    places, side = _grid(count, 0.2)
-    scene = Scene.from_arrays(
-        places,
-        np.full((count, 2), (0.05, 0.0)),
-        name="tied",
-        table=Table(length=side, width=side),
-        physics=Physics(preset="paper"),
-    )
-    run(scene)
-
-    def sample() -> dict[str, float]:
-        result = run(scene)
-        return {"per_event": result.wall_time / result.work["events"]}
-
-    return sample
-
-
-def _grid(count: int, apart: float) -> tuple[FloatArray, float]:
-    """Return places in a square grid `apart` [m], and the side of a table that holds them [m]."""
-    columns = math.ceil(math.sqrt(count))
-    cells = np.stack(np.divmod(np.arange(count), columns), axis=1)
-    return (cells + 1.0) * apart, (columns + 2) * apart
 
 
 @workload("air", {"over_no_air": 6.0})

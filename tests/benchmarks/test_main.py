@@ -13,7 +13,7 @@ from benchmarks.speed import TargetsMeasurement
 from benchmarks.workloads import Workload
 
 LOAD = Workload(
-    "break-pool",
+    "loose-racks",
     lambda _: lambda: {"kernel": 20e-6, "per_event": 560e-9},
     {"kernel": 30e-6, "per_event": 280e-9},
 )
@@ -94,7 +94,7 @@ def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tm
     [
         (["targets", "brake"], "'brake'"),
         (["targets", "--repeats", "0"], "--repeats"),
-        (["targets", "--store", "break*"], "`--store`"),
+        (["targets", "--store", "gas-*"], "`--store`"),
         (["racks", "--peer", "pooltol"], "pooltool"),
         (["skips", "nosuch"], "nosuch"),
         (["skips", "--store", "break-16"], "`--store`"),

@@ -11,7 +11,7 @@ from benchmarks.__main__ import app
 from benchmarks.breaks import BreaksMeasurement, starts_of
 from benchmarks.made import break_of, made
 from benchmarks.racks import Player, RacksMeasurement, measure_racks, our_player, peer_of
-from benchmarks.scenes import POOL_TABLE, random_rack, table_gas
+from benchmarks.scenes import POOL_TABLE, random_rack
 from ghostball.engine import simulate
 from ghostball.model import (
     Ball,
@@ -23,6 +23,7 @@ from ghostball.model import (
     UnsupportedSceneError,
 )
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
+from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas
 
 # Fails where a rack's time is lost or another's, or one that can't is asked on or not reported
 
@@ -85,7 +86,7 @@ def test_our_engine_plays_and_its_numbers_are_read_back(tmp_path):
     assert RacksMeasurement.load(measured.save(tmp_path)) == measured
 
 
-SCENE = table_gas(2, 0.5)
+SCENE = packed_gas(2, 0.1, FRICTIONLESS, 0.5)
 
 
 @pytest.fixture

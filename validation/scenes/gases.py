@@ -33,9 +33,19 @@ def packed_gas(
     columns = math.ceil(math.sqrt(count))
     rows = math.ceil(count / columns)
     spacing = POOL_BALL_RADIUS * math.sqrt(math.pi / packing)
+    velocities = np.random.default_rng(seed).normal(size=(count, 2)).tolist()
+    balls = [
+        ball_at(
+            str(k),
+            ((k % columns + 0.5) * spacing, (k // columns + 0.5) * spacing, POOL_BALL_RADIUS),
+            (*velocities[k], 0.0),
+        )
+        for k in range(count)
+    ]
     table = Table(length=columns * spacing, width=rows * spacing)
-    steps = np.array([spacing, spacing])
-    return lattice_of(f"gas-{count}", count, columns, steps, table, physics, t_max, seed)
+    return Scene(
+        name=f"gas-{count}", balls=balls, table=table, physics=Physics(**physics), t_max=t_max
+    )
 
 
 @cache  # each run of a gate looks at them again and again
@@ -47,29 +57,6 @@ def many_balls() -> tuple[Scene, ...]:
         gas.model_copy(update={"name": "gas-256"}),
         cloth.model_copy(update={"name": "cloth-256"}),
     )
-
-
-def lattice_of(
-    name: str,
-    count: int,
-    columns: int,
-    steps: Any,
-    table: Table,
-    physics: dict[str, Any],
-    t_max: float | None,
-    seed: int,
-) -> Scene:
-    """Return balls in the middles of the cells of a lattice, row by row."""
-    velocities = np.random.default_rng(seed).normal(size=(count, 2)).tolist()
-    balls = [
-        ball_at(
-            str(k),
-            ((k % columns + 0.5) * steps[0], (k // columns + 0.5) * steps[1], POOL_BALL_RADIUS),
-            (*velocities[k], 0.0),
-        )
-        for k in range(count)
-    ]
-    return Scene(name=name, balls=balls, table=table, physics=Physics(**physics), t_max=t_max)
 
 
 def ball_at(name: str, position: tuple[float, ...], velocity: tuple[float, ...]) -> Ball:
