@@ -14,9 +14,9 @@ from rich.console import RenderableType
 
 from benchmarks.frame import Count, benchmark, counted
 from benchmarks.measurements import Shown, table_of
-from benchmarks.scenes import rack_places
+from benchmarks.scenes import racked
 from ghostball.engine import simulate
-from ghostball.model import POOL_BALL_RADIUS, Ball, EventKind, Physics, Scene, Table
+from ghostball.model import POOL_BALL_RADIUS, EventKind, Scene, Table
 
 BREAKS = 4_000
 """Breaks of a whole measurement: the standard error of a share of 80 % is 0.6 %."""
@@ -69,18 +69,9 @@ def break_of(number: int) -> Scene:
     """Return an eight-ball break on a bar table; the same number is the same break."""
     chance = random.Random(f"made {number}")
     gap = chance.uniform(0.0, LOOSEST)
-    speed, middle = chance.uniform(*SPEEDS), TABLE.width / 2.0
-    aside = chance.uniform(-OFF_CENTRE, OFF_CENTRE) * POOL_BALL_RADIUS
-    cue = Ball(
-        id="cue",
-        position=(0.25 * TABLE.length, middle + aside),
-        velocity=(speed, 0.0),
-        angular_velocity=(0.0, 0.0, 0.0),
-    )
-    places = rack_places(gap, TABLE).tolist()
-    balls = [Ball(id=str(k), position=tuple(place)) for k, place in enumerate(places, start=1)]
-    physics = Physics(preset="pool")
-    return Scene(name=f"made-{number}", table=TABLE, physics=physics, balls=(cue, *balls))
+    speed = chance.uniform(*SPEEDS)
+    offset = chance.uniform(-OFF_CENTRE, OFF_CENTRE) * POOL_BALL_RADIUS
+    return racked(f"made-{number}", (speed, 0.0), offset, gap, TABLE)
 
 
 @benchmark

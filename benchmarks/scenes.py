@@ -30,29 +30,43 @@ FARTHEST = 0.5
 
 
 def random_rack(number: int) -> Scene:
-    """Return a break of 15 racked balls with all of pool's physics, on a table without pockets.
+    """Return a break with all of pool's physics, on a table without pockets.
 
     `number`: even: a loose rack, its gap uniform in 0 to 1 mm, one for the whole rack. Odd: a
-    frozen rack, whose neighbours touch to a rounding, as in the shipped `frozen-break`. The cue
-    ball has no spin, and a speed, a way and a place that are uniform, too.
+    frozen rack, whose neighbours touch to a rounding, as in the shipped `frozen-break`. Speed, aim
+    and place of the cue ball are uniform, too.
     """
     chance = random.Random(number)
     speed = chance.uniform(SLOWEST, FASTEST)
     aim = chance.uniform(-WIDEST_AIM, WIDEST_AIM)
     offset = chance.uniform(-FARTHEST, FARTHEST) * POOL_BALL_RADIUS
+    gap = 0.0 if number % 2 else chance.uniform(0.0, LOOSEST)
+    velocity = (speed * math.cos(aim), speed * math.sin(aim))
+    return racked(f"rack-{number}", velocity, offset, gap)
+
+
+def racked(
+    name: str,
+    velocity: tuple[float, float],
+    offset: float,
+    gap: float,
+    table: Table = POOL_TABLE,
+) -> Scene:
+    """Return a break of 15 racked balls with all of pool's physics.
+
+    `velocity` [m/s]: of the cue ball, which has no spin.
+    `offset` [m]: how far left of the rack's axis it starts.
+    `gap` [m]: between racked neighbours.
+    """
     cue = Ball(
         id="cue",
-        position=(0.25 * POOL_TABLE.length, POOL_TABLE.width / 2.0 + offset),
-        velocity=(speed * math.cos(aim), speed * math.sin(aim)),
+        position=(0.25 * table.length, table.width / 2.0 + offset),
+        velocity=velocity,
         angular_velocity=(0.0, 0.0, 0.0),
     )
-    gap = 0.0 if number % 2 else chance.uniform(0.0, LOOSEST)
-    rack = [
-        Ball(id=str(k), position=tuple(place))
-        for k, place in enumerate(rack_places(gap).tolist(), start=1)
-    ]
-    name, physics = f"rack-{number}", Physics(**FULL_CLOTH)
-    return Scene(name=name, table=POOL_TABLE, balls=(cue, *rack), physics=physics)
+    places = rack_places(gap, table).tolist()
+    rack = [Ball(id=str(k), position=tuple(place)) for k, place in enumerate(places, start=1)]
+    return Scene(name=name, table=table, balls=(cue, *rack), physics=Physics(**FULL_CLOTH))
 
 
 def rack_places(gap: float | NDArray[np.float64], table: Table = POOL_TABLE) -> NDArray[np.float64]:
