@@ -1,16 +1,21 @@
 """`python -m benchmarks`: what it prints and writes, and the exit status of every kind of input."""
 
+import json
+
 import pytest
 from commands import refused
 from typer.testing import CliRunner
 
-from benchmarks import accuracy, skips, speed
+from benchmarks import accuracy, frame, skips, speed
 from benchmarks.__main__ import app
 from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.racks import Player, RacksMeasurement
 from benchmarks.skips import SkipsMeasurement
 from benchmarks.speed import TargetsMeasurement
 from benchmarks.workloads import Workload
+from ghostball.model import Scene
+from ghostball.validation.parallel.pool import Done
+from ghostball.validation.results.measurement import MeasurementError
 
 LOAD = Workload(
     "loose-racks",
@@ -57,19 +62,43 @@ def test_racks_prints_its_figures_and_who_could_not(bench, tmp_path, monkeypatch
     assert [len(one.seconds) for one in stored.engines] == [1000, 100, 0]
 
 
-def test_accuracy_is_tabled_stored_and_a_fault_is_the_exit_status(bench, monkeypatch, tmp_path):
+def test_shots_are_graded_and_a_fault_is_the_exit_status(bench, monkeypatch, tmp_path):
     arguments = ["accuracy", "--shots", "10", "--jobs", "1", "--out", tmp_path]
     result = bench(*arguments, "--first", "7")
     assert result.exit_code == 0, result.output
     assert "measuring: 10 of 10 done" in result.stderr
     assert "10 shots from number 7" in result.stdout
     assert "0 not found, 0 invented" in result.stdout
-    assert "python -m benchmarks accuracy --first" in result.stdout  # the worst, to be run again
-    assert AccuracyMeasurement.load(tmp_path / "accuracy.json").shots == 10
+    measured = AccuracyMeasurement.load(tmp_path / "accuracy.json")
+    assert measured.shots == 10
+    assert sum(measured.endings.values()) == sum(measured.extents.values()) == 10
+    assert measured.events == measured.time_error_ulps.count > 40
+    worst = measured.worst[0]
+    assert worst.quality_factor == measured.quality_factor.greatest < 32
+    assert worst.again in result.stdout  # to be run again
+    again = accuracy.accuracy(1, first=worst.number, jobs=1)
+    assert again.worst == measured.worst[:1]
+
     monkeypatch.setattr(accuracy, "MAX_EVENTS", 1)
     result = bench(*arguments)
     assert result.exit_code == 1
     assert "Shots that break a limit" in result.stderr
+    measured = AccuracyMeasurement.load(tmp_path / "accuracy.json")
+    assert measured.missing > 0
+    row = measured.faulty[0]
+    assert any("events_missing" in fault for fault in row.faults)
+    assert any("stopped early" in fault for fault in row.faults)
+    kept = json.loads((tmp_path / "accuracy.json").read_text("utf-8"))["faulty"][0]["scene"]
+    assert Scene.model_validate(kept) == accuracy.shot_of(row.number)
+
+
+def test_a_process_that_crashes_names_the_shot(monkeypatch):
+    def dying(tasks, jobs, work):
+        yield Done(tasks[0], None, "its process ended with signal 9", "")
+
+    monkeypatch.setattr(frame, "run_tasks", dying)
+    with pytest.raises(MeasurementError, match=r"^the measurement of shot 17: its process ended"):
+        [*frame.in_processes([17], 1, str, "shot")]
 
 
 def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tmp_path):
