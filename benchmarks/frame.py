@@ -5,8 +5,8 @@ A benchmark is a function that returns a measurement; its parameters are the opt
 Times that are compared are sampled in turns, round by round (`runs.interleave`), since a machine
 that others share is slower for minutes at a time. pytest-benchmark takes all rounds of a function
 before it begins the next one (`BenchmarkFixture._raw`), and pyperf all processes of a benchmark
-(`Manager.create_runs`), so neither can time in turns. asv can, but builds an environment for each
-revision, and its results hold times alone.
+(`Manager.create_runs`), so neither can time in turns. asv interleaves processes, but a benchmark
+returns one number there, where a sample of ours has several, and a process costs more than a shot.
 """
 
 from __future__ import annotations
