@@ -43,7 +43,7 @@ app = typer.Typer(
 Repeats = Annotated[
     int, typer.Option(min=1, help="Rounds: how often each is measured; slow ones less often.")
 ]
-Count = Annotated[int, typer.Option(min=1, help="How many there are.")]
+Count = Annotated[int, typer.Option(min=1, help="How many breaks, shots or tables.")]
 Out = Annotated[
     Path | None,
     typer.Option("--out", "-o", metavar="DIR", help="Write the measurement there, as JSON."),
