@@ -1,7 +1,7 @@
 """The second of the suite's five verbs: run scenes on engines, whatever these do.
 
-`cases_of` computes a scene's truth when its turn comes, once for all engines; `run_case` runs one
-of them in a process that it may take along.
+`prepare` does what all cases need before the first. `cases_of` computes a scene's truth when its
+turn comes, once for all engines; `run_case` runs one of them in a process that it may take along.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
+from ghostball.engine.needed_kernels import MANY
 from ghostball.model import EngineFailedError, Scene, Status, UnsupportedSceneError
 from ghostball.model.errors import storable
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
@@ -19,16 +20,46 @@ from ghostball.reference_adapters.registry import EngineUnavailableError, engine
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import Asked, approximations_of, is_unstated
 from ghostball.validation.checks.metrics import METRICS, USUAL
-from ghostball.validation.parallel.pool import Done
+from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.pool import Done, Progress
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord, Fault
 from ghostball.validation.results.store import Finished
 from ghostball.validation.runs.playing import blamed_on_engine, differs_by_record, run_engine
 from ghostball.validation.suite.judge import Case, TruthFailure, judge
 from ghostball.validation.suite.plan import Plan
-from ghostball.validation.truth.scene_truth import PARTS, Truth, TruthPart, truth_of
+from ghostball.validation.truth.scene_truth import (
+    PARTS,
+    Truth,
+    TruthPart,
+    check_closed_form,
+    truth_of,
+)
 
 _NO_TRUTH = Truth(None, missing="a varied start is compared with others, not with a truth")
+
+
+def prepare(
+    planned: Plan, pairs: Sequence[Name], jobs: int, compiling: Progress[str] | None
+) -> Callable[[], None]:
+    """Do what these cases of a plan need before the first of them is played.
+
+    Kernels are compiled in `jobs` processes; see `compile_kernels`, also for what is returned.
+
+    Raises `TruthError` where given criteria ask for a closed form and a scene has none.
+    """
+    scenes = planned.scenes_of(pairs)
+    for scene in scenes:
+        if scene.name in planned.given:
+            check_closed_form(scene, planned.criteria[scene.name].truth)
+    return compile_kernels(
+        scenes,
+        jobs,
+        labels=dict.fromkeys(label for _, label in pairs),
+        tangents=True,
+        contacts_from=MANY,
+        compiling=compiling,
+    )
 
 
 def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:

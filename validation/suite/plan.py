@@ -2,16 +2,16 @@
 
 A scene's way through a run is `plan` here, run (`validation.suite.case`: its truth here, once for
 all engines, each engine in another process), `judge` (`validation.suite.judge`, there too), store
-(`validation.results.store`) and report (`reports`), each once, in this order.
+(`validation.results.store`) and report (`reports`), each once, in this order. Planning solves,
+proves, compiles and plays nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ghostball.engine.needed_kernels import MANY
 from ghostball.model import Scene
 from ghostball.reference_adapters.registry import (
     EngineUnavailableError,
@@ -22,8 +22,6 @@ from ghostball.reference_adapters.registry import (
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
 from ghostball.validation.checks.law import Asked, asked_of
 from ghostball.validation.checks.metrics import METRICS, choose_metrics
-from ghostball.validation.parallel.compiling import compile_kernels
-from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
@@ -43,6 +41,7 @@ class Plan:
     scenes: Sequence[Scene]
     settings: Mapping[str, dict[str, Any] | None]  # by label; None: the engine is unavailable
     criteria: Mapping[str, Criteria]  # by scene name
+    given: frozenset[str]  # scenes whose criteria were given, not shipped
     asked: Mapping[Name, Asked]  # by scene name and label
     inputs: Mapping[Name, str]  # hashes; "": always run
     metrics: tuple[str, ...] | None  # None: all
@@ -71,19 +70,6 @@ class Plan:
         names = {name for name, _ in pairs}
         return [scene for scene in self.scenes if scene.name in names]
 
-    def compile(
-        self, pairs: Sequence[Name], jobs: int, compiling: Progress[str] | None
-    ) -> Callable[[], None]:
-        """Compile in `jobs` processes what these cases need; see `compile_kernels`."""
-        return compile_kernels(
-            self.scenes_of(pairs),
-            jobs,
-            labels=dict.fromkeys(label for _, label in pairs),
-            tangents=True,
-            contacts_from=MANY,
-            compiling=compiling,
-        )
-
 
 def plan(
     scenes: Sequence[Scene],
@@ -95,6 +81,9 @@ def plan(
     keeps_motion: bool = True,
 ) -> Plan:
     """Return what is run and what is asked of it; refuse what is wrong before anything runs.
+
+    Only a closed form that given criteria ask for in vain is refused later, by `prepare`: to see
+    that takes solving the shot.
 
     Raises `GhostballError` see `validation.suite.suite.run_suite`.
     """
@@ -137,7 +126,8 @@ def plan(
                 if values is None or label in of_others
                 else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
             )
-    return Plan(scenes, settings, own, asked, inputs, chosen, origins, firsts, keeps_motion)
+    named = frozenset(criteria)
+    return Plan(scenes, settings, own, named, asked, inputs, chosen, origins, firsts, keeps_motion)
 
 
 def shipped_criteria(scene: Scene) -> Criteria:

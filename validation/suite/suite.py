@@ -23,7 +23,7 @@ from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import PartWriter, ResultsWriter
 from ghostball.validation.runs.runner import Reuse, check_limits, run
-from ghostball.validation.suite.case import cases_of, finished, run_case
+from ghostball.validation.suite.case import cases_of, finished, prepare, run_case
 from ghostball.validation.suite.plan import plan
 from ghostball.validation.suite.unchanged import code_hash, code_with_engines
 from ghostball.validation.suite.varied import Ensemble
@@ -179,8 +179,8 @@ def run_suite(
     Raises
     ------
     GhostballError
-        Before anything runs: where an engine, a setting or a metric is unknown, the criteria are
-        wrong, or the folder can't be used, such as while another run writes there.
+        Before anything is played: where an engine, a setting or a metric is unknown, the criteria
+        are wrong, or the folder can't be used, such as while another run writes there.
 
     Notes
     -----
@@ -201,7 +201,7 @@ def run_suite(
         store,
         jobs=cluster or jobs,
         limit=time_limit,
-        prepare=lambda pairs: planned.compile(pairs, jobs, compiling),
+        prepare=lambda pairs: prepare(planned, pairs, jobs, compiling),
         kind=lambda case: code_kind(case.label),
         about=planned.describe,
         reuse=reuse,

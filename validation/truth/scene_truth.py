@@ -46,7 +46,13 @@ from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_R
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
 from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.sampling import events_of
-from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
+from ghostball.validation.truth.closed_forms import (
+    DIGITS,
+    ClosedForm,
+    closed_form,
+    has_closed_form,
+    may_have_closed_form,
+)
 from ghostball.validation.truth.proof import proof_of, refused_features
 
 TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
@@ -153,18 +159,32 @@ class Truth:
 
 
 def check_truth(scene: Scene, wanted: WantedTruth | None) -> None:
-    """Make sure that a scene can have the truth that its criteria ask for; see `truth_of`."""
-    if wanted == "closed-form" and not has_closed_form(scene):
-        raise TruthError(
-            f'scene "{scene.name}": its criteria say `truth` = "closed-form", but its values have '
-            'no closed form. Write `truth` = "certified" or "engine", or add the form to '
-            "validation/truth/closed_forms"
-        )
+    """Make sure that fields of a scene allow the truth that its criteria ask for.
+
+    Nothing is solved or proved: whether there is such a truth, `check_closed_form` and `truth_of`
+    say.
+    """
+    if wanted == "closed-form" and not may_have_closed_form(scene):
+        raise _no_closed_form(scene)
     if wanted == "certified" and (why := refused_features(scene)):
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "certified", but it can\'t be '
             f'proved: {why}. Write `truth` = "engine"'
         )
+
+
+def check_closed_form(scene: Scene, wanted: WantedTruth | None) -> None:
+    """Make sure that a scene has a closed form if its criteria ask for one; this solves it."""
+    if wanted == "closed-form" and not has_closed_form(scene):
+        raise _no_closed_form(scene)
+
+
+def _no_closed_form(scene: Scene) -> TruthError:
+    return TruthError(
+        f'scene "{scene.name}": its criteria say `truth` = "closed-form", but its values have '
+        'no closed form. Write `truth` = "certified" or "engine", or add the form to '
+        "validation/truth/closed_forms"
+    )
 
 
 def truth_of(
@@ -187,6 +207,7 @@ def truth_of(
     the whole shot is proved; or where less is proved than must be.
     """
     check_truth(scene, wanted)
+    check_closed_form(scene, wanted)
     if wanted == "none":
         return Truth(None, missing="the scene's criteria ask for no reference")
     form = closed_form(scene) if wanted in ("closed-form", None) else None

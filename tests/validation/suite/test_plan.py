@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from suite_runs import limits, scene
 
+from ghostball.engine.library import load
+from ghostball.engine.library.entry import Entry
 from ghostball.model import Ball, GhostballError
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.results.store import ResultsError
-from ghostball.validation.suite.plan import criteria_beside_paths
-from ghostball.validation.suite.suite import run_suite
-from ghostball.validation.truth.closed_forms import has_closed_form
+from ghostball.validation.results.store import Results, ResultsError, ResultsWriter
+from ghostball.validation.scenes.library import FULL, find_scene, select
+from ghostball.validation.suite import case, suite
+from ghostball.validation.suite.plan import criteria_beside_paths, plan, shipped_criteria
+from ghostball.validation.suite.suite import DEFAULT_ENGINES, run_suite
+from ghostball.validation.suite.varied import Ensemble, Size
+from ghostball.validation.truth import closed_forms
+from ghostball.validation.truth.closed_forms import FORMS, may_have_closed_form
 
 pytestmark = pytest.mark.usefixtures("fake_engines")
 
@@ -37,17 +44,81 @@ def test_wrong_engines_are_refused(tmp_path: Path, engines: list[str], message: 
     [
         (limits("fkae"), "mean `fake`"),
         (limits("fake:shfit=1"), "names the setting `shfit`"),
-        (Criteria(truth="closed-form"), "no closed form"),
+        (Criteria(truth="closed-form"), "its values have no closed form"),
+        (Criteria(truth="certified"), "it can't be proved"),
     ],
 )
 def test_wrong_criteria_are_refused(tmp_path: Path, criteria: Criteria, message: str) -> None:
+    integrated = find_scene("cushion-mathavan")  # an integrated law: neither solved nor proved
+    with pytest.raises(GhostballError, match=message):
+        run_suite([integrated], ["fake"], tmp_path / "out", criteria={integrated.name: criteria})
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_closed_form_that_only_solving_rules_out_is_refused_before_a_shot_is_played(
+    tmp_path: Path,
+) -> None:
+    """Fails where the error comes case by case, or earlier results are lost."""
     # Two balls are hit at once, which no closed form covers.
     others = [Ball(id=str(y), position=(1.0, y)) for y in (-0.03, 0.03)]
-    tied = scene().model_copy(update={"balls": (*scene().balls, *others)})
-    assert not has_closed_form(tied)
-    with pytest.raises(GhostballError, match=message):
-        run_suite([tied], ["fake"], tmp_path / "out", criteria={"roll": criteria})
-    assert not (tmp_path / "out").exists()
+    tied = scene("tied").model_copy(update={"balls": (*scene().balls, *others)})
+    assert may_have_closed_form(tied)
+    run_suite([scene()], ["fake"], tmp_path)
+    with pytest.raises(GhostballError, match=r'"tied": its criteria say .* have no closed form'):
+        run_suite(
+            [scene(), tied],
+            ["fake:does=crash"],
+            tmp_path,
+            criteria={"tied": Criteria(truth="closed-form")},
+        )
+    assert [case.scene for case in Results.open(tmp_path).cases] == ["roll"]
+
+
+def test_planning_solves_proves_compiles_and_plays_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any, **__: Any) -> Any:
+        raise AssertionError("planning must not do this")
+
+    forms = {name: form._replace(solve=refuse) for name, form in FORMS.items()}
+    monkeypatch.setattr(closed_forms, "FORMS", forms)
+    monkeypatch.setattr(closed_forms, "form_of_shape", refuse)
+    monkeypatch.setattr("ghostball.validation.truth.proof.certify", refuse)
+    for name in ("__call__", "bind", "bind_kinds"):  # whatever compiles, loads or calls a kernel
+        monkeypatch.setattr(Entry, name, refuse)
+    monkeypatch.setattr(load, "build", refuse)
+    closed_forms._solved.cache_clear()
+    closed_forms.closed_form.cache_clear()
+    scenes = select([FULL])
+    given = {one.name: shipped_criteria(one) for one in scenes}
+    for criteria in ({}, given):
+        planned = plan(scenes, DEFAULT_ENGINES, criteria, None, ensemble=Ensemble(2, Size()))
+        assert planned.size == 3 * len(scenes) * len(DEFAULT_ENGINES)
+
+
+def test_a_scene_is_planned_run_judged_and_stored_once_and_in_this_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    verbs: list[str] = []
+
+    def watch(where: Any, verb: str) -> None:
+        done = getattr(where, verb)
+
+        def watched(*given: Any, **named: Any) -> Any:
+            verbs.append(verb)
+            return done(*given, **named)
+
+        monkeypatch.setattr(where, verb, watched)
+
+    for where, verb in (
+        (suite, "plan"),
+        (suite, "prepare"),
+        (case, "truth_of"),
+        (suite, "run_case"),
+        (case, "judge"),
+        (ResultsWriter, "write"),
+    ):
+        watch(where, verb)
+    run_suite([scene()], ["fake"], tmp_path)
+    assert verbs == ["plan", "prepare", "truth_of", "run_case", "judge", "write"]
 
 
 def test_scenes_of_one_name_jobs_below_one_and_a_foreign_folder_are_refused(tmp_path: Path) -> None:

@@ -17,7 +17,12 @@ from mpmath import mp, mpf
 from numpy.typing import NDArray
 
 from ghostball.model import COLLISION_KINDS, Scene
-from ghostball.validation.truth.closed_forms._forms import FORMS, Form, form_of_shape
+from ghostball.validation.truth.closed_forms._forms import (
+    FORMS,
+    MOST_BALLS,
+    Form,
+    form_of_shape,
+)
 from ghostball.validation.truth.closed_forms._setup import (
     DIGITS,
     Collision,
@@ -29,7 +34,14 @@ from ghostball.validation.truth.closed_forms._setup import (
     setup_of,
 )
 
-__all__ = ["DIGITS", "FORMS", "ClosedForm", "closed_form", "has_closed_form"]
+__all__ = [
+    "DIGITS",
+    "FORMS",
+    "ClosedForm",
+    "closed_form",
+    "has_closed_form",
+    "may_have_closed_form",
+]
 
 
 SLOWEST = 1e-10
@@ -97,27 +109,44 @@ def has_closed_form(scene: Scene) -> bool:
     return _solved(scene) is not None
 
 
+def may_have_closed_form(scene: Scene) -> bool:
+    """Whether fields of the scene alone leave room for a closed form; nothing is solved.
+
+    Whether its collisions are those that a form is for, `has_closed_form` says.
+    """
+    return bool(_candidates(scene))
+
+
 @lru_cache(maxsize=64)
 def _solved(scene: Scene) -> tuple[Form, Outcome] | None:
     """Return the form of `scene`, and how it says that it ends, or None where it has none."""
-    if not _is_covered(scene):
+    candidates = _candidates(scene)
+    if not candidates:
         return None
-    physics = scene.physics
-    air = physics.air_drag > 0.0 or physics.rolling_friction_quadratic > 0.0
     with mp.workdps(DIGITS):
         setup = setup_of(scene, numbers_of(scene), verify=True)
-        named = FORMS.get(scene.name)
-        asked = physics.motion, air, physics.airborne
-        if named is not None and (named.motion, named.air, named.flight) == asked:
+        for candidate in candidates:
             with suppress(OrderError):
-                return named, named.solve(setup)
-        if air or physics.airborne:  # where balls move otherwise than the shapes have it
-            return None
-        try:
-            shaped = form_of_shape(setup)
-            return shaped, shaped.solve(setup)
-        except OrderError:
-            return None
+                form = candidate or form_of_shape(setup)
+                return form, form.solve(setup)
+    return None
+
+
+def _candidates(scene: Scene) -> list[Form | None]:
+    """Return the forms for a scene with these fields; None is the form of its shape."""
+    if not _is_covered(scene):
+        return []
+    physics = scene.physics
+    air = physics.air_drag > 0.0 or physics.rolling_friction_quadratic > 0.0
+    found: list[Form | None] = []
+    named = FORMS.get(scene.name)
+    asked = physics.motion, air, physics.airborne
+    if named is not None and (named.motion, named.air, named.flight) == asked:
+        found.append(named)
+    # In air and in flight balls move otherwise than the shapes have it.
+    if not air and not physics.airborne and len(scene.balls) <= MOST_BALLS:
+        found.append(None)
+    return found
 
 
 def _is_covered(scene: Scene) -> bool:

@@ -106,8 +106,6 @@ def form_of_shape(setup: Setup) -> Form:
 
     Raises `OrderError` where it is none.
     """
-    if len(setup.positions) > MOST_BALLS:
-        raise OrderError("more balls than are solved by shape")
     shot = Shot(setup)
     while (found := shot.next_collision()) is not None:
         if len(shot.collisions) == MOST_COLLISIONS:
