@@ -8,15 +8,24 @@ import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine import simulate
-from ghostball.model import Record, Result, Samples, Scene, Status
+from ghostball.model import (
+    Record,
+    Result,
+    Samples,
+    Scene,
+    SceneError,
+    Status,
+    UnsupportedSceneError,
+)
 from ghostball.model.features import EXACT, Capability, Feature
 from ghostball.reference_adapters import EngineBase, EngineSettings
+from ghostball.reference_adapters.registry import OURS
 
 Fault = Literal[
     "none",
@@ -86,7 +95,7 @@ class FaultyMotion:
         return Samples(*(np.zeros((len(times), 1, 2)) for _ in range(3)))
 
 
-def fail(does: Fault) -> None:
+def fail(does: str) -> None:
     """Fail in that way, where it isn't by what is returned; most never return."""
     if does == "raise":
         raise RuntimeError("lost the balls")
@@ -110,11 +119,117 @@ def fail(does: Fault) -> None:
         time.sleep(1.0)
 
 
-def planted(folder: Path) -> Path:
-    """Make a folder that, on the path, lets every process find the engine as an installed one."""
+class FakeSettings(EngineSettings):
+    """What it does, how far along x its balls end beside our engine's [m], and what it states."""
+
+    does: str = "run"
+    shift: float = 0.0
+    sees: float = 0.0
+
+
+class OwnError(UnsupportedSceneError):
+    """An error that can't be sent to another process."""
+
+    def __init__(self, one: str, two: str, three: str) -> None:
+        super().__init__("fake", (one, two, three))
+
+
+RAISED = {
+    "interrupt": KeyboardInterrupt(),
+    "raise half a letter": RuntimeError("lost \udcff"),
+    "blame the scene": SceneError("it is wrong"),
+    "refuse oddly": OwnError("no", "such", "thing"),
+}
+ENDS = {
+    "stop at half a letter": {"status": Status.STEP_LIMIT, "reason": "lost \udcff"},
+    "lose time": {"rest_time": np.nan},
+    "lie": {"status": "rest"},
+}
+"""What a result is that isn't right."""
+
+
+class Fake(EngineBase):
+    """Our engine, which rolls balls "nearly" right, until it raises or returns something else."""
+
+    name: ClassVar[str] = "fake"
+    Settings: ClassVar[type[EngineSettings]] = FakeSettings
+
+    @property
+    def capabilities(self) -> Mapping[Feature, Capability]:
+        """Everything, and balls that roll nearly or not at all."""
+        refuses = self.settings.does == "refuse"
+        rolling = Capability("none", "it slips") if refuses else Capability("approximate", "nearly")
+        return dict.fromkeys(Feature, EXACT) | {Feature.ROLLING: rolling}
+
+    def resolution(self, scene: Scene) -> float:
+        """Return what the setting says."""
+        return self.settings.sees
+
+    def simulate(self, scene: Scene, *, record: Record = "rest") -> Any:
+        """Simulate, or do something else."""
+        self.check(scene)
+        does, shift = self.settings.does, self.settings.shift
+        if does == "say last words":
+            print("last words")
+            fail("abort")
+        fail(does)
+        if does in RAISED:
+            raise RAISED[does]
+        if does == "hand back a dict":
+            return {}
+        result = simulate(scene, record=record)
+        if record == "rest":
+            shift += 0.2 * (does == "end elsewhere at rest")
+            later = 0.25 * (does == "end later at rest")
+            result = replace(result, rest_time=result.rest_time + later)
+        if does == "count more at rest" and record == "rest":
+            result = replace(result, collision_counts={"ball-ball": 3, "ball-cushion": 0})
+        if does == "say other events" and record == "events":
+            events = result.events.copy()
+            events["t"] *= 0.9
+            result = replace(result, events=events)
+        if does == "play by chance":
+            shift = float(np.random.default_rng().random())
+        ended = result.final_state
+        ended = ended._replace(positions=ended.positions + np.array([shift, 0.0, 0.0]))
+        if does == "lose a ball":
+            ended.positions[0, 0, 1] = np.nan
+        motion = result.trajectory
+        if motion is not None:  # the balls rest where the result says it
+            segments = [rows.copy() for rows in motion.segments]
+            for rows in segments:
+                rows[-1, 1] += shift
+            motion = replace(motion, segments=tuple(segments))
+        as_said = {"engine": self.name, "settings": {}, "work": {"steps": np.int64(3)}}
+        ended_so = {"final_state": ended, "trajectory": motion, "wall_time": 0.5}
+        return replace(result, **as_said, **(ended_so | ENDS.get(does, {})))
+
+
+class Impostor(Fake):
+    """An engine that has the name of ours."""
+
+    name = OURS
+
+
+class Absent(Fake):
+    """An engine that can't be had."""
+
+    name = "absent"
+
+    @classmethod
+    def unavailable(cls) -> str:
+        """Return why."""
+        return "not installed here"
+
+
+def planted(folder: Path, *engines: type[EngineBase]) -> Path:
+    """Make a folder that, on the path, lets every process find engines as installed ones.
+
+    `engines`: the faulty one where they are left out.
+    """
     info = folder / "faulty_engine-1.0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty-engine\nVersion: 1.0\n")
-    place = f"{FaultyEngine.__module__}:{FaultyEngine.__name__}"
-    (info / "entry_points.txt").write_text(f"[ghostball.engines]\nfaulty = {place}\n")
+    found = [f"{one.name} = {__name__}:{one.__name__}" for one in engines or (FaultyEngine,)]
+    (info / "entry_points.txt").write_text("\n".join(["[ghostball.engines]", *found, ""]))
     return folder

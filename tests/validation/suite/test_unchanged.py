@@ -217,31 +217,16 @@ def test_only_an_end_that_comes_again_is_reused(tmp_path: Path) -> None:
     assert stands(replace(case, outcome="not-representable", status=None))
 
 
-def test_engines_of_other_packages_always_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    site = tmp_path / "site"
-    info = site / "foreign-1.dist-info"
-    info.mkdir(parents=True)
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: foreign\nVersion: 1\n")
-    (info / "entry_points.txt").write_text("[ghostball.engines]\nforeign = foreign_engine:F\n")
-    (site / "foreign_engine.py").write_text(
-        "from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine\n"
-        "class F(PaperDiscreteEngine):\n    name = 'foreign'\n"
-        "    def simulate(self, scene, *, record='rest'):\n"
-        "        import dataclasses\n"
-        "        result = super().simulate(scene, record=record)\n"
-        "        return dataclasses.replace(result, engine='foreign')\n"
-    )
-    monkeypatch.syspath_prepend(str(site))
-    options = {"engines": ["foreign", "paper-discrete"]}
+@pytest.mark.usefixtures("fake_engines")
+def test_engines_of_other_packages_always_run(tmp_path: Path) -> None:
+    options = {"engines": ["fake", "paper-discrete"]}
     run(tmp_path / "out", **options)
     outcome = run(tmp_path / "out", **options)
     assert {case.label: case.reused for case in outcome.cases} == {
-        "foreign": False,
+        "fake": False,
         "paper-discrete": True,
     }
-    assert not is_ours("foreign")
+    assert not is_ours("fake")
     assert is_ours("pymunk:contact_steps=exact")
 
 
