@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from stored_cases import record
+from stored_records import record
 
 from ghostball.reports.accuracy import (
     CLASSES,

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from stored_records import record
 
 from ghostball.engine import simulate
 from ghostball.model import EVENT_DTYPE, Ball, EventKind, Events, Result, Scene, Table
@@ -46,24 +47,18 @@ def roll_shot(speed: float = 1.0, name: str = "roll") -> Scene:
 
 def record_of(result: Result, scene: Scene, **changes: Any) -> CaseRecord:
     """Return the record of a run, as if it were in a scene; it is right to 1e-12 m."""
-    record = CaseRecord(
-        scene=scene.name,
-        title=scene.title,
-        tags=(),
-        definition=scene.model_dump(mode="json", by_alias=True),
-        label=OURS,
-        engine=OURS,
-        outcome="ran",
-        status=status_name(result.status),
-        accuracy=Accuracy("nanometres", error=1e-12),
-        truth="certified",
-        rest_positions=result.rest_positions,
-        rest_time=float(result.rest_time),
-        bits=bits_hash(events_of(result), result.rest_positions),
-        work={name: int(count) for name, count in result.work.items()},
-        metrics={"rest_error_max": 1e-12, "matching_events": 2},
-    )
-    return replace(record, **changes)
+    fields = {
+        "tags": (),
+        "status": status_name(result.status),
+        "accuracy": Accuracy("nanometres", error=1e-12),
+        "truth": "certified",
+        "rest_positions": result.rest_positions,
+        "rest_time": float(result.rest_time),
+        "bits": bits_hash(events_of(result), result.rest_positions),
+        "work": {name: int(count) for name, count in result.work.items()},
+        "metrics": {"rest_error_max": 1e-12, "matching_events": 2},
+    }
+    return record(OURS, scene, **(fields | changes))
 
 
 def played(scene: Scene, *, like: Scene | None = None, **changes: Any) -> Played:

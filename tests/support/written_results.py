@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from stored_records import record
 
 from ghostball.model import EVENT_DTYPE, Ball, EventKind, Scene, Table
 from ghostball.validation.checks.accuracy import kind_of
@@ -133,19 +134,12 @@ def motion_of_shot(name: str, error: float) -> Motion:
 
 def case_of(name: str, label: str) -> tuple[CaseRecord, Motion | None]:
     scene = scene_of(name)
-    title, truth, _, _ = SHOTS[name]
-    base = {
-        "scene": name,
-        "title": title,
-        "tags": scene.tags,
-        "definition": scene.model_dump(mode="json", by_alias=True),
-        "label": label,
-        "engine": label.partition(":")[0],
-    }
+    _, truth, _, _ = SHOTS[name]
     if label == "pybullet":
-        return CaseRecord(**base, outcome="not-representable", reason="no table | with legs"), None
+        refused = {"outcome": "not-representable", "reason": "no table | with legs"}
+        return record(label, scene, **refused), None
     if label == "newcomer:dt=1e-3" and name == "head-on":
-        return CaseRecord(**base, outcome="failed", reason="division by zero"), None
+        return record(label, scene, outcome="failed", reason="division by zero"), None
     error = ERRORS[label]
     motion, exact = motion_of_shot(name, error), motion_of_shot(name, 0.0)
     counts = {"ball-ball": 0, "ball-cushion": 0}
@@ -165,9 +159,9 @@ def case_of(name: str, label: str) -> tuple[CaseRecord, Motion | None]:
             "a tenth of a ball",
         ),
     )
-    record = CaseRecord(
-        **base,
-        outcome="ran",
+    case = record(
+        label,
+        scene,
         status="rest",
         accuracy=None if own else accuracy_of(label, float(errors.max()), counts),
         truth=truth,
@@ -198,7 +192,7 @@ def case_of(name: str, label: str) -> tuple[CaseRecord, Motion | None]:
         **EXCUSED.get(label, {}),
     )
     # An engine that recorded nothing to sample from.
-    return record, None if label.startswith("newcomer") else motion
+    return case, None if label.startswith("newcomer") else motion
 
 
 def accuracy_of(label: str, error: float, counts: dict[str, int]) -> Accuracy:
@@ -215,7 +209,6 @@ def write_results(folder: Path, scenes: list[str], labels: list[str]) -> Path:
     )
     for name in scenes:
         for label in labels:
-            record, motion = case_of(name, label)
-            writer.write((record, motion))
+            writer.write(case_of(name, label))
     writer.finish("complete")
     return folder

@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 from page_texts import OPTIONAL, page_of, read, section
-from stored_results import damage_motions, edit_records
+from stored_records import damage_motions, edit_records
 
 from ghostball.model import GhostballError
 from ghostball.reports import PAGE, write_report

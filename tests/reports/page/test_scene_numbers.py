@@ -1,7 +1,7 @@
 """Fails where the page hides what was measured of a scene, or what is to be said of a run."""
 
 import pytest
-from stored_results import edit_records
+from stored_records import edit_records
 
 from ghostball.reports.page.scene_numbers import counted_rows, number_heads, number_row, remarks
 from ghostball.validation.results.store import Results

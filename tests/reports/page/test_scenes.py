@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from stored_results import change_motion
+from stored_records import change_motion
 
 from ghostball.reports.page import scene_part
 from ghostball.reports.shots import load_shot

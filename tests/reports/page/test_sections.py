@@ -4,7 +4,7 @@ import re
 
 import pytest
 from page_texts import folded, section
-from stored_results import edit_document, edit_records, in_database
+from stored_records import edit_document, edit_records, in_database
 
 from ghostball.reports.page.verdict import engines_html, verdict_html
 from ghostball.validation.results.store import Results

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from stored_records import record
 
 from ghostball.model import Scene, UnsupportedSceneError, energy_of
 from ghostball.model.scene import toml
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, certify
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.results.records import status_name
-from ghostball.validation.results.store import CaseRecord, Results, ResultsWriter
+from ghostball.validation.results.store import Results, ResultsWriter
 from ghostball.validation.runs.sampling import motion_of
 from same.plays import played
 
@@ -38,14 +39,9 @@ def results(scene: Scene) -> str | None:
     """Return what differs in a run that was stored in a results folder, and read back."""
     result = played(scene)
     end = energy_of(scene, result.final_state)
-    record = CaseRecord(
-        scene=scene.name,
-        title=scene.title,
-        tags=scene.tags,
-        definition=scene.model_dump(mode="json", by_alias=True),
-        label=OURS,
-        engine=OURS,
-        outcome="ran",
+    case = record(
+        OURS,
+        scene,
         settings=dict(result.settings),
         status=status_name(result.status),
         rest_positions=result.rest_positions,
@@ -58,13 +54,13 @@ def results(scene: Scene) -> str | None:
     with tempfile.TemporaryDirectory() as folder:
         writer = ResultsWriter(Path(folder, "results"))
         writer.begin({})
-        writer.write((record, motion))
+        writer.write((case, motion))
         writer.finish("complete")
         read = Results.open(writer.path)
         (other,) = read.cases
         moved = read.motion(other)
     assert moved is not None
-    return _other_field("record", record, other) or _other_field("motion", motion, moved)
+    return _other_field("record", case, other) or _other_field("motion", motion, moved)
 
 
 def proof(scene: Scene) -> str | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from stored_records import record
 
 from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.verdict import (
@@ -34,19 +35,9 @@ def check(metric: str, passed: bool | None = True, kind: str = "at_most") -> Che
 
 
 def case(*checks: Check, truth: str = CLOSED_FORM, engine: str = "pymunk") -> CaseRecord:
-    return CaseRecord(
-        scene="shot",
-        title="",
-        tags=(),
-        definition={},
-        label=engine,
-        engine=engine,
-        outcome="ran",
-        status="rest",
-        truth=truth,
-        metrics={"rest_error_max": 272.0},
-        checks=checks,
-    )
+    fields = {"status": "rest", "truth": truth, "metrics": {"rest_error_max": 272.0}}
+    # Without balls no limit is wider than the smallest one.
+    return record(engine, "shot", definition={}, checks=checks, **fields)
 
 
 @pytest.mark.parametrize(

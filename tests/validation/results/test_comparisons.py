@@ -5,20 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from stored_records import record
 
 from ghostball.validation.results.comparisons import Comparisons, comparison_row, comparisons_of
-from ghostball.validation.results.records import CERTIFIED, OUR_ENGINE, CaseRecord
+from ghostball.validation.results.records import CERTIFIED, OUR_ENGINE
 from ghostball.validation.scenes.library import find_scene
 
 SCENE = find_scene("head-on")
-CASE = CaseRecord(
-    scene="head-on",
-    title=SCENE.title,
-    tags=(),
-    definition=SCENE.model_dump(mode="json", by_alias=True),
-    label="mine:Engine",
-    engine="mine",
-    outcome="ran",
+CASE = record(
+    "mine:Engine",
+    SCENE,
     truth=CERTIFIED,
     truth_counts={"ball-ball": 1, "ball-cushion": 0},
     collision_counts={"ball-ball": 1, "ball-cushion": 2},

@@ -7,24 +7,19 @@ import json
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from stored_records import record
 
 from ghostball.model import EVENT_DTYPE, Ball, GhostballError, Scene
 from ghostball.validation.results.database import transaction, writing
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.frames import TABLES, export, rows_of
-from ghostball.validation.results.store import CaseRecord, Check, Motion, Results, ResultsWriter
+from ghostball.validation.results.store import Check, Motion, Results, ResultsWriter
 
 SCENE = Scene(name="roll", title="größer, |", balls=[Ball(id="cue", position=(0.1, 0.2))])
 PASSED = Check("rest_error_max", 2.0**-53, "at_most", 1e-13, "m", True, "by hand")
-
-
-def case(label: str, **more: Any) -> CaseRecord:
-    definition = SCENE.model_dump(mode="json", by_alias=True)
-    return CaseRecord("roll", SCENE.title, (), definition, label, label, "ran", **more)
 
 
 @pytest.fixture
@@ -35,8 +30,8 @@ def folder(tmp_path: Path) -> Path:
     still = np.zeros((1, 1, 3))
     motion = Motion(events, np.zeros(1), still, still, still, *np.zeros((3, 1)))
     failed = replace(PASSED, value=None, passed=None)
-    writer.write((case("ghostball", checks=(PASSED, failed), rest_time=0.1 + 0.2), motion))
-    writer.write((replace(case("pymunk"), outcome="failed", metrics={"overlap_max": None}), None))
+    writer.write((record("ghostball", SCENE, checks=(PASSED, failed), rest_time=0.1 + 0.2), motion))
+    writer.write((record("pymunk", SCENE, outcome="failed", metrics={"overlap_max": None}), None))
     writer.finish("complete")
     return writer.path
 

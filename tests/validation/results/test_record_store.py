@@ -7,7 +7,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from stored_cases import ENVIRONMENT, labels, left, motion, record, taking_over, written
+from stored_records import ENVIRONMENT, labels, left, motion, record, taking_over, written
 
 from ghostball.validation.results.database import DATABASE, LOCK
 from ghostball.validation.results.store import Results, ResultsError, ResultsWriter

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 import pytest
 from pydantic import ConfigDict, TypeAdapter, ValidationError
-from stored_cases import SCENE, in_database, motion, record, taking_over, written
+from stored_records import SCENE, damage_motions, in_database, motion, record, taking_over, written
 
 from ghostball.model import EVENT_DTYPE
 from ghostball.reference_adapters.javascript import packages as javascript
@@ -182,7 +182,7 @@ def test_a_motion_reads_back_to_the_bit(tmp_path: Path) -> None:
 def test_a_damaged_motion_is_named(tmp_path: Path) -> None:
     written(tmp_path, record())
     folder = Results.open(tmp_path)
-    in_database(tmp_path, "UPDATE motions SET content = substr(content, 1, 100)")
+    damage_motions(tmp_path)
     with pytest.raises(ResultsError, match=r'the motion of `pymunk` in scene "roll" is damaged'):
         folder.motion(folder.cases[0])
 

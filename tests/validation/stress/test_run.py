@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from stored_records import record
 
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.results.records import CaseRecord, Check
@@ -57,20 +57,15 @@ def test_an_engine_that_cannot_state_its_error_is_asked_and_fails(tmp_path, monk
 SHOT = chosen_shots(Size(), ONE)[0].scene
 
 
-def case(depth: float, label: str = "pymunk", passed: bool | None = True, **fields) -> CaseRecord:
+def case(depth: float, label: str = "pymunk", passed: bool | None = True, **changes) -> CaseRecord:
     check = Check("collision_count", 0, "equals", 1, "1", passed, "They meet.")
-    record = CaseRecord(
-        scene="grazing.shot",
-        title="",
-        tags=("stress", "grazing", f"depth={depth:g}"),
-        definition=SHOT.model_dump(mode="json", by_alias=True),
-        label=label,
-        engine=label,
-        outcome="ran",
-        status="t-max",
-        checks=() if passed is None else (check,),
-    )
-    return replace(record, **fields)
+    fields = {
+        "scene": "grazing.shot",
+        "tags": ("stress", "grazing", f"depth={depth:g}"),
+        "status": "t-max",
+        "checks": () if passed is None else (check,),
+    }
+    return record(label, SHOT, **(fields | changes))
 
 
 def test_shots_are_counted_by_family_and_engine():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import wrong_runs as runs
 from right_shots import checks_on
+from stored_records import record
 from wrong_engines import Wrong
 from wrong_physics import with_balls, with_physics
 
@@ -15,7 +16,6 @@ from ghostball import Feature, Table, find_scene, plays
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.function import engine_of
 from ghostball.validation.checks.law import asked_of
-from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes.library import select
 from ghostball.validation.suite.hints import ALONE, lacked, shared, simplest, tried_by, untried
 from ghostball.validation.suite.plan import shipped_criteria
@@ -32,17 +32,14 @@ def engine(*features):
 
 def case(name, *, outcome="ran", reason="", **counts):
     scene = find_scene(name)
-    return CaseRecord(
-        scene=name,
-        title=scene.title,
-        tags=scene.tags,
-        definition=scene.model_dump(mode="json", by_alias=True),
-        label="mine:simulate",
-        engine="mine",
+    truth = {"ball-ball": 0, "ball-cushion": 0}
+    truth |= {kind.replace("_", "-"): count for kind, count in counts.items()}
+    return record(
+        "mine:simulate",
+        scene,
         outcome=outcome,
         reason=reason,
-        truth_counts={"ball-ball": 0, "ball-cushion": 0}
-        | {k.replace("_", "-"): v for k, v in counts.items()},
+        truth_counts=truth,
         rest_positions=np.zeros((len(scene.balls), 3)),
     )
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from step_rules import asked_of_all
+from stored_records import record
 
 from ghostball.model import Ball, Result, Scene, Status, Table
 from ghostball.reference_adapters.ghostball import GhostballEngine
@@ -206,7 +207,7 @@ def test_what_failed_runs_again_until_it_does_not(
 
 def test_only_an_end_that_comes_again_is_reused(tmp_path: Path) -> None:
     stands = ResultsWriter(tmp_path).stands
-    case = CaseRecord("s", "", (), {}, "e", "e", "ran", status="rest")
+    case = record(status="rest")
     assert stands(case)
     assert stands(replace(case, status="t-max"))
     for status in Status:  # a limit may be one of time

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 from commands import refused
-from stored_results import cut_short
+from stored_records import cut_short
 from typer.testing import CliRunner
 
 from ghostball.cli import app

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 from commands import refused
 from gate_commands import BASELINES, accept, cli, contents, regress, write_config
-from stored_results import in_database
+from stored_records import in_database
 
 from ghostball.validation.baselines import load_regression
 from ghostball.validation.baselines.accept import CHANGES_FILE

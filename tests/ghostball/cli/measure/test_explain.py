@@ -5,7 +5,7 @@ import json
 from functools import partial
 
 import pytest
-from stored_cases import record, written
+from stored_records import record, written
 
 from ghostball.cli.measure.explain import _worst_scene
 from ghostball.validation.results.records import Accuracy, Check
@@ -105,12 +105,12 @@ BROKEN_LIMIT = Check("rest_error_max", 2e-3, "at_most", 1e-3, "m", passed=False,
     ],
 )
 def test_the_worst_scene_is_that_of_the_worst_accuracy_of_any_kind(tmp_path, found, worst):
-    cases = [record(scene=name, accuracy=Accuracy(kind)) for name, kind in found.items()]
+    cases = [record("pymunk", name, accuracy=Accuracy(kind)) for name, kind in found.items()]
     written(tmp_path, *cases, record("ghostball", "break-7", accuracy=Accuracy("broken")))
     assert _worst_scene(tmp_path, "pymunk") == worst
 
 
 def test_a_scene_that_breaks_a_limit_is_worse_than_one_that_breaks_none(tmp_path):
-    held = record(scene="stop", accuracy=Accuracy("millimetres", 2e-3), checks=(BROKEN_LIMIT,))
-    written(tmp_path, held, record(scene="draw", accuracy=Accuracy("another shot")))
+    held = record("pymunk", "stop", accuracy=Accuracy("millimetres", 2e-3), checks=(BROKEN_LIMIT,))
+    written(tmp_path, held, record("pymunk", "draw", accuracy=Accuracy("another shot")))
     assert _worst_scene(tmp_path, "pymunk") == "stop"

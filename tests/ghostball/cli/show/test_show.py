@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 from commands import refused
-from stored_results import cut_short, in_database
+from stored_records import cut_short, in_database
 
 from ghostball.cli.show.init import UNKNOWN, repository
 from ghostball.validation import scene_names
