@@ -32,7 +32,7 @@ NAMES = tuple(scene.name for scene in select())
 ON_BOARD = [path for path in shipped_scenes() if path.parent.name == BOARD]
 OF_SUITE = [path for path in shipped_scenes() if path not in ON_BOARD]
 
-RESTING_CONTACT = {"push", "wedged"}
+RESTING_CONTACT = {"push", "push-unequal", "wedged"}
 """Scenes with a closed form in which balls stay in contact under a force."""
 
 

@@ -50,23 +50,25 @@ def collision_with_two(setup: Setup) -> Outcome:
 
 
 def pushed_along(setup: Setup) -> Outcome:
-    """Let a ball with topspin, at rest, push the equal ball in front of it along +x.
+    """Let a ball with topspin, at rest, push the ball in front of it along +x.
 
-    Its friction mu_s m g moves both as long as it slides, and the ball in front, which rolls,
-    answers with (7/5) m and its own resistance:
+    Its friction mu_s m1 g moves both as long as it slides, and the ball in front, which rolls,
+    answers with (7/5) m2 and its own resistance:
 
-        lambda = (7/5) m (a + mu_r g),  m a = mu_s m g - lambda  =>  a = (5 mu_s - 7 mu_r) g / 12
+        lambda = (7/5) m2 (a + mu_r g),  m1 a = mu_s m1 g - lambda
+        =>  a = (5 mu_s m1 - 7 mu_r m2) g / (5 m1 + 7 m2)
 
     The slide ends where a t = R w0 - (5/2) mu_s g t. From there both roll at one speed and slow at
     one rate: they touch, and push no more, until they rest. There is no impact.
     """
     (back, front), (spin, _), (radius, _) = setup.positions, setup.spins, setup.radii
+    mass, pushed = setup.masses
     if setup.verify:
         _make_sure_touching(setup)
         if not spin[1] > 0:
             raise OrderError("the first ball must have topspin towards the second")
     slide, roll = cloth_of(setup, 0).sliding, cloth_of(setup, 0).rolling
-    together = (5 * slide - 7 * roll) / 12
+    together = (5 * slide * mass - 7 * roll * pushed) / (5 * mass + 7 * pushed)
     if not together > 0:
         raise OrderError("the push must be stronger than rolling resistance")
     gripping = radius * spin[1] / (together + 5 * slide / 2)
@@ -111,7 +113,7 @@ def _make_sure_symmetric(setup: Setup) -> None:
 
 
 def _make_sure_touching(setup: Setup) -> None:
-    """Make sure that two equal balls rest on one line along x, and touch up to a rounding."""
+    """Make sure that two balls on one cloth rest on a line along x, and touch up to a rounding."""
     if len(setup.positions) != 2 or not setup.slides:
         raise OrderError("needs two balls that may slide")
     (a, b), reach = setup.positions, setup.radii[0] + setup.radii[1]
@@ -122,6 +124,5 @@ def _make_sure_touching(setup: Setup) -> None:
         raise OrderError("the balls must be at rest")
     if any(setup.spins[0][::2]) or any(setup.spins[1]):
         raise OrderError("the first ball must spin about y, and nothing else spin")
-    shared = (setup.masses, setup.radii, setup.rolling_frictions, setup.sliding_frictions)
-    if any(len(set(values)) > 1 for values in shared):
-        raise OrderError("the balls must be equal")
+    if any(len(set(of)) > 1 for of in (setup.rolling_frictions, setup.sliding_frictions)):
+        raise OrderError("the cloth must slow both balls alike")

@@ -129,6 +129,7 @@ FORMS: Mapping[str, Form] = {
     "frozen-to-cushion": Form(_squeezed_out),
     **dict.fromkeys(_PAIRS, Form(_separate_pairs, motion="sliding")),
     "push": Form(pushed_along, motion="sliding"),
+    "push-unequal": Form(pushed_along, motion="sliding"),
     "wedged": Form(wedged, motion="sliding"),
     **dict.fromkeys(_ROLLING_IN_AIR, Form(alone_in_air, air=True)),
     **dict.fromkeys(_SLIDING_IN_AIR, Form(alone_in_air, motion="sliding", air=True)),
