@@ -22,7 +22,7 @@ from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.running.skips import Skip
 from ghostball.model import Ball, EventKind, ExactTrajectory, Physics, Result, Scene, Status, Table
 from ghostball.validation.baselines.baseline import Accepted, Baseline, load_baseline
-from ghostball.validation.baselines.compare import Log, Played
+from ghostball.validation.baselines.played import Log, Played
 from ghostball.validation.scenes.random_scenes import ASPECTS, random_scene
 
 FOUND = {

@@ -15,7 +15,8 @@ from ghostball.model import EVENT_DTYPE, Ball, EventKind, Events, Result, Scene,
 from ghostball.model.hashes import bits_hash, sequence_hash
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.baselines.baseline import KEPT_EVENTS, Accepted
-from ghostball.validation.baselines.compare import Log, Played, compare
+from ghostball.validation.baselines.compare import compare
+from ghostball.validation.baselines.played import Log, Played
 from ghostball.validation.baselines.regression import Regression, SceneChange
 from ghostball.validation.baselines.rounding import Allowance, allowance_of
 from ghostball.validation.results.records import Accuracy, CaseRecord, status_name

@@ -18,8 +18,9 @@ from ghostball.validation.baselines.accept import (
     accept,
 )
 from ghostball.validation.baselines.baseline import load_baseline
-from ghostball.validation.baselines.compare import Played, compare
+from ghostball.validation.baselines.compare import compare
 from ghostball.validation.baselines.gate import Gate, compare_case, compare_results
+from ghostball.validation.baselines.played import Played
 from ghostball.validation.baselines.regression import (
     FirstDifference,
     Quantity,

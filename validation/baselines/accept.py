@@ -95,34 +95,31 @@ def accept(
         )
     regression = _regression_in(results, gate)
     accepted, run = accepted_now(regression.head, reason), Results.open(results)
-    candidates = [one for one in regression.scenes if one.can_be_accepted]
-    left = [one for one in candidates if not _is_any(one.scene, only) and _is_left(one, gate)]
-    baselines = {
-        one.scene: _baseline_of(one, run, accepted, gate)
-        for one in candidates
-        if _is_any(one.scene, only)
-    }
-    chosen = [
-        one
-        for one in candidates
-        if one.scene in baselines and not _was_accepted(one, baselines[one.scene], gate)
-    ]
     asked = [one for one in regression.scenes if _is_any(one.scene, only)]
-    lost = [one for one in asked if one.failed and not one.head_hash]
-    unsteady = [one.scene for one in asked if one.change == "not-deterministic"]
-    if unsteady:
+    if unsteady := [one.scene for one in asked if one.change == "not-deterministic"]:
         raise RefusedError(
             f"engine `{gate.engine}` gives a different result each time it simulates "
             f"{', '.join(unsteady)}, so no baseline holds. Make it deterministic, and run "
             "`ghostball regress` again. To accept other scenes, name them"
         )
+    others = (one for one in regression.scenes if one not in asked and one.can_be_accepted)
+    left = tuple(one.scene for one in others if _is_left(one, gate))
+    baselines = {
+        one.scene: _baseline_of(one, run, accepted, gate) for one in asked if one.can_be_accepted
+    }
+    chosen = [
+        one
+        for one in asked
+        if one.scene in baselines and not _was_accepted(one, baselines[one.scene], gate)
+    ]
+    lost = [one for one in asked if one.failed and not one.head_hash]
     if not chosen:
         if lost:
             said = "; ".join(f"{one.scene}: {one.summary}" for one in lost)
             raise RefusedError(f"{gate.engine}: {said}. Fix it, and run `ghostball regress` again")
-        names = ", ".join(one.scene for one in left) or "nothing"
         raise NothingToAcceptError(
-            f'nothing to accept matches "{" ".join(only)}"; what there is to accept: {names}'
+            f'nothing to accept matches "{" ".join(only)}"; what there is to accept: '
+            f"{', '.join(left) or 'nothing'}"
         )
     broken = [one for one in chosen if one.broken]
     if not even_though_limits_fail:
@@ -131,13 +128,8 @@ def accept(
     changelog = gate.folder / CHANGES_FILE
     texts[changelog] = _with_entry(changelog, _entry(accepted, chosen))
     _write(texts)
-    return Acceptance(
-        tuple(one.scene for one in chosen),
-        tuple(one.scene for one in left),
-        tuple(broken),
-        tuple(lost),
-        changelog,
-    )
+    written = tuple(one.scene for one in chosen)
+    return Acceptance(written, left, tuple(broken), tuple(lost), changelog)
 
 
 def _regression_in(results: Path, gate: Gate) -> Regression:

@@ -26,7 +26,7 @@ from pydantic import Field, PlainSerializer, PlainValidator, ValidationError
 from ghostball.model import EVENT_DTYPE, EventKind, Events, GhostballError
 from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.registry import OURS, engine_name, parse_spec, spec_of
-from ghostball.validation.baselines.compare import Log, Played
+from ghostball.validation.baselines.played import Log, Played
 from ghostball.validation.baselines.regression import Model
 from ghostball.validation.results.files import describe_validation_error
 from ghostball.validation.results.records import CaseRecord

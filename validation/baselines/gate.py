@@ -37,7 +37,8 @@ from ghostball.validation.baselines.baseline import (
     engine_key,
     load_baseline,
 )
-from ghostball.validation.baselines.compare import Log, Played, compare
+from ghostball.validation.baselines.compare import compare
+from ghostball.validation.baselines.played import Log, Played
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Change,
@@ -137,7 +138,7 @@ def compare_results(
             if never or (only is not None and name not in only):
                 continue
             change, warning = _compare(played, gate, environment, play_again)
-            changes.append(_judged(change, gate, fail_on, case.checks))
+            changes.append(_judged(change, gate, fail_on, case.broken))
             warnings += warning
             cases.append(case)
     compared = {one.scene for one in changes}
@@ -255,12 +256,12 @@ def _many_ball_run(scene: Scene) -> Played:
 
 
 def _judged(
-    change: SceneChange, gate: Gate, fail_on: FailOn, checks: Sequence[Check] = ()
+    change: SceneChange, gate: Gate, fail_on: FailOn, broken: Sequence[Check] = ()
 ) -> SceneChange:
-    """Return a change with what the gate says of it, and of the limits of the scene."""
-    if broken := tuple(check.sentence for check in checks if check.passed is False):
-        summary = f"{change.summary}; breaks its limits: {'; '.join(broken)}"
-        change = change.model_copy(update={"summary": summary, "broken": broken})
+    """Return a change with what the gate says of it, and of the limits that are broken."""
+    if sentences := tuple(check.sentence for check in broken):
+        summary = f"{change.summary}; breaks its limits: {'; '.join(sentences)}"
+        change = change.model_copy(update={"summary": summary, "broken": sentences})
     fails = change.fails(fail_on, ours=gate.label == OURS)
     return change.model_copy(update={"failed": fails})
 
@@ -300,12 +301,7 @@ def _compare(
     if baseline is None:
         change, why = uncompared
         return SceneChange(**facts, change=change, summary=why), []
-    found = compare(
-        baseline.played,
-        played,
-        lambda: allowance(scene, gate.label, played.log().events, record.rest_time or 0.0),
-        facts["command"],
-    )
+    found = compare(baseline.played, played, lambda: allowance(played), facts["command"])
     ours, platform = gate.label == OURS, baseline.accepted.platform
     if found.fails("changed", ours=ours) and platform != _platform_of(environment):
         promise = "; Ghostball's results are bit-identical on all platforms" * ours

@@ -15,6 +15,7 @@ import numpy as np
 from ghostball.model import Events, Scene, UnsupportedSceneError
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.registry import OURS, make_engine
+from ghostball.validation.baselines.played import Played
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
@@ -68,17 +69,16 @@ class Allowance:
         return f"the allowance for rounding is from {_SOURCES[self.source]}"
 
 
-def allowance(scene: Scene, label: str, events: Events, rest_time: float) -> Allowance:
-    """Return what rounding explains in a shot that an engine, ours or another, played.
-
-    `label`: the engine, as it was asked for.
-    `events`, `rest_time` [s]: of its run.
-    """
-    if label == OURS:
+def allowance(played: Played) -> Allowance:
+    """Return what rounding explains in a run of an engine, ours or another."""
+    record = played.record
+    scene = record.load_scene()
+    if record.label == OURS:
         return allowance_of(scene)
-    step = step_of(make_engine(label))
+    step = step_of(make_engine(record.label))
     # Its own count of its steps would widen its allowance without bound.
-    return allowance_of_other(scene, events, 0.0 if step is None else rest_time / step)
+    steps = 0.0 if step is None else (record.rest_time or 0.0) / step
+    return allowance_of_other(scene, played.log().events, steps)
 
 
 def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:

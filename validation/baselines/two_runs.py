@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from ghostball.validation.baselines.compare import Played, compare
+from ghostball.validation.baselines.compare import compare
+from ghostball.validation.baselines.played import Played
 from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.baselines.rounding import allowance
 from ghostball.validation.checks.verdict import FAILING, unfinished_text, verdict_of
@@ -56,20 +57,14 @@ def changes_of(base: Results, head: Results, pairs: Sequence[Pair]) -> list[Scen
 def _change(base: Results, one: CaseRecord, head: Results, two: CaseRecord) -> SceneChange:
     before, after = Played.stored(base, one), Played.stored(head, two)
     if one.label == two.label:
-        found = compare(
-            before,
-            after,
-            lambda: allowance(
-                two.load_scene(), two.label, after.log().events, two.rest_time or 0.0
-            ),
-        )
+        found = compare(before, after, lambda: allowance(after))
     else:
         found = compare(before, after)
     label = " -> ".join(dict.fromkeys([one.label, two.label]))
     if found.change == "not-comparable":
         return found.model_copy(update={"label": label})
     fails = verdict_of(two) in FAILING and verdict_of(one) not in FAILING
-    broken = [check.sentence for check in two.checks if check.passed is False] if fails else []
+    broken = [check.sentence for check in two.broken] if fails else []
     broken += [why] if fails and (why := unfinished_text(two)) else []
     kinds = [case.accuracy.kind for case in (one, two) if case.accuracy is not None]
     drops = len(kinds) == 2 and ACCURACY_KINDS.index(kinds[0]) < ACCURACY_KINDS.index(kinds[1])

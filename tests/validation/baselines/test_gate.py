@@ -14,8 +14,8 @@ from ghostball.model import EngineFailedError, UnsupportedSceneError
 from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, RefusedError
 from ghostball.validation.baselines.baseline import Baseline, baseline_path, load_baseline
-from ghostball.validation.baselines.compare import Played
 from ghostball.validation.baselines.gate import outcome_of, playing_again
+from ghostball.validation.baselines.played import Played
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
 

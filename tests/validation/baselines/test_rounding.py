@@ -14,7 +14,8 @@ from ghostball.engine import simulate
 from ghostball.engine.sensitivity import TangentMap
 from ghostball.model import Scene
 from ghostball.reference_adapters.function import engine_of
-from ghostball.validation.baselines.compare import Log, Played, compare
+from ghostball.validation.baselines.compare import compare
+from ghostball.validation.baselines.played import Log, Played
 from ghostball.validation.baselines.rounding import (
     UNAMPLIFIED,
     allowance,
@@ -139,12 +140,13 @@ def test_in_air_the_proof_says_how_far_the_end_may_move():
 
 def test_a_time_stepping_engine_may_round_in_every_step():
     scene = gate.cut_shot()
-    events = gate.played(scene).log().events
+    run = gate.having(gate.played(scene), rest_time=1.0)
+    events = run.log().events
     exact = allowance_of_other(scene, events)
-    assert np.array_equal(allowance(scene, "ghostball", events, 1.0).rest, exact.rest)
+    assert np.array_equal(allowance(run).rest, exact.rest)
     for steps, times in ((10, 1.0), (3200, 100.0)):
         found = allowance_of_other(scene, events, steps)
-        again = allowance(scene, f"pymunk:dt={1.0 / steps!r}", events, 1.0)
+        again = allowance(gate.having(run, label=f"pymunk:dt={1.0 / steps!r}"))
         assert again.rest == pytest.approx(found.rest)
         assert found.event_times == pytest.approx(times * exact.event_times)
         assert found.rest == pytest.approx(times * exact.rest)
