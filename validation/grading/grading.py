@@ -36,12 +36,7 @@ from ghostball.validation.grading.event_logs import (
     events_in,
     proved_events,
 )
-from ghostball.validation.grading.gradable import (
-    Extent,
-    Gradable,
-    gradable,
-    proved_motion,
-)
+from ghostball.validation.grading.gradable import Extent, Gradable, gradable, proved_motion
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import EPS, LEAST_SLIP, TIE, UNIT_ROUNDOFF
 
@@ -148,7 +143,10 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
         told = set(result.events["kind"].tolist()) if within.sizes is not None else set()
         told |= {*COLLISION_KINDS, EventKind.POCKETED}
         kinds = [kind for kind in ALL_KINDS if kind in told]
-    logs = _logs(result, certificate, kinds)
+    logs = (
+        [one for one in proved_events(certificate) if one.kind in kinds],
+        events_in(result.events, kinds),
+    )
     negligible = [_negligible(scene, log) for log in logs]
     proved, found = (
         [one for one, but in zip(log, buts, strict=True) if not but]
@@ -186,17 +184,6 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
         errors,
         quality,
         no_quality,
-    )
-
-
-def _logs(
-    result: Result, certificate: Certificate, kinds: Sequence[EventKind]
-) -> tuple[list[Event], list[Event]]:
-    """Return the proved events and those of a run, of some kinds."""
-    assert result.events is not None
-    return (
-        [one for one in proved_events(certificate) if one.kind in kinds],
-        events_in(result.events, kinds),
     )
 
 

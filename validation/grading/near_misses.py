@@ -83,11 +83,7 @@ def gaps_of(scene: Scene, ball: int, other: Thing, centres: FloatArray) -> Float
 
 
 def looks_along(
-    scene: Scene,
-    motion: ExactTrajectory,
-    events: tuple[EventChange, ...],
-    pairs: int,
-    until: float,
+    scene: Scene, motion: ExactTrajectory, events: tuple[EventChange, ...], pairs: int, until: float
 ) -> FloatArray | None:
     """Return the events and as many instants between them as balls go fast, (k,) [s].
 

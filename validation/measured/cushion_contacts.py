@@ -93,12 +93,7 @@ def _turning_points(track: Track, surface: Surface, near: float) -> Iterator[tup
 
 
 def _meets(
-    track: Track,
-    others: list[Track],
-    first: float,
-    last: float,
-    surface: Surface,
-    windows: Windows,
+    track: Track, others: list[Track], first: float, last: float, surface: Surface, windows: Windows
 ) -> bool:
     """Whether the ball may meet another one from `first` to `last`, or it isn't known."""
     seen = track.between(first, last)

@@ -156,10 +156,7 @@ def _throws(player: Player, balls: Settings, rows: Rows) -> Figures:
     physics = Physics(motion="sliding", **balls, **player.any_cushion("banks-pool"))
     yield [
         _without_error(
-            row,
-            value,
-            throw_angle(player.play, physics, row.place, cut),
-            f"cut of {cut:g} degrees",
+            row, value, throw_angle(player.play, physics, row.place, cut), f"cut of {cut:g} degrees"
         )
         for row in rows
         for cut, value in ((30.0, row.value), (45.0, row.also["at_45_degrees"]))
@@ -184,8 +181,7 @@ def _of_balls(preset: str) -> Settings:
 
 MEASUREMENTS: Final[
     Mapping[
-        str,
-        tuple[Callable[[Player], Settings | None], Callable[[Player, Settings, Rows], Figures]],
+        str, tuple[Callable[[Player], Settings | None], Callable[[Player, Settings, Rows], Figures]]
     ]
 ] = {
     "cushion-carom": (lambda player: player.cushion("cushion-carom"), _carom_rebounds),

@@ -8,11 +8,7 @@ from typing import Final
 import numpy as np
 
 from ghostball.model import Physics, Table
-from ghostball.validation.measured.cushion_contacts import (
-    CushionContact,
-    Windows,
-    cushion_contacts,
-)
+from ghostball.validation.measured.cushion_contacts import CushionContact, Windows, cushion_contacts
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.family import Measured
 from ghostball.validation.measured.play import (

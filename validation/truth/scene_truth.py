@@ -307,11 +307,7 @@ def _from_proof(proof: Certificate, proved: Result) -> Truth:
 
 
 def _from_form(
-    scene: Scene,
-    form: ClosedForm,
-    ours: Result | None,
-    proved: Result | None,
-    missing: str,
+    scene: Scene, form: ClosedForm, ours: Result | None, proved: Result | None, missing: str
 ) -> Truth:
     """Return a closed form; what it leaves open is from a whole proof, else from our engine."""
     rest = ours if proved is None else proved

@@ -65,9 +65,7 @@ IN_AIR = {
         t_max=2.0,
     ),
     "a bounce off a cushion": scene_of(
-        ball((2.0, 0.6), (3.0, 0.7), angular_velocity=(-10.0, 20.0, 30.0)),
-        table=POOL_TABLE,
-        **AIR,
+        ball((2.0, 0.6), (3.0, 0.7), angular_velocity=(-10.0, 20.0, 30.0)), table=POOL_TABLE, **AIR
     ),
     "a cut of sliding balls": scene_of(
         ball((0.5, 0.6), (2.0, 0.0), angular_velocity=(10.0, -30.0, 20.0)),

@@ -12,10 +12,7 @@ from grades import clean, grade, run_and_proof, without_event
 from shots import kept_scene
 
 from ghostball.engine import simulate
-from ghostball.reference_adapters.certified import (
-    CertifiedSettings,
-    certify,
-)
+from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.tolerances import ROUNDINGS
 from ghostball.validation.scenes.library import find_scene

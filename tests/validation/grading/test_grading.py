@@ -15,11 +15,7 @@ from shots import ball, scene_of
 from ghostball.engine import simulate
 from ghostball.model import EventKind, GhostballError, Result, Scene
 from ghostball.reference_adapters import make_engine
-from ghostball.reference_adapters.certified import (
-    CertifiedSettings,
-    Enclosure,
-    certify,
-)
+from ghostball.reference_adapters.certified import CertifiedSettings, Enclosure, certify
 from ghostball.validation.grading.grading import _distance
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF

@@ -232,11 +232,7 @@ def test_pymunk_on_a_round_post_is_not_called_wrong() -> None:
 def spun(spin: float, *others: Ball) -> Scene:
     """Return a scene whose first ball stands, and rolls away by its spin alone."""
     first = Ball(
-        id="a",
-        position=(0.0, 0.0),
-        angular_velocity=(0.0, spin, 0.0),
-        radius=RADIUS,
-        mass=0.17,
+        id="a", position=(0.0, 0.0), angular_velocity=(0.0, spin, 0.0), radius=RADIUS, mass=0.17
     )
     return Scene(name="spun", physics=Physics(preset="pool"), balls=[first, *others])
 
@@ -250,9 +246,7 @@ def test_what_a_ball_passes_while_its_spin_speeds_it_up_is_seen() -> None:
     assert np.isfinite(lateness.margins.since).all()
 
 
-def test_a_shot_that_is_too_long_to_look_at_has_no_margins(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_shot_that_is_too_long_to_look_at_has_no_margins(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ghostball.validation.grading.near_misses._MOST_NUMBERS", 1000)
     lateness = truth_of(spun(100.0, ball("b", 0.28, 0.1))).lateness
     assert lateness is not None

@@ -19,12 +19,7 @@ from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.reference_adapters.certified import certify
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.stress import Size
-from ghostball.validation.truth.closed_forms import (
-    DIGITS,
-    ClosedForm,
-    closed_form,
-    has_closed_form,
-)
+from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
 from ghostball.validation.truth.closed_forms._setup import numbers_of
 from ghostball.validation.truth.scene_truth import truth_of
 

@@ -178,11 +178,7 @@ class _Fitting:
         )
 
     def _keep(
-        self,
-        family: str,
-        fields: Sequence[Field],
-        solution: Solution,
-        moves: Mapping[str, float],
+        self, family: str, fields: Sequence[Field], solution: Solution, moves: Mapping[str, float]
     ) -> None:
         """Keep what a family told, for the fit and as what is assumed in the next families.
 
@@ -336,10 +332,7 @@ class _Fitting:
         return values
 
     def _solve(
-        self,
-        family: str,
-        fields: Sequence[Field],
-        befores: Sequence[FloatArray] | None = None,
+        self, family: str, fields: Sequence[Field], befores: Sequence[FloatArray] | None = None
     ) -> Solution:
         """Return the best values of some fields by a family; the others stay."""
         self._player.begin(family)

@@ -9,11 +9,7 @@ from itertools import chain, permutations
 import numpy as np
 
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.measured.cushion_contacts import (
-    CushionContact,
-    Windows,
-    cushion_contacts,
-)
+from ghostball.validation.measured.cushion_contacts import CushionContact, Windows, cushion_contacts
 from ghostball.validation.measured.fit.events import (
     SIDE,
     CushionEvent,

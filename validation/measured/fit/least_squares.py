@@ -223,10 +223,7 @@ class Problem:
         )
 
     def _better(
-        self,
-        values: FloatArray,
-        found: Sequence[_Nearest],
-        slopes: FloatArray,
+        self, values: FloatArray, found: Sequence[_Nearest], slopes: FloatArray
     ) -> tuple[FloatArray, Sequence[_Nearest], bool]:
         """Return better values, what was before each event then, and whether these are settled.
 
@@ -323,10 +320,7 @@ def _left(found: Sequence[_Nearest]) -> FloatArray:
 
 
 def covariance_of(
-    slopes: FloatArray,
-    left: FloatArray,
-    shots: Sequence[str],
-    precisions: FloatArray | None = None,
+    slopes: FloatArray, left: FloatArray, shots: Sequence[str], precisions: FloatArray | None = None
 ) -> FloatArray:
     """Return the covariance (p, p) of values: how far each shot, and what is assumed, moves them.
 

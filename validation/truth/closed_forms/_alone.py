@@ -141,10 +141,7 @@ def _end_of_flight(setup: Setup, ball: int) -> _End:
     for segment, after in pairwise(path):
         # A parabola lies within its ends and where the tangents there meet.
         half = (after.start - segment.start) / 2
-        hull += [
-            along(segment.state.position, half, segment.state.velocity),
-            after.state.position,
-        ]
+        hull += [along(segment.state.position, half, segment.state.velocity), after.state.position]
     return _End(path[-1].state.position, time + time_to_rest(path, cloth), hull)
 
 

@@ -75,8 +75,7 @@ def pushed_along(setup: Setup) -> Outcome:
     speed = together * gripping
     travelled = together * gripping**2 / 2 + speed**2 / (2 * roll)
     return Outcome.at_rest(
-        ((back[0] + travelled, back[1]), (front[0] + travelled, front[1])),
-        gripping + speed / roll,
+        ((back[0] + travelled, back[1]), (front[0] + travelled, front[1])), gripping + speed / roll
     )
 
 
