@@ -84,14 +84,15 @@ class Overall:
         return self.word.partition(_BESIDES)[0]
 
 
-def overall(results: Results | None, *regressions: Regression) -> Overall:
+def overall(results: Results | None, *regressions: Regression | None) -> Overall:
     """Return the verdict on a whole run: the word names both answers, the sign is the worse one's.
 
     `results`: None where a comparison stands alone.
-    `*regressions`: of each engine that was compared; there is one, or results.
+    `*regressions`: of each engine that was compared, None of one that wasn't; there is one, or
+        results.
     """
     limits = None if results is None else of_limits(results)
-    found = [of_comparison(one) for one in regressions]
+    found = [of_comparison(one) for one in regressions if one is not None]
     compared = min(found, key=lambda one: _SIGNS.index(one.sign), default=None)
     answers = [answer for answer in (limits, compared) if answer is not None]
     sign = min((answer.sign for answer in answers), key=_SIGNS.index)

@@ -133,7 +133,7 @@ def page_text(
         render(
             "page.html",
             title=_title(results, regression),
-            overall=overall(results, *([] if regression is None else [regression])),
+            overall=overall(results, regression),
             about=Environment.model_validate(results.environment),
             missing=failed_text(failed) if failed else "",
             styles=[asset("page.css"), asset("replay.css"), Markup(engine_css(results.labels))],
@@ -159,7 +159,7 @@ def _ledgers(results: Results, scenes: Mapping[str, ScenePart]) -> dict[str, Ene
 
 def _title(results: Results, regression: Regression | None) -> str:
     scenes = many(len(results.scene_names), "scene")
-    word = overall(results, *([] if regression is None else [regression])).word
+    word = overall(results, regression).word
     return f"{word}: {scenes} - Ghostball validation report"
 
 

@@ -31,7 +31,7 @@ def verdict_html(results: Results, regression: Regression | None) -> Markup:
     left_out = sum(len(case.left_out) for case in results.cases)
     return render(
         "verdict.html",
-        overall=overall(results, *([] if regression is None else [regression])),
+        overall=overall(results, regression),
         engines=engines_html(results),
         incomplete=incomplete_text(results),
         counts=counts_text(results),

@@ -9,9 +9,10 @@ PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobil
 # `open_page` fails a test whose page says anything on the console, or asks for another file.
 
 
+@pytest.mark.parametrize("scene", [None, CUT])
 @pytest.mark.parametrize("size", [{}, PHONE])
-def test_the_whole_page_fits_the_screen(open_page, size):
-    page = open_page(**size)
+def test_the_whole_page_fits_the_screen(open_page, size, scene):
+    page = open_page(scene, **size)
     for scheme in ("light", "dark"):
         page.emulate_media(color_scheme=scheme)
         wide = page.evaluate(
@@ -94,6 +95,9 @@ def test_what_scenes_are_called_never_runs(open_page):
     page = open_page("hostile")
     assert page.evaluate("typeof pwned") == "undefined"
     assert HOSTILE in page.locator("#scene\\=hostile").inner_text()
+    replay = page.locator("[data-replay='replay-hostile']")
+    assert replay.locator("img").count() == 0
+    assert "<img" in replay.locator(".gb-log").inner_text()
 
 
 def test_without_scripts_every_scene_is_there_to_read(open_page, results):

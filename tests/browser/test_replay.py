@@ -7,7 +7,6 @@ from replay_run import BREAKS_AT, BROKEN, ENGINES
 from ghostball.reports.page.replay_tracks import TOLERANCE
 
 CUT, DRAW, CHAIN, JUMP = "half-ball-cut", "draw-shot", "three-ball-chain", "flight-jump"
-PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
 def replay_of(page, scene=CUT):
@@ -251,22 +250,6 @@ def test_what_cannot_be_replayed_says_so(open_page, change, words):
         }}"""
     )
     assert said == words
-
-
-def test_names_are_text_whatever_they_hold(open_page):
-    page = open_page("hostile")
-    assert page.evaluate("typeof pwned") == "undefined"
-    assert replay_of(page, "hostile").locator("img").count() == 0
-    assert "<img" in replay_of(page, "hostile").locator(".gb-log").inner_text()
-
-
-@pytest.mark.parametrize("size", [{}, PHONE])
-def test_nothing_is_wider_than_the_screen(open_page, size):
-    page = open_page(CUT, **size)
-    seek(page, 1.5)
-    for scheme in ("light", "dark"):
-        page.emulate_media(color_scheme=scheme)
-        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 def redrawn(page):

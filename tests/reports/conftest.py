@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from page_texts import page_of
 from written_results import LABELS, SHOTS, write_results
 
 from ghostball.model import EVENT_DTYPE, Result, SampledTrajectory, Status, initial_state
@@ -17,10 +18,22 @@ def results_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_results(tmp_path_factory.mktemp("results"), list(SHOTS), LABELS)
 
 
-@pytest.fixture(scope="module")
-def module_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three scenes on all engines, to write one report into."""
+@pytest.fixture(scope="session")
+def results(results_folder: Path) -> Results:
+    """Nine scenes on seven engines."""
+    return Results.open(results_folder)
+
+
+@pytest.fixture(scope="session")
+def three_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three scenes on all engines, to write reports into."""
     return write_results(tmp_path_factory.mktemp("three"), ["stop", "head-on", "break-7"], LABELS)
+
+
+@pytest.fixture(scope="session")
+def html(three_folder: Path) -> str:
+    """A whole page: some cases pass, some fail, one crashed, one can't be represented."""
+    return page_of(three_folder)
 
 
 @pytest.fixture
@@ -30,9 +43,9 @@ def small_folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def result(results_folder):
+def result(results):
     """A result, as an engine returns it."""
-    shot = load_shot(Results.open(results_folder), "head-on")
+    shot = load_shot(results, "head-on")
     motion, state = shot.ours.motion, initial_state(shot.scene)
     return Result(
         engine="ghostball",

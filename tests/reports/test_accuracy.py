@@ -14,12 +14,6 @@ from ghostball.reports.accuracy import (
     wrong_text,
 )
 from ghostball.validation.results.records import Accuracy, Check
-from ghostball.validation.results.store import Results
-
-
-@pytest.fixture(scope="module")
-def results(results_folder):
-    return Results.open(results_folder)
 
 
 @pytest.fixture(scope="module")

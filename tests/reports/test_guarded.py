@@ -51,13 +51,12 @@ PARTS = {
 }
 
 
-@pytest.mark.usefixtures("without_run_figures")
 def test_each_section_costs_itself_alone(small_folder, monkeypatch):
-    write_report(small_folder)
+    write_report(small_folder, figures="none")
     whole = (small_folder / PAGE).read_text(encoding="utf-8")
     for name in PARTS:
         monkeypatch.setattr(page, name, fail)
-    failed, html = written(small_folder)
+    failed, html = written(small_folder, figures="none")
     assert failed == [f'section "{heading}" of report.html' for heading in PARTS.values()]
     assert "<b>" not in html
     for heading in PARTS.values():
@@ -70,15 +69,18 @@ def test_each_section_costs_itself_alone(small_folder, monkeypatch):
     assert missing in html
 
 
-@pytest.mark.usefixtures("without_run_figures")
-def test_a_scene_costs_itself_alone(module_folder, monkeypatch):
-    real = report.scene_part
-    monkeypatch.setattr(
-        report,
-        "scene_part",
-        lambda shot, *rest: fail() if shot.scene.name == "stop" else real(shot, *rest),
-    )
-    failed, html = written(module_folder)
+def unless_stop(real, name_of):
+    """Return a function that fails in the scene "stop" alone."""
+    return lambda *given: fail() if name_of(*given) == "stop" else real(*given)
+
+
+@pytest.mark.parametrize(
+    ("part", "name_of"),
+    [("scene_part", lambda shot, *_: shot.scene.name), ("load_shot", lambda _, name: name)],
+)
+def test_a_scene_costs_itself_alone(three_folder, monkeypatch, part, name_of):
+    monkeypatch.setattr(report, part, unless_stop(getattr(report, part), name_of))
+    failed, html = written(three_folder, figures="none")
     assert failed == ["part of report.html on scene stop"]
     start = html.index('id="scene=stop"')
     assert SAID in html[start : html.index("</section>", start)]
@@ -88,12 +90,10 @@ def test_a_scene_costs_itself_alone(module_folder, monkeypatch):
     assert html.count('<section class="scene"') == 3
 
 
-def test_a_figure_costs_itself_alone(module_folder, monkeypatch):
-    real = report.draw_sheet
-    monkeypatch.setattr(
-        report, "draw_sheet", lambda shot: fail() if shot.scene.name == "stop" else real(shot)
-    )
-    failed, html = written(module_folder)
+def test_a_figure_costs_itself_alone(three_folder, monkeypatch):
+    name_of = lambda shot: shot.scene.name  # noqa: E731
+    monkeypatch.setattr(report, "draw_sheet", unless_stop(report.draw_sheet, name_of))
+    failed, html = written(three_folder)
     assert failed == ["figure stop-sheet"]
     assert "stop-sheet.png" not in html
     assert "head-on-sheet.png" in html
@@ -101,31 +101,24 @@ def test_a_figure_costs_itself_alone(module_folder, monkeypatch):
     assert html.count('<section class="scene"') == 3
 
 
-@pytest.mark.usefixtures("without_run_figures")
-def test_a_process_that_crashes_costs_its_part_alone(module_folder, monkeypatch):
+def test_a_process_that_crashes_costs_its_part_alone(three_folder, monkeypatch):
     monkeypatch.setattr(report, "_make", crash_in_one_scene)
-    failed, html = written(module_folder, jobs=2)
+    failed, html = written(three_folder, jobs=2, figures="none")
     assert failed == ["part of report.html on scene stop"]
     assert "the process running it crashed (exit code 7)" in html
     assert 'data-replay="replay-head-on"' in html
 
 
-def test_what_the_user_can_mend_is_no_fault_of_a_part():
-    def damaged():
-        raise GhostballError("damaged")
+def test_a_fault_of_ghostball_is_kept_and_what_the_user_can_mend_is_raised():
+    def raising(error):
+        raise error
 
     failed = []
     with pytest.raises(GhostballError):
-        attempt("page", damaged, failed)
+        attempt("page", lambda: raising(GhostballError("damaged")), failed)
     assert failed == []
-
-
-def test_a_file_that_is_missing_is_a_fault_of_ghostball():
-    def unreadable():
-        raise FileNotFoundError(2, "No such file", "page.css")
-
-    failed = []
-    assert attempt("page", unreadable, failed) is None
+    missing = FileNotFoundError(2, "No such file", "page.css")
+    assert attempt("page", lambda: raising(missing), failed) is None
     assert [one.part for one in failed] == ["page"]
 
 
@@ -137,17 +130,6 @@ def test_a_disk_that_is_full_is_no_fault_of_a_figure(small_folder, monkeypatch):
     monkeypatch.setattr(report.style, "save_figure", save)
     with pytest.raises(GhostballError, match="stop-sheet: can't write the report: No space left"):
         write_report(small_folder)
-
-
-@pytest.mark.usefixtures("without_run_figures")
-def test_a_scene_that_cannot_be_loaded_costs_itself_alone(module_folder, monkeypatch):
-    real = report.load_shot
-    monkeypatch.setattr(
-        report, "load_shot", lambda of, name: fail() if name == "stop" else real(of, name)
-    )
-    failed, html = written(module_folder)
-    assert failed == ["part of report.html on scene stop"]
-    assert 'data-replay="replay-head-on"' in html
 
 
 def test_many_parts_are_counted_not_all_named():

@@ -17,14 +17,9 @@ from ghostball.reports.shots import (
     rest_error_text,
 )
 from ghostball.validation.checks.verdict import Verdict
-from ghostball.validation.results.store import Motion, Results
+from ghostball.validation.results.store import Motion
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes.library import find_scene
-
-
-@pytest.fixture(scope="module")
-def results(results_folder):
-    return Results.open(results_folder)
 
 
 def test_runs_are_in_the_order_that_was_asked_for_and_drawn_ours_first(results):

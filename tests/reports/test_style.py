@@ -10,7 +10,6 @@ from PIL import Image
 from ghostball.reports import style
 from ghostball.reports.figures import draw_sheet
 from ghostball.reports.shots import load_shot
-from ghostball.validation.results.store import Results
 from ghostball.validation.suite.suite import DEFAULT_ENGINES
 
 
@@ -107,21 +106,19 @@ def test_a_quantity_has_the_unit_that_suits_it(value, unit, text):
     assert style.format_quantity(value, unit) == text
 
 
-def test_the_same_figure_gives_the_same_bytes(results_folder, tmp_path):
+def test_the_same_figure_gives_the_same_bytes(results, tmp_path):
     for name in ("first", "second"):
         with style.drawing():
-            style.save_figure(
-                draw_sheet(load_shot(Results.open(results_folder), "head-on")), tmp_path / name
-            )
+            style.save_figure(draw_sheet(load_shot(results, "head-on")), tmp_path / name)
     for ending in style.FORMATS:
         first, second = (tmp_path / f"{name}.{ending}" for name in ("first", "second"))
         assert first.read_bytes() == second.read_bytes()
     assert "dc:date" not in first.read_text()
 
 
-def test_a_figure_carries_what_it_was_drawn_from(results_folder, tmp_path):
+def test_a_figure_carries_what_it_was_drawn_from(results, tmp_path):
     with style.drawing():
-        figure = draw_sheet(load_shot(Results.open(results_folder), "head-on"))
+        figure = draw_sheet(load_shot(results, "head-on"))
         png, svg = style.save_figure(figure, tmp_path / "figure", "0123abc")
     assert Image.open(png).text["Description"] == "0123abc"
     assert "<dc:description>0123abc</dc:description>" in svg.read_text()

@@ -1,11 +1,43 @@
-"""Words and numbers are the same in every report."""
+"""Fails where words, tables or text pictures say other than was found."""
+
+from __future__ import annotations
 
 from dataclasses import replace
+from typing import get_args
 
+import pytest
 from likenesses import likeness
+from regressions import quantity, regression, unchanged, uncompared, worse
 
+from ghostball.model import Scene
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.reports import shared_tables
+from ghostball.reports.outcome import (
+    CHANGES,
+    bad_cases,
+    kinds_text,
+    of_comparison,
+    of_limits,
+    overall,
+)
+from ghostball.reports.reason import reason_of
+from ghostball.reports.shared_tables import (
+    COMPARISON_HEADS,
+    SPREAD_HEADS,
+    comparison_cells,
+    spread_remarks,
+    spread_rows,
+)
+from ghostball.reports.shift import SHOTS, WIDTH, drawn, error_text, growth, shifted
+from ghostball.reports.shots import rest_error_text
 from ghostball.reports.words import likeness_cell, many, reused_text, run_time_text
+from ghostball.validation.baselines.regression import Change
+from ghostball.validation.diagnose.explanation import Explanation, explain
 from ghostball.validation.results.store import Results
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.suite.spread import QUANTITIES, SceneSpread, Spread
+
+# Words and numbers are the same in every report.
 
 
 def test_one_is_no_plural():
@@ -31,3 +63,206 @@ def test_an_engine_beside_real_tables_is_so_many_errors_off_or_lacks_it():
     assert likeness_cell(rolling) == "–"
     plain = rebound.model_copy(update={"grades": False, "unit": "degrees"})
     assert likeness_cell(plain).endswith("°")
+
+
+# Tables that the terminal and the page share: comparisons with the reference, and spreads.
+
+
+ROWS = {
+    ("stop", "pymunk"): ("2 mm", "cue", "0 / 0", "0 / 0", "0.002", "–"),
+    ("head-on", "paper-discrete"): ("30 mm", "cue", "7 / 1 ≠", "0 / 0", "0.03", "–"),
+    ("stop", "newcomer:dt=1e-3"): ("(1 mm)", "cue", "0 / 0", "0 / 0", "0.001", "–"),
+    ("break-7", "ghostball"): ("the reference", "–", "2 / –", "0 / –", "–", "–"),
+}
+"""All cells of some stored runs, by scene and engine."""
+
+
+OURS, NEAR, FAR = Spread(3.0, 0.5), Spread(3.1, 0.5, 1.0), Spread(9.0, 0.5, 12.0)
+
+
+def test_each_run_has_a_cell_for_each_heading(results):
+    cases = results.cases
+    for case in cases:
+        cells = comparison_cells(case)
+        if case.outcome != "ran":
+            assert cells is None
+            continue
+        rest, _, *counts, _, _ = cells
+        assert len(cells) == len(COMPARISON_HEADS)
+        assert rest == ("the reference" if case.is_own_measure else rest_error_text(case))
+        for kind, text in zip(("ball-ball", "ball-cushion"), counts, strict=True):
+            found, true = case.collision_counts.get(kind, 0), case.truth_counts.get(kind, 0)
+            assert text.startswith(f"{found} / ")
+            if not case.is_own_measure:
+                assert text == f"{found} / {true}" + " ≠" * (found != true)
+    by_run = {(case.scene, case.label): case for case in cases}
+    assert {key: comparison_cells(by_run[key]) for key in ROWS} == ROWS
+    case = by_run["stop", "pymunk"]
+    timed = replace(case, metrics=case.metrics | {"energy_difference_time": 1.25})
+    assert comparison_cells(timed) == (*ROWS["stop", "pymunk"][:-1], "1.25 s")
+
+
+def of(label, *, ended=5, broken=0, reasons=(), **found):
+    spread = None if ended < 2 else 0.012
+    return SceneSpread("break", label, 5, ended, broken, reasons, spread, found)
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    rest = list(QUANTITIES)[-1]
+    found = [
+        of("ghostball", **{rest: OURS}),
+        of("near", broken=2, **{rest: NEAR}),
+        of("far", **{rest: FAR}),
+        of("gone", ended=1, reasons=("it hung",)),
+    ]
+    monkeypatch.setattr(shared_tables, "spreads_of", lambda _: iter(found))
+
+
+@pytest.mark.usefixtures("shown")
+def test_a_row_has_a_cell_under_each_heading_and_a_scene_is_named_once():
+    rows = list(spread_rows(None))
+    assert {len(row) for row in rows} == {len(SPREAD_HEADS)}
+    assert [row[0] for row in rows] == ["break", "", "", ""]
+    assert [row[-1] for row in rows] == ["3 ± 0.5", "3.1 ± 0.5 (+1.0)", "≠ 9 ± 0.5 (+12.0)", "–"]
+    assert [row[2:4] for row in rows[::3]] == [["5 of 5", "12 mm"], ["1 of 5", "–"]]
+
+
+@pytest.mark.usefixtures("shown")
+def test_what_is_wrong_is_said():
+    assert list(spread_remarks(None)) == [
+        "break on near: 2 starts that end break a limit of every engine",
+        "break on gone: 4 starts without an end: it hung",
+    ]
+
+
+# The picture of rest errors before and now.
+
+
+def moved(scene: str, before: float | None, now: float | None):
+    return worse(scene, base_error=before, head_error=now)
+
+
+def test_what_got_worse_by_most_comes_first_and_what_did_not_move_is_left_out() -> None:
+    better, same, lost = moved("better", 1e-3, 1e-4), moved("same", 1e-3, 1e-3), moved("x", 1, None)
+    found = shifted(regression(better, same, worse(), lost, unchanged()))
+    assert [one.scene for one in found] == ["break-7", "better"]
+    assert [error_text(one) for one in (better, same, lost)] == ["1 mm -> 100 µm", "1 mm", ""]
+    assert growth(worse()) > 0.0 > growth(better)
+    assert growth(lost) == growth(same) == 0.0
+
+
+def test_a_place_on_the_line_is_a_power_of_ten() -> None:
+    shown = [moved("a", 1e-3, 1e-1), moved("long-name", 1e-2, 1e-2), moved("b", 1e-1, 1e-3)]
+    first, second, third, axis, *_ = drawn(shown).splitlines()
+    start = len("long-name") + 2
+    assert first[start] == "○"
+    assert first[start + WIDTH - 1] == "●"
+    assert third[start] == "●"
+    assert second[start:].index("◉") == round((WIDTH - 1) / 2)
+    assert axis.split() == ["1", "mm", "100", "mm"]
+    assert len(axis) == start + WIDTH
+
+
+def test_nothing_and_too_much_are_no_trouble() -> None:
+    assert drawn([]) == ""
+    many = [moved(f"s{k}", 0.0, 10.0**-k) for k in range(SHOTS + 3)]
+    assert drawn(many).splitlines()[-1].endswith("; 3 more moved less")
+    assert len(drawn([moved("none", 0.0, 0.0)]).splitlines()) == 4
+
+
+# A run has one verdict: the word names both answers, and the sign is the worse one's.
+
+
+PASSED = regression(unchanged(), outcome="passed")
+FAILED = regression(worse(), unchanged())
+
+
+def with_cases(results, cases, **environment):
+    return Results(results.path, cases, results.environment | environment)
+
+
+@pytest.fixture
+def judged(small_folder):
+    """One scene on three engines, the last of which breaks a limit."""
+    found = Results.open(small_folder)
+    *good, last = found.cases
+    broken = replace(last, checks=tuple(replace(one, passed=False) for one in last.checks))
+    return with_cases(found, [*good, broken])
+
+
+def test_a_run_fails_on_either_answer(judged):
+    bad = bad_cases(judged)
+    good = with_cases(judged, [case for case in judged.cases if case not in bad])
+    assert (of_limits(judged).sign, of_limits(good).sign) == ("✗", "✓")
+    found = {
+        (kept, moved): overall(judged if not kept else good, FAILED if moved else PASSED)
+        for kept in (True, False)
+        for moved in (True, False)
+    }
+    assert {key: one.sign for key, one in found.items()} == {
+        (True, False): "✓",
+        (True, True): "✗",
+        (False, False): "✗",
+        (False, True): "✗",
+    }
+    assert found[True, True].short == "Limits hold, the gate fails"
+    assert found[False, True].word == "Failed, the gate fails"
+
+
+def test_what_did_not_end_or_was_not_judged_is_no_pass(judged):
+    bad = bad_cases(judged)
+    good = [case for case in judged.cases if case not in bad]
+    assert of_limits(with_cases(judged, good, state="interrupted")).word == "Not complete"
+    assert of_limits(with_cases(judged, [])).word == "Nothing judged"
+    assert of_comparison(regression(uncompared(), outcome="no-baseline")).sign == "?"
+
+
+def test_changes_are_counted_by_class_the_gravest_first():
+    left = unchanged(failed=True, counters=(quantity(),))
+    changes = [unchanged(), left, worse(), unchanged(change="rounding")]
+    assert kinds_text(changes) == "1 worse, 1 rounding, 1 unchanged, 1 same bits, other work"
+    assert unchanged(failed=True).words == "same bits, limits broken"
+    assert all(unchanged(change=name).words == name for name in CHANGES)
+    assert {*CHANGES} == {*get_args(Change)}
+
+
+# The sentence that an explanation leads with says no more than was compared.
+
+
+STOP: Scene = find_scene("head-on")
+
+
+@pytest.fixture(scope="module")
+def explained() -> Explanation:
+    pytest.importorskip("pymunk")
+    return explain(STOP, make_engine("pymunk"), label="pymunk")
+
+
+def test_a_shot_that_was_compared_to_its_end_is_right_but_for_its_step(explained: Explanation):
+    assert reason_of(explained).startswith("pymunk is right except for its time step: ")
+
+
+@pytest.mark.parametrize("outcome", ["agrees", "step"])
+def test_of_a_shot_that_was_compared_in_part_the_rest_is_not_called_right(
+    explained: Explanation, outcome: str
+):
+    """Breaks where a break that ends metres off is called right: so it was till it began."""
+    assert explained.attribution is not None
+    part = replace(explained.attribution, outcome=outcome, instant=0.1, until="collisions differ")
+    text = reason_of(replace(explained, attribution=part))
+    assert "p to t = 100 ms" in text
+    assert "can't be compared: collisions differ" in text
+    assert "is right" not in text
+
+
+def test_a_run_that_is_wrong_on_the_way_is_not_called_right():
+    """Breaks where "is right" stands above a curve of 100 mm: only the end was compared."""
+    ours = explain(find_scene("half-ball-cut"), make_engine("ghostball"), label="mine")
+    assert reason_of(ours).startswith("mine is right: ")
+    assert ours.result.events is not None
+    events = ours.result.events.copy()
+    events["t"][:1] -= 0.01
+    text = reason_of(replace(ours, result=replace(ours.result, events=events)))
+    assert text.startswith("The final positions of mine are right (")
+    assert 'its events have "cue" hits "object" 0.01 s too early' in text

@@ -11,9 +11,6 @@ from stored_records import damage_motions, edit_records
 from ghostball.model import GhostballError
 from ghostball.reports import PAGE, write_report
 
-# The page needs no figure.
-pytestmark = pytest.mark.usefixtures("without_run_figures")
-
 SECTIONS = ["verdict", "matrix", "scenes", "failures", "numbers", "stress", "run"]
 ALWAYS = [name for name in SECTIONS if name != "stress"]
 """Those that are there whatever lies beside the results."""

@@ -13,7 +13,6 @@ from ghostball.reports.page.replay_data import MAX_EVENTS, scene_data
 from ghostball.reports.page.replay_tracks import FARTHEST, TOLERANCE
 from ghostball.reports.shots import Run, Shot, load_shot
 from ghostball.validation.results.records import Motion
-from ghostball.validation.results.store import Results
 from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes.library import find_scene
 
@@ -98,8 +97,7 @@ def test_a_ball_without_a_finite_position_is_absent_from_there_on(wrong):
     assert second["t"][-1] == pytest.approx(0.5)
 
 
-def test_a_scene_holds_every_engine_that_was_asked_for(results_folder):
-    results = Results.open(results_folder)
+def test_a_scene_holds_every_engine_that_was_asked_for(results):
     data = scene_data(load_shot(results, "head-on"), horizon=float("inf"))
     json.dumps(data, allow_nan=False)
     engines = {engine["label"]: engine for engine in data["engines"]}

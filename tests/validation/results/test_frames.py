@@ -1,4 +1,4 @@
-"""The tables of a folder for anyone: JSON lines, CSV and data frames say the same, to the bit."""
+"""Tables for anyone: JSON lines, CSV and data frames say the same, to the bit."""
 
 from __future__ import annotations
 
@@ -13,10 +13,74 @@ import pytest
 from stored_records import record
 
 from ghostball.model import EVENT_DTYPE, Ball, GhostballError, Scene
+from ghostball.validation.results.comparisons import Comparisons, comparison_row, comparisons_of
 from ghostball.validation.results.database import transaction, writing
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.frames import TABLES, export, rows_of
+from ghostball.validation.results.records import CERTIFIED, OUR_ENGINE
 from ghostball.validation.results.store import Check, Motion, Results, ResultsWriter
+from ghostball.validation.scenes.library import find_scene
+
+# Rest positions, collisions and energy of a case against the truth, as all outputs show them.
+
+
+HEAD_ON = find_scene("head-on")
+CASE = record(
+    "mine:Engine",
+    HEAD_ON,
+    truth=CERTIFIED,
+    truth_counts={"ball-ball": 1, "ball-cushion": 0},
+    collision_counts={"ball-ball": 1, "ball-cushion": 2},
+    ball_errors=np.array([0.001, 0.003]),
+    metrics={"rest_error_max": 0.003, "energy_difference_max": 0.25, "energy_difference_time": 1.5},
+)
+
+
+def test_the_three_comparisons_name_the_ball_the_counts_and_the_moment() -> None:
+    assert comparisons_of(CASE) == Comparisons(
+        rest_error=0.003,
+        rest_ball="object",
+        counts={"ball-ball": (1, 1), "ball-cushion": (2, 0)},
+        energy_difference=0.25,
+        energy_time=1.5,
+    )
+
+
+def test_a_row_holds_plain_values_by_column() -> None:
+    assert comparison_row(CASE) == {
+        "scene": "head-on",
+        "label": "mine:Engine",
+        "rest_error": 0.003,
+        "rest_ball": "object",
+        "ball_ball_count": 1,
+        "ball_ball_count_true": 1,
+        "ball_cushion_count": 2,
+        "ball_cushion_count_true": 0,
+        "energy_difference": 0.25,
+        "energy_difference_time": 1.5,
+    }
+
+
+def test_a_case_that_did_not_run_has_none() -> None:
+    lacking = replace(CASE, outcome="not-representable")
+    assert comparisons_of(lacking) is None
+    assert comparison_row(lacking) == {}
+
+
+def test_our_engine_is_not_compared_with_itself() -> None:
+    ours = replace(CASE, engine="ghostball", truth=OUR_ENGINE)
+    nothing = {"ball-ball": (1, None), "ball-cushion": (2, None)}
+    assert comparisons_of(ours) == Comparisons(None, None, nothing, None, None)
+
+
+def test_what_was_not_measured_has_no_value() -> None:
+    past = replace(CASE, metrics={"rest_error_max": None}, ball_errors=None, truth_counts=None)
+    nothing = {"ball-ball": (1, None), "ball-cushion": (2, None)}
+    assert comparisons_of(past) == Comparisons(None, None, nothing, None, None)
+
+
+# The tables of a folder for anyone: JSON lines, CSV and data frames say the same, to the bit.
+
 
 SCENE = Scene(name="roll", title="größer, |", balls=[Ball(id="cue", position=(0.1, 0.2))])
 PASSED = Check("rest_error_max", 2.0**-53, "at_most", 1e-13, "m", True, "by hand")
