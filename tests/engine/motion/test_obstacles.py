@@ -11,12 +11,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kernels import interpreted
 from more_obstacles import Play, played_among
+from recorded import fingerprint
 from shots import R, ball, scene_of
 from side_pocket import into_side_pocket
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
+from ghostball.engine.running import from_scene
 from ghostball.model import Ball, EventKind, Hole, Physics, Result, Scene, Status, Table, event_dict
 from ghostball.model.scene.obstacles import gap_to, is_inside
 from ghostball.validation.scenes.random_scenes import random_scene
@@ -97,6 +100,34 @@ def test_many_balls_among_circular_noses_keep_energy_and_distance(played: Play) 
     assert np.ptp(energy) <= 1e-12 * energy[0]
     away = np.linalg.norm(result.sample(times).positions[:, :, :2] - (0.5, 0.55), axis=2)
     assert away.min() >= (R + 0.12) * (1.0 - 1e-12)
+
+
+@interpreted  # it would ask for two variants more
+@pytest.mark.parametrize("cushion", ["frictional", "han2005", "mathavan2010"])
+def test_a_bounce_has_the_coefficients_of_its_own_row(
+    monkeypatch: pytest.MonkeyPatch, cushion: str
+) -> None:
+    """Those of the right cushion, where all others have different ones."""
+
+    def shot(restitution: float, friction: float) -> Scene:
+        cue = ball((0.8, 0.4), (1.0, 0.3), angular_velocity=(3.0, -5.0, 20.0))
+        return scene_of(
+            cue, table=Table(length=1.0, width=1.0), t_max=0.5, motion="sliding", cushion=cushion,
+            cushion_restitution=restitution, cushion_friction=friction,
+        )  # fmt: skip
+
+    wanted = simulate(shot(0.6, 0.4), record="events")
+    assert cushion_collisions(wanted)[0][1] == 1
+    assert wanted.collision_counts["ball-cushion"] == 1
+    own, rows = from_scene.coefficients_of(wanted.scene.physics), from_scene.obstacles_of
+
+    def right_one_differs(scene: Scene, *more: Any) -> Any:
+        found = rows(scene, *more)
+        found[1, -len(own) :] = own
+        return found
+
+    monkeypatch.setattr(from_scene, "obstacles_of", right_one_differs)
+    assert fingerprint(simulate(shot(0.9, 0.1), record="events")) == fingerprint(wanted)
 
 
 # --- pockets, polygons and posts: closed forms, seams, and what balls may never do
