@@ -10,10 +10,9 @@ import sys
 from xml.etree import ElementTree
 
 import pytest
+from commands import cli as run
 from faulty_engine import planted
-from typer.testing import CliRunner
 
-from ghostball.cli import app
 from ghostball.model import Scene
 
 SHOT = """
@@ -40,12 +39,6 @@ def faulty(tmp_path, monkeypatch):
     (tmp_path / "here" / "shot.toml").write_text(SHOT)
     assert Scene.load("shot.toml").title.startswith("</script>")
     return tmp_path / "here"
-
-
-def run(*arguments):
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    assert "\x1b" not in result.output, "an engine, or a scene, steers the terminal"
-    return result
 
 
 COMMANDS = {

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 
-from typer.testing import CliRunner
+from commands import cli
 
-from ghostball.cli import app
 from ghostball.model import GhostballError
 
 DEEP = "[" * 100_000
@@ -17,7 +16,7 @@ GONE = "gone"
 
 
 def run(*arguments):
-    result = CliRunner().invoke(app, [str(one) for one in arguments])
+    result = cli(*arguments)
     return result.exit_code, result.output
 
 

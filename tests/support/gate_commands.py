@@ -7,15 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-from typer.testing import CliRunner
-
-from ghostball.cli import app
-
-
-def cli(*arguments):
-    result = CliRunner().invoke(app, [*map(str, arguments)])
-    assert "\x1b" not in result.output, "control codes without a terminal"
-    return result
+from commands import cli
 
 
 def regress(*arguments, scenes=("cut.toml", "roll.toml")):

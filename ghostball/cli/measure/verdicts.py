@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from rich.console import Console, Group, RenderableType
@@ -226,22 +226,20 @@ def likeness_table(found: Sequence[Likeness]) -> RenderableType:
 
     Where an error is known, by how many standard errors; where none is, in the figures' unit.
     """
-    graded = "How far off real tables each engine is: typically (at most)"
-    shown = "Off what was measured without a known error: typically"
     return Group(
-        _likenesses(found, graded, grades=True),
-        f"[dim]{LIKENESS_KEY}[/]",
-        _likenesses(found, shown, grades=False),
+        *_likenesses(found, "Difference from real tables: typical (largest)", LIKENESS_KEY),
+        *_likenesses(found, "Typical difference from measurements without a known error"),
     )
 
 
-def _likenesses(found: Sequence[Likeness], title: str, *, grades: bool) -> RenderableType:
-    """Return one table of the families that grade, or of those that don't."""
-    chosen = [(one, [f for f in one.families if f.grades == grades]) for one in found]
-    heads = [family.short for family in chosen[0][1]]
-    rows = (
+def _likenesses(found: Sequence[Likeness], title: str, key: str = "") -> Iterator[RenderableType]:
+    """Yield a table of the families that grade, if `key` explains it, or of those that don't."""
+    chosen = [(one, [f for f in one.families if f.grades == bool(key)]) for one in found]
+    rows = [
         (escape(one.label), *map(likeness_cell, families))
         for one, families in chosen
         if any(not family.lacks for family in families)
-    )
-    return table_of(("engine", *heads), rows, title=title)
+    ]
+    if rows:
+        heads = ("engine", *(family.short for family in chosen[0][1]))
+        yield from (title, table_of(heads, rows), *([f"[dim]{key}[/]\n"] if key else []))

@@ -2,24 +2,17 @@
 
 import sys
 
+import commands
 import pytest
-from typer.testing import CliRunner
 
 import ghostball.reference_adapters.pybullet.loading
-from ghostball.cli import app
 
 
 @pytest.fixture
 def cli_with_processes(monkeypatch):
     """Run a command in this process, with lines of a length of its own; its engines in others."""
     monkeypatch.setenv("COLUMNS", "200")
-
-    def run(*arguments):
-        result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-        assert "\x1b" not in result.output, "control codes without a terminal"
-        return result
-
-    return run
+    return commands.cli
 
 
 @pytest.fixture

@@ -37,26 +37,36 @@ class Ended:
     def notes(self) -> list[str]:
         return [line for line in self.log.splitlines() if line.startswith("::")]
 
+    def is_judged(self, status: int, verdict: str) -> bool:
+        assert (self.status, self.outputs["verdict"]) == (status, verdict), self.log
+        return True
+
+
+PIP_IS_WRITTEN_DOWN = """\
+#!/bin/sh
+[ "$2" = pip ] && {{ echo "$@"; exit; }}
+exec {} "$@"
+"""
+
 
 def run_action(repository: Path, temporary: Path, **inputs: str) -> Ended:
-    """Run the steps of the action in a checkout; what pip would do is written down instead."""
+    """Run the steps of the action in a checkout, as a runner of GitHub does."""
     given = {name: str(one.get("default", "")) for name, one in ACTION["inputs"].items()}
     given |= {name.replace("_", "-"): value for name, value in inputs.items()}
-    temporary.mkdir(exist_ok=True)
+    tools = temporary / "tools"
+    tools.mkdir(parents=True, exist_ok=True)
     files = {name: temporary / name.lower() for name in ("GITHUB_OUTPUT", "GITHUB_STEP_SUMMARY")}
     for file in files.values():
         file.write_text("", encoding="utf-8")
-    tools = temporary / "tools"
-    tools.mkdir(exist_ok=True)
-    python = tools / "python"
-    python.write_text(
-        f'#!/bin/sh\n[ "$2" = pip ] && {{ echo "$@"; exit; }}\nexec {sys.executable} "$@"\n',
-        encoding="utf-8",
-    )
-    python.chmod(0o755)
+    (tools / "python").write_text(PIP_IS_WRITTEN_DOWN.format(sys.executable), encoding="utf-8")
+    (tools / "python").chmod(0o755)
     contexts = {f"inputs.{name}": value for name, value in given.items()}
     contexts |= {"github.action_path": str(ROOT), "runner.temp": str(temporary), "github.job": "x"}
     contexts |= {"strategy.job-index": "0"}
+    environment = {name: one for name, one in os.environ.items() if not name.startswith("GITHUB_")}
+    environment |= {name: str(file) for name, file in files.items()}
+    environment |= {"CI": "true", "GITHUB_ACTIONS": "true", "GITHUB_WORKSPACE": str(repository)}
+    environment |= {"PATH": f"{tools}{os.pathsep}{os.environ['PATH']}"}
     status, log, kept = 0, "", []
 
     def filled(text: str) -> str:
@@ -67,37 +77,22 @@ def run_action(repository: Path, temporary: Path, **inputs: str) -> Ended:
         return contexts.get(name, "") or default.strip("'")
 
     for step in STEPS:
-        if "run" in step:
-            if status:
-                continue  # as a runner passes over what follows a failure
-            script = temporary / "step.sh"
-            script.write_text(step["run"], encoding="utf-8")
-            environment = {name: filled(value) for name, value in step["env"].items()}
-            inherited = {k: v for k, v in os.environ.items() if not k.startswith("GITHUB_")}
+        if "run" in step and not status:  # a runner passes over what follows a failure
+            (temporary / "step.sh").write_text(step["run"], encoding="utf-8")
             ended = subprocess.run(
-                ["bash", "--noprofile", "--norc", "-e", "-o", "pipefail", str(script)],
+                ["bash", "--noprofile", "--norc", "-e", "-o", "pipefail", temporary / "step.sh"],
                 cwd=repository / filled(step["working-directory"]),
-                env=inherited
-                | environment
-                | {name: str(file) for name, file in files.items()}
-                | {
-                    "CI": "true",
-                    "GITHUB_ACTIONS": "true",
-                    "GITHUB_WORKSPACE": str(repository),
-                    "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}",
-                    "GHOSTBALL_CACHE_DIR": os.environ.get("GHOSTBALL_CACHE_DIR", ""),
-                },
+                env=environment | {name: filled(value) for name, value in step["env"].items()},
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,
                 check=False,
             )
             status, log = ended.returncode, log + ended.stdout
-            if "id" in step:
-                for line in files["GITHUB_OUTPUT"].read_text("utf-8").splitlines():
-                    name, _, value = line.partition("=")
-                    contexts[f"steps.{step['id']}.outputs.{name}"] = value
-        elif "upload-artifact" in step["uses"]:
+            for line in files["GITHUB_OUTPUT"].read_text("utf-8").splitlines():
+                name, _, value = line.partition("=")
+                contexts[f"steps.{step.get('id')}.outputs.{name}"] = value
+        elif "upload-artifact" in step.get("uses", ""):
             assert step["if"] == "${{ !cancelled() && steps.gate.outputs.results != '' }}"
             if contexts.get("steps.gate.outputs.results"):
                 names = filled(step["with"]["path"]).split()
@@ -139,33 +134,33 @@ def repository(guarded, tmp_path):
     return tmp_path / "checkout"
 
 
-def edit(repository: Path, before: str, after: str) -> None:
-    path = repository / "my_engine.py"
-    text = path.read_text("utf-8")
-    assert before in text
-    path.write_text(text.replace(before, after), "utf-8")
-
-
-def better(repository: Path) -> None:
-    edit(repository, "dt: float = 1e-3", "dt: float = 2.5e-4")
-
-
-def worse(repository: Path) -> None:
-    edit(repository, "dt: float = 1e-3", "dt: float = 4e-3")
-
-
-def wrong(repository: Path) -> None:
-    edit(repository, "impulse = 0.5 *", "impulse = 0.525 *")
-
-
-def broken(repository: Path) -> None:
-    edit(repository, "slowing = ", "nothing = {}['cue']\n        slowing = ")
+EDITS = {
+    "better": ("dt: float = 1e-3", "dt: float = 2.5e-4"),
+    "worse": ("dt: float = 1e-3", "dt: float = 4e-3"),
+    "making energy": ("impulse = 0.5 *", "impulse = 0.525 *"),
+    "raising": ("slowing = ", "nothing = {}['cue']\n        slowing = "),
+}
+"""Changes of the engine, by what becomes of it."""
 
 
 @pytest.mark.slow
 class TestInARepository:
-    def test_nothing_changed(self, repository, tmp_path):
-        ended = run_action(repository, tmp_path / "t", scenes=SCENES)
+    @pytest.fixture
+    def act(self, repository, tmp_path):
+        """Run the action in the repository, whose engine was changed."""
+
+        def run(change: str = "", **inputs: str) -> Ended:
+            if change:
+                path = repository / "my_engine.py"
+                text = path.read_text("utf-8")
+                assert EDITS[change][0] in text
+                path.write_text(text.replace(*EDITS[change]), "utf-8")
+            return run_action(repository, tmp_path / "t", **{"scenes": SCENES} | inputs)
+
+        return run
+
+    def test_nothing_changed(self, act):
+        ended = act()
         assert ended.status == 0, ended.log
         assert ended.outputs == {"verdict": "passed", "changed": "", "worst": ""}
         assert not ended.notes
@@ -173,9 +168,7 @@ class TestInARepository:
         assert [path.name for path in ended.kept] == ["report.html", "results.db"]
         assert f"{ROOT}[compiler]" in ended.log
 
-    def test_a_project_in_a_folder_shadows_no_package_and_its_page_is_kept(
-        self, repository, tmp_path
-    ):
+    def test_a_project_in_a_folder_shadows_no_package_and_its_page_is_kept(self, act, repository):
         # Breaks where the project's folder comes first on the path, or where `results` is relative
         # to it: what uploads is started in the folder of the checkout.
         folder = repository / "sub"
@@ -183,59 +176,52 @@ class TestInARepository:
         for name in ("my_engine.py", "pyproject.toml", "baselines"):
             shutil.move(repository / name, folder / name)
         (folder / "typer.py").write_text("raise ImportError\n", "utf-8")
-        ended = run_action(repository, tmp_path / "t", scenes="stop", working_directory="sub")
-        assert (ended.status, ended.outputs["verdict"]) == (0, "passed"), ended.log
+        ended = act(scenes="stop", working_directory="sub")
+        assert ended.is_judged(0, "passed")
         assert ended.kept == [folder / "out" / name for name in ("report.html", "results.db")]
 
-    def test_an_engine_that_gets_better_is_to_be_accepted_or_passes(self, repository, tmp_path):
-        better(repository)
-        ended = run_action(repository, tmp_path / "t", scenes=SCENES)
-        assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
+    def test_an_engine_that_gets_better_is_to_be_accepted_or_passes(self, act):
+        ended = act("better")
+        assert ended.is_judged(1, "failed")
         assert ended.outputs["changed"] == SCENES
-        passed = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="worse")
-        assert (passed.status, passed.outputs["verdict"]) == (0, "passed"), passed.log
+        passed = act(fail_on="worse")
+        assert passed.is_judged(0, "passed")
         assert {note.partition(" ")[0] for note in passed.notes} == {"::warning"}
 
-    def test_one_that_gets_worse_fails_with_its_scene(self, repository, tmp_path):
-        worse(repository)
-        ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="worse")
-        assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
+    def test_one_that_gets_worse_fails_with_its_scene(self, act):
+        ended = act("worse", fail_on="worse")
+        assert ended.is_judged(1, "failed")
         assert ended.outputs["worst"] in ended.outputs["changed"].split()
         errors = [note for note in ended.notes if note.startswith("::error")]
         assert sum("title=Ghostball%3A half-ball-cut" in one for one in errors) == 1
         assert "● now" in ended.summary
         assert re.search(r"half-ball-cut +[·━○●]+ +[\d.]+ mm -> [\d.]+ mm", ended.summary)
-        lenient = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
-        assert (lenient.status, lenient.outputs["verdict"]) == (0, "passed"), lenient.log
+        assert act(fail_on="limits").is_judged(0, "passed")
 
-    def test_one_that_makes_energy_breaks_limits(self, repository, tmp_path):
-        wrong(repository)
-        ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
-        assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
-        assert any("breaks a limit" in note for note in ended.notes)
-
-    def test_one_that_raises_fails_and_says_what_it_raised(self, repository, tmp_path):
-        broken(repository)
-        ended = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
-        assert (ended.status, ended.outputs["verdict"]) == (1, "failed"), ended.log
-        (first, *_) = (note for note in ended.notes if "did not finish" in note)
-        assert "KeyError" in first
+    @pytest.mark.parametrize(
+        ("change", "title", "said"),
+        [("making energy", "breaks a limit", ""), ("raising", "did not finish", "KeyError")],
+    )
+    def test_one_that_makes_energy_or_raises_fails_by_limits_alone(self, act, change, title, said):
+        ended = act(change, fail_on="limits")
+        assert ended.is_judged(1, "failed")
+        (first, *_) = (note for note in ended.notes if title in note)
+        assert said in first
         assert ended.kept
 
     def test_without_baselines_it_says_how_to_make_them_and_keeps_what_it_did(
-        self, repository, tmp_path
+        self, act, repository
     ):
         shutil.rmtree(repository / "baselines")
-        ended = run_action(repository, tmp_path / "t", scenes=SCENES)
-        assert (ended.status, ended.outputs["verdict"]) == (4, "not-judged"), ended.log
+        ended = act()
+        assert ended.is_judged(4, "not-judged")
         (only,) = ended.notes
         assert only.startswith("::error title=")
         assert "ghostball accept" in only
         # From what was kept, the baselines can be made elsewhere.
         done = ghostball(repository, "accept", "--reason", "x", "--out", str(ended.kept[1].parent))
         assert "accepted: stop, half-ball-cut, break-7" in done
-        limits = run_action(repository, tmp_path / "t", scenes=SCENES, fail_on="limits")
-        assert (limits.status, limits.outputs["verdict"]) == (0, "passed"), limits.log
+        assert act(fail_on="limits").is_judged(0, "passed")
 
 
 @pytest.mark.parametrize(

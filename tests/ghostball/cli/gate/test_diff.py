@@ -7,18 +7,12 @@ import re
 from dataclasses import replace
 
 import pytest
-from commands import refused
+from commands import cli, refused
 from stored_records import cut_short
-from typer.testing import CliRunner
 
-from ghostball.cli import app
 from ghostball.validation.baselines.two_runs import changes_of
 from ghostball.validation.results.records import Accuracy, Check
 from ghostball.validation.results.store import Results
-
-
-def cli(*arguments):
-    return CliRunner().invoke(app, [*map(str, arguments)])
 
 
 @pytest.fixture(scope="module")

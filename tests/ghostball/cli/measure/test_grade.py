@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from commands import refused
 
-from ghostball.cli import app
 from ghostball.engine import simulate
 from ghostball.model import Scene
 from ghostball.reference_adapters.answer import Run
@@ -23,199 +22,163 @@ from ghostball.validation.scenes.library import find_scene, select
 EXAMPLES = Path(__file__).parents[4] / "validation" / "examples"
 
 
-def made_elsewhere(name: str) -> dict:
-    """Return our own run of a scene as another program would write it."""
+def made_elsewhere(name: str, off: float = 0.0, blind: bool = False, **said: object) -> dict:
+    """Return our own run of a scene as another program would write it, with what it says instead.
+
+    `off`: how far from there the first ball ends, in the last sample too [m].
+    `blind`: whether the first event was not seen.
+    """
     result = simulate(find_scene(name), record="trajectory")
-    assert result.events is not None
     near = [t + side for t in result.events["t"] for side in (-1e-9, 1e-9)]
     times = np.unique([0.0, *near, *np.arange(0.0, result.rest_time, 0.002), result.rest_time])
     times = times[times >= 0.0]
-    positions, velocities, spins = result.sample(times)
-    return result.to_dict() | {
-        "engine": "elsewhere",
-        "samples": {
-            "t": times.tolist(),
-            "positions": positions.tolist(),
-            "velocities": velocities.tolist(),
-            "angular_velocities": spins.tolist(),
-        },
-    }
+    motion = [states.tolist() for states in result.sample(times)]
+    names = ("t", "positions", "velocities", "angular_velocities")
+    samples = dict(zip(names, (times.tolist(), *motion), strict=True))
+    run = result.to_dict() | {"engine": "elsewhere", "samples": samples}
+    run["rest_positions"][0][0] += off
+    samples["positions"][-1][0][0] += off
+    if blind:
+        del run["events"][0], run["collision_counts"]
+    return run | said
 
 
-def displace(run: dict, by: float) -> None:
-    """Let the first ball end elsewhere, in the last sample too [m]."""
-    run["rest_positions"][0][0] += by
-    run["samples"]["positions"][-1][0][0] += by
+@pytest.fixture
+def graded(cli, here):
+    """Grade runs: return the exit status, and what is printed."""
+
+    def grade(*runs: dict) -> tuple[int, str]:
+        (here / "runs.jsonl").write_text("\n".join(json.dumps(run) for run in runs))
+        done = cli("grade", "runs.jsonl")
+        return done.exit_code, done.output
+
+    return grade
 
 
-def graded(tmp_path: Path, *runs: dict) -> tuple[int, str]:
-    path = tmp_path / "runs.jsonl"
-    path.write_text("\n".join(json.dumps(run) for run in runs))
-    done = CliRunner().invoke(app, ["grade", str(path)])
-    return done.exit_code, done.output
-
-
-def test_scenes_come_back_the_same(tmp_path: Path) -> None:
-    done = CliRunner().invoke(app, ["scenes", "--export", str(tmp_path)])
-    assert done.exit_code == 0
+def test_scenes_come_back_the_same(cli, here):
+    assert cli("scenes", "--export", ".").exit_code == 0
     for shipped in select():
-        scene = Scene.model_validate(json.loads((tmp_path / f"{shipped.name}.json").read_text()))
+        scene = Scene.model_validate(json.loads((here / f"{shipped.name}.json").read_text()))
         assert scene.physics == shipped.physics
         np.testing.assert_array_equal(scene.angular_velocities, shipped.angular_velocities)
 
 
-def test_a_right_run_passes_and_a_wrong_one_fails(tmp_path: Path) -> None:
-    right = [made_elsewhere(name) for name in ("half-ball-cut", "wall-bounce", "draw-shot")]
-    status, shown = graded(tmp_path, *right)
-    assert status == 0, shown
+CUT = "half-ball-cut"
+NEARLY = {"balls that roll and never slide": "in steps"}
+WHOLE = find_scene(CUT).model_dump(mode="json", by_alias=True)
+JUDGED = [
+    ({}, 0, ""),
+    ({"scene": WHOLE}, 0, ""),
     # Planted errors: a ball that rests elsewhere, a collision that nobody saw.
-    off, blind = made_elsewhere("half-ball-cut"), made_elsewhere("half-ball-cut")
-    displace(off, 0.002)
-    status, shown = graded(tmp_path, off)
-    assert status == 1
-    assert "accuracy must be <= nanometres, got millimetres: 0.002 m off" in shown
-    blind["events"] = blind["events"][1:]
-    del blind["collision_counts"]
-    status, shown = graded(tmp_path, blind)
-    assert status == 1
-    assert "ball_ball_count_error must be == 0, got 1" in shown
+    ({"off": 2e-3}, 1, "accuracy must be <= nanometres, got millimetres: 0.002 m off"),
+    ({"blind": True}, 1, "ball_ball_count_error must be == 0, got 1"),
+    # Frames were graded as those of an engine that steps: 500 nm off passed, whatever is claimed.
+    ({"resolution": 0.0}, 0, ""),
+    ({"resolution": 0.0, "off": 5e-7}, 1, "quality_factor must be <= 32"),
+    # Who claims less is asked for less: it makes no energy, and nothing limits how it ends.
+    ({"off": 2e-3, "approximate": NEARLY}, 4, ""),
+    ({"off": 2e-3, "resolution": 5e-4}, 0, ""),
+    ({"off": 2e-3, "resolution": 10.0}, 4, ""),  # says as much as nothing
+    ({"off": 2e-3, "resolution": 1e-6}, 1, ""),
+    # Limits go by the name: pymunk's default settings are excused from those that hold for all.
+    ({"engine": "pymunk", "settings": {"config": "naive"}}, 2, "must not be 'pymunk'"),
+]
+"""What a run of a cut says instead, the exit status, and what is said of it."""
 
 
-def test_who_claims_rounding_is_held_to_it_as_where_its_motion_is_known(tmp_path: Path) -> None:
-    # Frames were graded as those of an engine that steps: 500 nm off passed, `resolution` 0 or not.
-    for name in ("half-ball-cut", "wall-bounce"):
-        run = made_elsewhere(name) | {"resolution": 0.0}
-        assert graded(tmp_path, run)[0] == 0
-        displace(run, 5e-7)
-        status, shown = graded(tmp_path, run)
-        assert status == 1
-        assert "quality_factor must be <= 32" in shown
+@pytest.mark.parametrize(("said", "status", "words"), JUDGED, ids=range(len(JUDGED)))
+def test_a_run_is_judged_by_its_numbers_and_its_claims(graded, said, status, words):
+    found, shown = graded(made_elsewhere(CUT, **said))
+    assert found == status, shown
+    assert words in shown
 
 
-def test_a_run_that_contradicts_itself_is_judged_by_none_of_its_numbers(tmp_path: Path) -> None:
-    run = made_elsewhere("half-ball-cut")
+def test_several_right_runs_pass(graded):
+    assert graded(*map(made_elsewhere, (CUT, "wall-bounce", "draw-shot")))[0] == 0
+
+
+def test_a_run_that_contradicts_itself_is_judged_by_none_of_its_numbers(graded):
+    run = made_elsewhere(CUT)
     run["rest_positions"][0][0] += 1e-4
-    status, shown = graded(tmp_path, run)
+    status, shown = graded(run)
     assert status == 1
     assert "`rest_positions[0]` must be where the motion has ball" in shown
 
 
-def test_a_run_has_no_name_of_an_installed_engine(tmp_path: Path) -> None:
-    # Limits go by the name: pymunk's default settings are excused from those that hold for all.
-    run = made_elsewhere("stop") | {"engine": "pymunk", "settings": {"config": "naive"}}
-    status, shown = graded(tmp_path, run)
+def test_the_others_are_judged_where_a_run_is_refused(graded):
+    right, off = made_elsewhere("stop"), made_elsewhere("stop", off=0.1, engine="off")
+    status, shown = graded(right | {"engine": "pymunk"}, right, off, right | {"scene": "no-such"})
     assert status == 2
-    assert "must not be 'pymunk'" in shown
-
-
-def test_the_others_are_judged_where_a_run_is_refused(tmp_path: Path) -> None:
-    right, off = made_elsewhere("stop"), made_elsewhere("stop") | {"engine": "off"}
-    displace(off, 0.1)
-    refused = [right | {"engine": "pymunk"}, right | {"scene": "no-such"}]
-    status, shown = graded(tmp_path, refused[0], right, off, refused[1])
-    assert status == 2
-    assert "stop on off" in shown
-    assert "must not be 'pymunk'" in shown
-    assert "'no-such'" in shown
+    assert all(part in shown for part in ("stop on off", "must not be 'pymunk'", "'no-such'"))
 
 
 @pytest.mark.parametrize("name", ["../../etc/passwd", "/etc/passwd", "own.toml", "./stop", "own"])
-def test_no_run_opens_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+def test_no_run_opens_a_file(cli, here, name):
     # Whoever made the run chose which file of whoever grades it was opened.
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "400")
-    find_scene("stop").save(tmp_path / "own.toml")
-    (tmp_path / "run.json").write_text(json.dumps(made_elsewhere("stop") | {"scene": name}))
-    done = CliRunner().invoke(app, ["grade", "run.json"])
-    assert done.exit_code == 2
+    find_scene("stop").save(here / "own.toml")
+    (here / "run.json").write_text(json.dumps(made_elsewhere("stop", scene=name)))
     rule = "must be the name of a shipped scene, or the scene itself as an object, got "
-    assert f"`scene` of a run {rule}{name!r}" in done.stderr
+    assert refused(cli("grade", "run.json"), f"`scene` of a run {rule}{name!r}")
 
 
-def test_who_claims_less_is_asked_for_less(tmp_path: Path) -> None:
-    run = made_elsewhere("half-ball-cut")
-    displace(run, 0.002)
-    nearly = {"balls that roll and never slide": "in steps"}
-    status, shown = graded(tmp_path, run | {"approximate": nearly})
-    assert status == 4, shown  # it makes no energy, and nothing limits how it ends
-    assert graded(tmp_path, run | {"resolution": 5e-4})[0] == 0
-    assert graded(tmp_path, run | {"resolution": 10.0})[0] == 4  # says as much as nothing
-    assert graded(tmp_path, run | {"resolution": 1e-6})[0] == 1
+def test_an_approximation_is_of_a_feature_that_there_is():
     with pytest.raises(EngineError, match=r"`approximate.rolling.*` must be 'balls that"):
-        Run.parse(run | {"approximate": {"rolling": "so"}}, "a file, run 1")
+        Run.parse(made_elsewhere("stop", approximate={"rolling": "so"}), "a file, run 1")
 
 
-def test_a_whole_scene_may_stand_in_a_run(tmp_path: Path) -> None:
-    run = made_elsewhere("half-ball-cut")
-    run["scene"] = find_scene("half-ball-cut").model_dump(mode="json", by_alias=True)
-    assert graded(tmp_path, run)[0] == 0
+# --- the examples in other languages
 
 
-def played(tmp_path: Path, *command: str) -> int:
-    """Have a program play exported scenes, and return the status with which they are graded."""
-    CliRunner().invoke(app, ["scenes", "--export", str(tmp_path)])
-    scenes = [str(tmp_path / f"{name}.json") for name in ("half-ball-cut", "wall-bounce")]
-    done = subprocess.run([*command, *scenes], check=True, capture_output=True, text=True)
-    (tmp_path / "out.jsonl").write_text(done.stdout)
-    return CliRunner().invoke(app, ["grade", str(tmp_path / "out.jsonl")]).exit_code
+def exported(cli, *names: str) -> list[str]:
+    """Export scenes to the working directory; return their files."""
+    cli("scenes", "--export", ".")
+    return [f"{name}.json" for name in names or (CUT, "wall-bounce")]
+
+
+def plays(cli, *command: str) -> bool:
+    """Whether a program plays exported scenes, and its runs pass."""
+    done = subprocess.check_output([*command, *exported(cli)], text=True)
+    Path("out.jsonl").write_text(done)
+    return cli("grade", "out.jsonl").exit_code == 0
 
 
 @pytest.mark.slow
 @pytest.mark.checkout
-def test_the_example_in_cpp_plays(tmp_path: Path) -> None:
-    compile_it = ["c++", "-std=c++17", "-O2", str(EXAMPLES / "stepper.cpp"), "-o"]
+def test_the_example_in_cpp_plays(cli, here):
     if shutil.which("c++") is None:
         pytest.skip("there is no C++ compiler")
-    header = subprocess.run(
-        ["c++", "-E", "-x", "c++", "-"],
-        input="#include <nlohmann/json.hpp>",
-        text=True,
-        check=False,
-        capture_output=True,
-    )
-    if header.returncode:
+    (here / "has.cpp").write_text("#include <nlohmann/json.hpp>")
+    if subprocess.run(["c++", "-E", "has.cpp"], check=False, capture_output=True).returncode:
         pytest.skip("nlohmann-json3-dev isn't installed")
-    program = str(tmp_path / "stepper")
-    subprocess.run([*compile_it, program], check=True)
-    assert played(tmp_path, program) == 0
+    source = str(EXAMPLES / "stepper.cpp")
+    subprocess.run(["c++", "-std=c++17", "-O2", source, "-o", "stepper"], check=True)
+    assert plays(cli, "./stepper")
 
 
 @pytest.mark.slow
 @pytest.mark.checkout
-def test_the_example_in_javascript_plays(tmp_path: Path) -> None:
+def test_the_example_in_javascript_plays(cli, here):
     if shutil.which("npm") is None:
         pytest.skip("npm isn't installed")
-    shutil.copy(EXAMPLES / "planck.mjs", tmp_path)
-    install = [
-        "npm",
-        "install",
-        "--silent",
-        "--fetch-retries",
-        "0",
-        "--prefix",
-        str(tmp_path),
-        "planck@1.4",
-    ]
+    shutil.copy(EXAMPLES / "planck.mjs", here)
+    install = ["npm", "install", "--silent", "--fetch-retries", "0", "--prefix", ".", "planck@1.4"]
     if subprocess.run(install, check=False, capture_output=True).returncode:
         pytest.skip("npm can't install planck here")
-    assert played(tmp_path, "node", str(tmp_path / "planck.mjs")) == 0
+    assert plays(cli, "node", "planck.mjs")
 
 
 @pytest.mark.slow
 @pytest.mark.checkout
-def test_the_example_in_gdscript_plays(tmp_path: Path) -> None:
+def test_the_example_in_gdscript_plays(cli, here):
     godot = shutil.which("godot3-server") or shutil.which("godot4") or shutil.which("godot")
     if godot is None:
         pytest.skip("there is no Godot")
-    scene = EXAMPLES.parent / "scenes/board/p2-156.toml"
-    CliRunner().invoke(app, ["scenes", str(scene), "--export", str(tmp_path)])
-    script = "godot3.gd" if godot.endswith("godot3-server") else "godot4.gd"
-    runs = tmp_path / "runs.jsonl"
-    asked = {"GHOSTBALL_SCENES": str(tmp_path / "p2-156.json"), "GHOSTBALL_RUNS": str(runs)}
-    command = [godot, "--headless", "--script", str(EXAMPLES / script), "--fixed-fps", "60"]
-    command = [one for one in command if one != "--headless" or script == "godot4.gd"]
+    cli("scenes", EXAMPLES.parent / "scenes/board/p2-156.toml", "--export", ".")
+    old = godot.endswith("godot3-server")
+    script = str(EXAMPLES / ("godot3.gd" if old else "godot4.gd"))
+    asked = {"GHOSTBALL_SCENES": str(here / "p2-156.json"), "GHOSTBALL_RUNS": str(here / "runs")}
+    command = [godot, *([] if old else ["--headless"]), "--script", script, "--fixed-fps", "60"]
     subprocess.run(command, check=True, capture_output=True, env=os.environ | asked, timeout=60)
-    (run,) = load_runs(runs)
+    (run,) = load_runs(here / "runs")
     assert [event.kind for event in run.events] == ["ball-cushion"] * 4
-    graded = CliRunner().invoke(app, ["grade", str(runs)])
-    assert graded.exit_code == 0, graded.output
+    assert cli("grade", "runs").exit_code == 0

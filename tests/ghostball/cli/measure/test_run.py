@@ -5,9 +5,6 @@ from __future__ import annotations
 import json
 import math
 
-from typer.testing import CliRunner
-
-from ghostball.cli import app
 from ghostball.cli.measure.run import result_table
 from ghostball.cli.shared.terminal import stdout
 from ghostball.engine import simulate
@@ -59,13 +56,12 @@ def test_the_stroke_of_a_cue_is_told_with_what_it_gave() -> None:
     assert "strike" not in shown(still)
 
 
-def test_a_hash_that_is_expected_is_compared_in_one_line() -> None:
+def test_a_hash_that_is_expected_is_compared_in_one_line(cli) -> None:
     found = simulate(find_scene("stop"), record="events").to_dict()["hash"]
     assert found in " ".join(shown(find_scene("stop")).split())
-    invoke = CliRunner().invoke
-    same = invoke(app, ["run", "stop", "--expect-hash", found.upper()])
+    same = cli("run", "stop", "--expect-hash", found.upper())
     assert (same.exit_code, same.stderr) == (0, "")
-    other = invoke(app, ["run", "stop", "--expect-hash", "0" * 64])
+    other = cli("run", "stop", "--expect-hash", "0" * 64)
     assert other.exit_code == 1
     assert other.stderr == (f"another hash: stop on ghostball has {found}, expected {'0' * 64}\n")
 

@@ -3,26 +3,20 @@
 import inspect
 import json
 import sys
+from functools import partial
 
 import pytest
-from typer.testing import CliRunner
 
-from ghostball.cli import app
 from ghostball.validation.examples import first_engine
 from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.runs import ladder
 
 
 @pytest.fixture
-def measured(monkeypatch, tmp_path):
+def measured(cli, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "300")
     monkeypatch.setattr(ladder, "MOST_LEVELS", 4)
-
-    def run(*arguments):
-        return CliRunner().invoke(app, ["engines", "--steps", *map(str, arguments)])
-
-    return run
+    return partial(cli, "engines", "--steps")
 
 
 def test_what_is_reached_is_tabled_written_and_drawn(measured, tmp_path):

@@ -6,9 +6,8 @@ import inspect
 import sys
 
 import pytest
-from typer.testing import CliRunner
+from commands import cli
 
-from ghostball.cli import app
 from ghostball.validation.examples import first_engine
 
 
@@ -25,7 +24,7 @@ def twice(tmp_path, monkeypatch, in_this_process):
 
 
 def validate(*arguments):
-    return CliRunner().invoke(app, ["validate", *arguments, "--no-report"])
+    return cli("validate", *arguments, "--no-report")
 
 
 def test_a_run_that_never_tried_it_says_so(twice):

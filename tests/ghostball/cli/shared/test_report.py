@@ -1,15 +1,14 @@
 """What is made of stored results: the report, and what is printed for other programs."""
 
 import json
+from functools import partial
 from xml.etree import ElementTree
 
 import pytest
 from likenesses import keep_likenesses, likeness
 from regressions import regression, worse
-from typer.testing import CliRunner
 from written_results import LABELS, write_results
 
-from ghostball.cli import app
 from ghostball.cli.shared import report
 from ghostball.reports import FailedPart, IncompleteReportError
 from ghostball.validation.baselines import save_regressions
@@ -49,11 +48,12 @@ def small_folder(tmp_path):
     return write_results(tmp_path / "small", ["stop"], LABELS[:3])
 
 
-def invoke(*arguments):
-    return CliRunner().invoke(app, ["report", *map(str, arguments)])
+@pytest.fixture
+def invoke(cli):
+    return partial(cli, "report")
 
 
-def test_the_command_prints_and_writes_no_report(small_folder):
+def test_the_command_prints_and_writes_no_report(small_folder, invoke):
     save_regressions([regression(worse())], small_folder)
     assert "### What changed" in invoke(small_folder, "--format", "markdown").stdout
     done = invoke(small_folder, "--format", "text")
@@ -62,7 +62,7 @@ def test_the_command_prints_and_writes_no_report(small_folder):
     assert not (small_folder / "report.html").exists()
 
 
-def test_one_document_holds_what_limits_judge_and_what_moved(small_folder):
+def test_one_document_holds_what_limits_judge_and_what_moved(small_folder, invoke):
     save_regressions([regression(worse())], small_folder)
     document = ElementTree.fromstring(invoke(small_folder, "--format", "junit").stdout.encode())
     names = {one.get("name") for one in document.iter("testcase")}
@@ -72,7 +72,7 @@ def test_one_document_holds_what_limits_judge_and_what_moved(small_folder):
     assert [one["outcome"] for one in plain["regressions"]] == ["failed"]
 
 
-def test_the_json_has_what_engines_make_of_real_tables(small_folder):
+def test_the_json_has_what_engines_make_of_real_tables(small_folder, invoke):
     assert json.loads(invoke(small_folder, "--format", "json").stdout)["real_tables"] == []
     keep_likenesses(small_folder, [likeness("ghostball", rebound=-3.0, rolling="it rolls none")])
     (one,) = json.loads(invoke(small_folder, "--format", "json").stdout)["real_tables"]
