@@ -7,7 +7,7 @@ same.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -219,9 +219,9 @@ class Failure(NamedTuple):
     reason: str
 
 
-def failures(results: Results) -> Iterator[Failure]:
+def failures(cases: Iterable[CaseRecord]) -> Iterator[Failure]:
     """Yield all that makes a run fail, in the order of its cases."""
-    for case in bad_cases(results):
+    for case in cases:
         if is_unfinished(case):
             yield Failure(case, None, f"did not finish: {unfinished_text(case)}", "")
         for check in case.broken:

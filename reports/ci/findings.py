@@ -34,7 +34,7 @@ class Finding:
 
 def findings(results: Results | None, regressions: Sequence[Regression]) -> list[Finding]:
     """Return what fails, then what moved and may; `results`: None for a comparison alone."""
-    failed = [] if results is None else list(failures(results))
+    failed = [] if results is None else list(failures(results.cases))
     found = [*map(_of_failure, failed), *(() if results is None else _of_run(results))]
     lost = {(one.case.scene, one.case.label) for one in failed if one.check is None}
     for regression in regressions:

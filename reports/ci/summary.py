@@ -61,7 +61,7 @@ def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     if results is not None:
         kinds, labels = kinds_of(results.cases), [_code(label) for label in results.labels]
         given |= {
-            "failures": list(map(_failure_cells, failures(results))),
+            "failures": list(map(_failure_cells, failures(results.cases))),
             "classes": CLASSES_KEY,
             "engine_heads": _engine_heads(kinds),
             "engines": [_engine_cells(results, label, kinds) for label in results.labels],

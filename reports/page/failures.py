@@ -38,7 +38,7 @@ def failures_html(
 
 def _failures(results: Results, scenes: Mapping[str, ScenePart]) -> Iterator[dict[str, Any]]:
     """Yield every failure of a run, in the order of its cases."""
-    for case, check, words, _ in failures(results):
+    for case, check, words, _ in failures(results.cases):
         yield {
             "case": case,
             "check": check,

@@ -39,7 +39,7 @@ def verdict_html(results: Results, regression: Regression | None) -> Markup:
         metrics=[] if len(measured) == len(METRICS) else measured,
         left_out=many(left_out, "limit"),
         reused=reused_text(results),
-        failures=list(failures(results)),
+        failures=list(failures(results.cases)),
         beyond=[] if regression is None else [one for one in regression.scenes if one.failed],
     )
 

@@ -176,7 +176,7 @@ def _show(
         console.print(f"[yellow]warning:[/] {escape(warning)}", soft_wrap=True)
     own = [case for case in outcome.cases if case.label == regression.label]
     unfinished = sum(map(is_unfinished, own))
-    broken = sum(check.passed is False for case in own for check in case.checks)
+    broken = sum(len(case.broken) for case in own)
     of = "" if regression.label == OURS else f" of {escape(regression.label)}"
     asked = regression.fail_on != "limits"
     if new and len(new) == len(regression.scenes) and asked and not (broken or unfinished):

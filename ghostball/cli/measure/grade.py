@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.markup import escape
 
 from ghostball.cli.measure.commands import GradeOptions
-from ghostball.cli.measure.verdicts import failures
+from ghostball.cli.measure.verdicts import failure_lines
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.model import GhostballError, Scene
@@ -57,7 +57,10 @@ def run(asked: GradeOptions) -> ExitStatus:
         )
         heads = ("scene", "engine", "how right", "collisions", "says")
         stdout().print(table_of(heads, rows))
-    for line in (*failures(cases), *(f"[bold red]did not finish[/] {escape(one)}" for one in lost)):
+    for line in (
+        *failure_lines(cases),
+        *(f"[bold red]did not finish[/] {escape(one)}" for one in lost),
+    ):
         stdout().print(line, soft_wrap=True)
     for label in dict.fromkeys(case.label for case in cases):
         if said := few_ends_judged([case for case in cases if case.label == label]):

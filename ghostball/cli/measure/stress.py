@@ -13,9 +13,9 @@ from ghostball.cli.measure.commands import StressOptions
 from ghostball.cli.shared.config import load_config, named_engines
 from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.report import print_for_programs
-from ghostball.cli.shared.running import run_cases
+from ghostball.cli.shared.running import run_cases, say_all_printed
 from ghostball.cli.shared.tables import table_of
-from ghostball.cli.shared.terminal import say, say_printed, stdout, tables
+from ghostball.cli.shared.terminal import say, stdout, tables
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.page.stress import FOLDER
 from ghostball.validation.checks.verdict import not_judged
@@ -97,10 +97,7 @@ def _show(outcome: Outcome, form: Format) -> None:
         console.print(table_of(("varied", *heads[1:]), varied, title="where it fails"))
     for part in _failures(found, outcome.folder):
         console.print(part, soft_wrap=True)
-    for label in labels:
-        printed_by = [case for case in outcome.cases if case.label == label and case.printed]
-        if printed_by:
-            say_printed(label, printed_by[0].printed)
+    say_all_printed(outcome.cases)
 
 
 def _cell(one: Tally) -> str:

@@ -25,8 +25,8 @@ from ghostball.cli.shared.config import load_config, named_engines
 from ghostball.cli.shared.hints import hints
 from ghostball.cli.shared.progress import COMPILING, DRAWING, RUNNING, Steps
 from ghostball.cli.shared.report import print_for_programs, write as write_report
-from ghostball.cli.shared.running import reused_text, run_cases
-from ghostball.cli.shared.terminal import busy, say, say_printed, tables
+from ghostball.cli.shared.running import reused_text, run_cases, say_all_printed
+from ghostball.cli.shared.terminal import busy, say, tables
 from ghostball.model import Scene
 from ghostball.reference_adapters import (
     EngineError,
@@ -194,7 +194,7 @@ def _show(
     console.print(headline(outcome, seconds), soft_wrap=True)
     if count := outcome.counts.reused:
         console.print(f"{reused_text(count, plan.out)}; their run times are of then")
-    _say_all_printed(outcome)
+    say_all_printed(outcome.cases)
     if not plan.named and (others := _other_engines()):
         console.print(f"[dim]{escape(others)}[/]", soft_wrap=True)
     if plan.named:
@@ -293,12 +293,3 @@ def _advice(outcome: Outcome) -> str:
         f'[[criteria]]\nengines = ["{case.engine}"]\nmetric = "rest_error_max"\nat_most = 5e-3\n'
         'reason = "why no more than 5 mm"'
     )
-
-
-def _say_all_printed(outcome: Outcome) -> None:
-    """Show what each engine printed in one scene, the first, and how many more there are."""
-    for label in dict.fromkeys(case.label for case in outcome.cases if case.printed):
-        cases = [case for case in outcome.cases if case.label == label and case.printed]
-        say_printed(label, cases[0].printed)
-        more = f", and in {len(cases) - 1} more cases: the report has them" * (len(cases) > 1)
-        say(escape(f"engine {label} printed that in scene {cases[0].scene}{more}"))

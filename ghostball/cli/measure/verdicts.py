@@ -22,6 +22,7 @@ from ghostball.reports.accuracy import (
     tally,
     wrong_text,
 )
+from ghostball.reports.outcome import failures
 from ghostball.reports.shared_tables import (
     COMPARISON_HEADS,
     COMPARISON_KEY,
@@ -66,7 +67,7 @@ def verdict_tables(results: Results, console: Console) -> RenderableType:
         engines = _engines(results, broken=True)
     # What is cut short says nothing: a narrow window breaks its lines instead.
     engines.width = Measurement.get(console, unlimited, engines).maximum
-    return Group(*parts, engines, _key(results), *failures(results.cases))
+    return Group(*parts, engines, _key(results), *failure_lines(results.cases))
 
 
 def _key(results: Results) -> str:
@@ -196,19 +197,16 @@ def _alarming(count: int) -> str:
     return f"[bold red]{count}[/]" if count else "0"
 
 
-def failures(cases: Iterable[CaseRecord]) -> Sequence[str]:
+def failure_lines(cases: Iterable[CaseRecord]) -> Sequence[str]:
     """Return a line for each limit that is broken, and for each case that did not finish."""
     lines = []
-    for case in cases:
+    for case, check, words, _ in failures(cases):
         where = escape(f"{case.scene} on {case.label}")
-        if verdict_of(case) is Verdict.CRASHED:
-            why = f"{unfinished_text(case)}{_raised_at(case)}"
-            lines.append(f"[bold red]did not finish[/] {where}: {escape(why)}")
-        lines += [
-            f"[bold red]failed[/]  {where}: {escape(check.sentence)}"
-            for check in case.checks
-            if check.passed is False
-        ]
+        if check is None:
+            why = escape(f"{unfinished_text(case)}{_raised_at(case)}")
+            lines.append(f"[bold red]did not finish[/] {where}: {why}")
+        else:
+            lines.append(f"[bold red]failed[/]  {where}: {escape(words)}")
     more = len(lines) - FAILURES_SHOWN
     return [*lines[:FAILURES_SHOWN], f"... and {more} more, in the report"] if more > 0 else lines
 
@@ -242,4 +240,6 @@ def _likenesses(found: Sequence[Likeness], title: str, key: str = "") -> Iterato
     ]
     if rows:
         heads = ("engine", *(family.short for family in chosen[0][1]))
-        yield from (title, table_of(heads, rows), *([f"[dim]{key}[/]\n"] if key else []))
+        yield title
+        yield table_of(heads, rows)
+        yield f"[dim]{key}[/]\n" if key else ""

@@ -10,7 +10,7 @@ from rich.markup import escape
 
 from ghostball.cli.shared.options import SuiteOptions
 from ghostball.cli.shared.progress import COMPILING, RUNNING, Steps
-from ghostball.cli.shared.terminal import say
+from ghostball.cli.shared.terminal import say, say_printed
 from ghostball.reports.words import many
 from ghostball.validation.parallel.cluster import cluster_at
 from ghostball.validation.parallel.sources import is_ours
@@ -75,3 +75,12 @@ def reused_text(count: int, out: Path) -> str:
     return (
         f"{many(count, 'case')} unchanged, reused from {escape(str(out))} (run again with --rerun)"
     )
+
+
+def say_all_printed(cases: Sequence[CaseRecord]) -> None:
+    """Show what each engine printed in one scene, the first, and how many more there are."""
+    for label in dict.fromkeys(case.label for case in cases if case.printed):
+        mine = [case for case in cases if case.label == label and case.printed]
+        say_printed(label, mine[0].printed)
+        more = f", and in {len(mine) - 1} more cases: the report has them" * (len(mine) > 1)
+        say(escape(f"engine {label} printed that in scene {mine[0].scene}{more}"))

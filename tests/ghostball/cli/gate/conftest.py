@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import gate
 import pytest
-from gate_commands import accept, cli, regress, write_config
+from commands import accept, cli, regress, write_config
 
 import ghostball.cli.gate.regress
 import ghostball.reference_adapters.ghostball

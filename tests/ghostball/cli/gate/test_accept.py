@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from commands import refused
-from gate_commands import accept, cli, contents, edit_engine, regress
+from commands import accept, cli, contents, edit_engine, refused, regress
 
 from ghostball.validation.baselines import Played, load_baseline, load_regression
 from ghostball.validation.baselines.baseline import Baseline, baseline_path

@@ -7,8 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from commands import refused
-from gate_commands import cli, edit_engine
+from commands import cli, edit_engine, refused
 
 
 @pytest.mark.slow

@@ -7,8 +7,7 @@ import re
 from xml.etree import ElementTree
 
 import pytest
-from commands import refused
-from gate_commands import BASELINES, accept, cli, contents, regress, write_config
+from commands import BASELINES, accept, cli, contents, refused, regress, write_config
 from stored_records import in_database
 
 from ghostball.validation.baselines import load_regression

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
-from shots import R, ball, scene_of
+from shots import POOL_TABLE, R, ball, scene_of
 
 
 def test_arrays_are_fresh_so_that_nobody_can_change_a_scene_through_them():
@@ -70,3 +72,19 @@ class TestRolls:
         spin = 1.0 + roundings * 2.0**-52
         assert self.rolls((1.0, 0.0), (0.0, spin, 0.0), radius=1.0) == [rolls]
         assert self.rolls((1.0, 0.0), (roundings * 2.0**-52, 1.0, 0.0), radius=1.0) == [rolls]
+
+
+# --- as a whole: nobody changes it, and it goes to another process
+
+
+def test_a_scene_is_frozen():
+    scene = scene_of(ball((0, 0)))
+    with pytest.raises(ValueError, match="frozen"):
+        scene.name = "other"
+    with pytest.raises(ValueError, match="frozen"):
+        scene.balls[0].radius = 1.0
+
+
+def test_a_scene_survives_pickling_to_a_worker():
+    scene = scene_of(ball((0.5, 0.25), (1, 0)), table=POOL_TABLE)
+    assert pickle.loads(pickle.dumps(scene)) == scene
