@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ghostball.model import GhostballError, Scene
+from ghostball.model import Ball, GhostballError, Physics, Scene, Table
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.criterion import EVERY, Claim, Criterion
 from ghostball.validation.truth.scene_truth import WantedTruth
@@ -99,6 +99,13 @@ def shot(
     short = lasts(scene) <= LONGEST if stepped is None else stepped
     asked = Criteria(truth=truth, proved=proved, criteria=limits)
     return Shot(scene.model_copy(update={"name": name, "tags": tags}), asked, short)
+
+
+def scene_of(
+    *balls: Ball, physics: Physics, t_max: float | None, table: Table | None = None
+) -> Scene:
+    """Return a scene without a name of its own: `shot` gives it one."""
+    return Scene(name="shot", balls=balls, physics=physics, t_max=t_max, table=table)
 
 
 def limit(metric: str, reason: str, *, claiming: Claim | None = None, **most: Any) -> Criterion:

@@ -228,7 +228,7 @@ def test_the_cliff_is_where_theory_puts_it(engine: str, chord: float):
 
 @pytest.mark.parametrize("degrees", [90.5, 31.0, 7.0, 1.0])
 def test_a_proof_says_how_often_a_ball_bounces_in_a_corner(degrees: float):
-    scene, count = wedge("wedge", math.radians(degrees))
+    scene, count = wedge(math.radians(degrees))
     certificate = certify(scene, cached=False)
     assert certificate.proved
     assert len(certificate.events) == count

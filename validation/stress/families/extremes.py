@@ -23,7 +23,7 @@ from ghostball.model import (
     Scene,
     Table,
 )
-from ghostball.validation.stress.shots import Family, Shot, Size, power_of_ten, shot
+from ghostball.validation.stress.shots import Family, Shot, Size, power_of_ten, scene_of, shot
 
 WAY = 0.0625
 """Distance of the cue ball from the other ball [m]."""
@@ -53,7 +53,6 @@ ICE = Physics(rolling_friction=0.0)
 
 
 def cut(
-    name: str,
     physics: Physics,
     *,
     speed: float = SPEED,
@@ -69,24 +68,13 @@ def cut(
     reach = (1.0 + ratio) * RADIUS
     aside = 0.4 * reach
     spin = (0.0, 0.0, 2.0 * speed) if physics.motion == "sliding" else None
-    return Scene(
-        name=name,
-        physics=physics,
-        t_max=t_max,
-        balls=[
-            Ball(
-                id="cue",
-                position=(at[0] - math.sqrt(reach**2 - aside**2) - WAY, at[1] + aside),
-                velocity=(speed, 0.0),
-                angular_velocity=spin,
-            ),
-            Ball(id="object", position=at, radius=ratio * RADIUS, mass=mass_ratio * MASS),
-        ],
-    )
+    start = at[0] - math.sqrt(reach**2 - aside**2) - WAY, at[1] + aside
+    cue = Ball(id="cue", position=start, velocity=(speed, 0.0), angular_velocity=spin)
+    rests = Ball(id="object", position=at, radius=ratio * RADIUS, mass=mass_ratio * MASS)
+    return scene_of(cue, rests, physics=physics, t_max=t_max)
 
 
 def bank(
-    name: str,
     physics: Physics,
     *,
     side: float = SIDE,
@@ -95,21 +83,10 @@ def bank(
     t_max: float | None = 0.5,
 ) -> Scene:
     """Return two balls on a square table; one goes to the other, and both to cushions."""
-    return Scene(
-        name=name,
-        physics=physics,
-        t_max=t_max,
-        table=Table(length=side, width=side),
-        balls=[
-            Ball(
-                id="cue",
-                position=(0.25 * side, 0.25 * side),
-                velocity=(speed, 0.6 * speed),
-                radius=radius,
-            ),
-            Ball(id="object", position=(0.5 * side, 0.4 * side - 0.5 * radius), radius=radius),
-        ],
-    )
+    start, velocity = (0.25 * side, 0.25 * side), (speed, 0.6 * speed)
+    cue = Ball(id="cue", position=start, velocity=velocity, radius=radius)
+    rests = Ball(id="object", position=(0.5 * side, 0.4 * side - 0.5 * radius), radius=radius)
+    return scene_of(cue, rests, physics=physics, t_max=t_max, table=Table(length=side, width=side))
 
 
 def _spread(size: Size, values: range) -> tuple[int, ...]:
@@ -122,9 +99,9 @@ def _speeds(size: Size) -> Iterator[Shot]:
     for power in _spread(size, range(-9, 5)):
         speed = 10.0**power
         for kind, fields in KINDS.items():
-            scene = cut("speed", Physics(**fields), speed=speed, t_max=5.0 * WAY / speed)
+            scene = cut(Physics(**fields), speed=speed, t_max=5.0 * WAY / speed)
             yield shot(f"speed-{kind}-{power_of_ten(power)}", scene, speed=speed)
-        scene = bank("speed", ICE, speed=speed, t_max=4.0 * SIDE / speed)
+        scene = bank(ICE, speed=speed, t_max=4.0 * SIDE / speed)
         yield shot(f"speed-bounces-{power_of_ten(power)}", scene, speed=speed)
 
 
@@ -134,15 +111,10 @@ def _differences(size: Size) -> Iterator[Shot]:
         slower = 10.0**power
         closes = slower * SPEED * 0.5 * T_MAX
         for kind, fields in KINDS.items():
-            balls = [
-                Ball(id="behind", position=(0.0, 0.0), velocity=(SPEED, 0.0)),
-                Ball(
-                    id="ahead",
-                    position=(2.0 * RADIUS + closes, 0.0),
-                    velocity=(SPEED * (1.0 - slower), 0.0),
-                ),
-            ]
-            scene = Scene(name="alike", physics=Physics(**fields), t_max=T_MAX, balls=balls)
+            behind = Ball(id="behind", position=(0.0, 0.0), velocity=(SPEED, 0.0))
+            start, velocity = (2.0 * RADIUS + closes, 0.0), (SPEED * (1.0 - slower), 0.0)
+            ahead = Ball(id="ahead", position=start, velocity=velocity)
+            scene = scene_of(behind, ahead, physics=Physics(**fields), t_max=T_MAX)
             name = f"speed-difference-{kind}-{power_of_ten(power)}"
             yield shot(name, scene, speed_difference=slower)
 
@@ -152,9 +124,9 @@ def _ratios(size: Size) -> Iterator[Shot]:
         for kind, fields in KINDS.items():
             physics = Physics(**fields)
             ratio, tag = 10.0**power, f"{kind}-{power_of_ten(power)}"
-            scene = cut("radii", physics, ratio=ratio)
+            scene = cut(physics, ratio=ratio)
             yield shot(f"radius-ratio-{tag}", scene, radius_ratio=ratio)
-            scene = cut("masses", physics, mass_ratio=ratio)
+            scene = cut(physics, mass_ratio=ratio)
             yield shot(f"mass-ratio-{tag}", scene, mass_ratio=ratio)
 
 
@@ -181,7 +153,7 @@ def _among_many(size: Size) -> Iterator[Shot]:
             Ball(id="behind", position=(0.55, -0.215), radius=small),
         ]
         cue = Ball(id="cue", position=(0.0, -0.1), velocity=(SPEED, 0.0), radius=0.25)
-        scene = Scene(name="among-many", physics=ICE, t_max=0.5, balls=[*others, *rest, cue])
+        scene = scene_of(*others, *rest, cue, physics=ICE, t_max=0.5)
         yield shot(f"among-many-{ratio:g}", scene)
 
 
@@ -191,12 +163,12 @@ def _tables(size: Size) -> Iterator[Shot]:
         side = 10.0**power
         # It would go straight on for four sides until it rests.
         speed = math.sqrt(8.0 * rough.rolling_friction * rough.gravity * side)
-        scene = bank("table", rough, side=side, radius=side / 40.0, speed=speed, t_max=None)
+        scene = bank(rough, side=side, radius=side / 40.0, speed=speed, t_max=None)
         yield shot(f"table-rolling-{power_of_ten(power)}", scene, table=side)
-        scene = bank("table", ICE, side=side, radius=side / 40.0, speed=4.0 * side, t_max=1.0)
+        scene = bank(ICE, side=side, radius=side / 40.0, speed=4.0 * side, t_max=1.0)
         yield shot(f"table-elastic-{power_of_ten(power)}", scene, table=side)
         if side >= 1.0:
-            scene = bank("wide", ICE, side=side, speed=4.0 * side, t_max=1.0)
+            scene = bank(ICE, side=side, speed=4.0 * side, t_max=1.0)
             yield shot(f"table-pool-ball-{power_of_ten(power)}", scene, table=side)
 
 
@@ -205,7 +177,7 @@ def _moved(size: Size) -> Iterator[Shot]:
         away = 10.0**power
         for kind, fields in KINDS.items():
             for sign, word in ((1.0, "there"), (-1.0, "back")):
-                scene = cut("moved", Physics(**fields), at=(sign * away, -0.7 * sign * away))
+                scene = cut(Physics(**fields), at=(sign * away, -0.7 * sign * away))
                 if size.full or sign > 0.0:
                     name = f"moved-{word}-{kind}-{power_of_ten(power)}"
                     yield shot(name, scene, distance=away)
@@ -214,41 +186,35 @@ def _moved(size: Size) -> Iterator[Shot]:
 
 def _far_end(away: float) -> Scene:
     """Return two balls at the far corner of a table that is this long, to meet its cushions."""
-    return Scene(
-        name="far-end",
-        t_max=0.7,
-        physics=ICE,
-        table=Table(length=away + 1.0, width=away + 1.0, cushions=("right", "top")),
-        balls=[
-            Ball(id="cue", position=(away + 0.3, away + 0.2), velocity=(1.0, 0.7)),
-            Ball(id="object", position=(away + 0.7, away + 0.45), velocity=(-0.2, 0.1)),
-        ],
-    )
+    table = Table(length=away + 1.0, width=away + 1.0, cushions=("right", "top"))
+    cue = Ball(id="cue", position=(away + 0.3, away + 0.2), velocity=(1.0, 0.7))
+    other = Ball(id="object", position=(away + 0.7, away + 0.45), velocity=(-0.2, 0.1))
+    return scene_of(cue, other, physics=ICE, t_max=0.7, table=table)
 
 
 def _frictions(size: Size) -> Iterator[Shot]:
     pool = KINDS[SLIDING]
     for friction in (0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0, 10.0) if size.full else (10.0,):
-        scene = cut("rough", Physics(rolling_friction=friction), speed=8.0)
+        scene = cut(Physics(rolling_friction=friction), speed=8.0)
         yield shot(f"friction-rolling-{friction:g}", scene, friction=friction)
         for what in ("rolling", "sliding", "ball", "cushion"):
-            scene = bank("rough", Physics(**(pool | {f"{what}_friction": friction})))
+            scene = bank(Physics(**(pool | {f"{what}_friction": friction})))
             yield shot(f"friction-pool-{what}-{friction:g}", scene, friction=friction)
         physics = Physics(**(pool | {"cushion": "frictional", "cushion_friction": friction}))
-        scene = bank("rough", physics)
+        scene = bank(physics)
         yield shot(f"friction-flat-cushion-{friction:g}", scene, friction=friction)
 
 
 def _restitutions(size: Size) -> Iterator[Shot]:
     for restitution in (0.0, 1e-12, 0.5, 1.0 - 1e-12, 1.0) if size.full else (0.0,):
         for kind, fields in KINDS.items():
-            scene = cut("e", Physics(**(fields | {"ball_restitution": restitution})))
+            scene = cut(Physics(**(fields | {"ball_restitution": restitution})))
             name = f"restitution-balls-{kind}-{restitution:.13g}"
             yield shot(name, scene, restitution=restitution)
             laws: dict[str, Any] = {"cushion_restitution": restitution}
             if kind != SLIDING:
                 laws["cushion"] = "restitution"
-            scene = bank("e", Physics(**(fields | laws)))
+            scene = bank(Physics(**(fields | laws)))
             # A cushion that gives nothing back holds a ball that its spin drives on: no proof.
             least = 5 if kind == SLIDING and restitution <= 1e-12 else None
             name = f"restitution-cushions-{kind}-{restitution:.13g}"
@@ -260,10 +226,10 @@ def _tiny(size: Size) -> Iterator[Shot]:
     values = (5e-324, 1e-310, 3e-308, 1e-200, 1e-160, 1e-100, 1e-50)
     for speed in values if size.full else values[:1]:
         for kind, fields in KINDS.items():
-            scene = cut("tiny", Physics(**fields), speed=speed)
+            scene = cut(Physics(**fields), speed=speed)
             yield shot(f"tiny-{kind}-{speed:g}", scene, speed=speed)
     for power in (-49, -30, 20, 49) if size.full else (-49, 49):
-        scene = cut("limit", ICE, speed=10.0**power, t_max=5.0 * WAY / 10.0**power)
+        scene = cut(ICE, speed=10.0**power, t_max=5.0 * WAY / 10.0**power)
         yield shot(f"limit-elastic-{power_of_ten(power)}", scene, speed=10.0**power)
 
 

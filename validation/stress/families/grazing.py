@@ -8,11 +8,13 @@ diameters doubles can't tell one from the other.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from itertools import product
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
 
 SPEED = 1.0
 WAY = 0.1
@@ -27,7 +29,7 @@ _PULL = _CLOTH.sliding_friction * _CLOTH.gravity
 """Deceleration of the point of a sliding ball that touches the cloth [m/s^2]."""
 
 
-def straight(name: str, physics: Physics, depth: float, turn: float, ratio: float = 1.0) -> Scene:
+def straight(depth: float, turn: float, *, physics: Physics, ratio: float = 1.0) -> Scene:
     """Return a shot that passes a resting ball, straight, `depth` diameters nearer than a touch.
 
     Turned by an angle [rad] about the object ball, so that every coordinate is rounded. Its
@@ -35,22 +37,13 @@ def straight(name: str, physics: Physics, depth: float, turn: float, ratio: floa
     """
     c, s = math.cos(turn), math.sin(turn)
     aside = (1.0 + ratio) * _RADIUS * (1.0 - depth)
-    return Scene(
-        name=name,
-        physics=physics,
-        t_max=2.0 * WAY / SPEED,
-        balls=[
-            Ball(
-                id="cue",
-                position=(-c * WAY - s * aside, -s * WAY + c * aside),
-                velocity=(SPEED * c, SPEED * s),
-            ),
-            Ball(id="object", position=(0.0, 0.0), radius=ratio * _RADIUS),
-        ],
-    )
+    start = (-c * WAY - s * aside, -s * WAY + c * aside)
+    cue = Ball(id="cue", position=start, velocity=(SPEED * c, SPEED * s))
+    rests = Ball(id="object", position=(0.0, 0.0), radius=ratio * _RADIUS)
+    return scene_of(cue, rests, physics=physics, t_max=2.0 * WAY / SPEED)
 
 
-def curved(name: str, depth: float, turn: float) -> Scene:
+def curved(depth: float, turn: float) -> Scene:
     """Return a shot whose path sidespin bends round a resting ball, as `straight`."""
     c, s = math.cos(turn), math.sin(turn)
     # It rolls, and spins about the line of the shot too: the cloth pushes it sideways, along a
@@ -62,23 +55,17 @@ def curved(name: str, depth: float, turn: float) -> Scene:
     sideways = _PULL * t
     speed = math.hypot(SPEED, sideways)
     along, across = WAY + reach * sideways / speed, bent - reach * SPEED / speed
-    return Scene(
-        name=name,
-        physics=_CLOTH,
-        t_max=2.0 * t,
-        balls=[
-            Ball(
-                id="cue",
-                position=(0.0, 0.0),
-                velocity=(SPEED * c, SPEED * s),
-                angular_velocity=(-aside * c - spin * s, -aside * s + spin * c, 0.0),
-            ),
-            Ball(id="object", position=(c * along - s * across, s * along + c * across)),
-        ],
+    cue = Ball(
+        id="cue",
+        position=(0.0, 0.0),
+        velocity=(SPEED * c, SPEED * s),
+        angular_velocity=(-aside * c - spin * s, -aside * s + spin * c, 0.0),
     )
+    rests = Ball(id="object", position=(c * along - s * across, s * along + c * across))
+    return scene_of(cue, rests, physics=_CLOTH, t_max=2.0 * t)
 
 
-def at_cushion(name: str, depth: float, _turn: float) -> Scene:
+def at_cushion(depth: float, _turn: float) -> Scene:
     """Return a shot that sidespin bends back just where it reaches a cushion."""
     spin, up = 2.0 * SPEED / _RADIUS, 0.4 * SPEED
     apex = up * up / (2.0 * _PULL)
@@ -89,13 +76,8 @@ def at_cushion(name: str, depth: float, _turn: float) -> Scene:
         velocity=(SPEED, up),
         angular_velocity=(spin, SPEED / _RADIUS, 0.0),
     )
-    return Scene(
-        name=name,
-        physics=_CLOTH,
-        table=Table(length=1.2, width=0.6),
-        t_max=2.0 * WAY / SPEED,
-        balls=[cue],
-    )
+    table = Table(length=1.2, width=0.6)
+    return scene_of(cue, physics=_CLOTH, table=table, t_max=2.0 * WAY / SPEED)
 
 
 def hit_or_miss(depth: float, metric: str = "collision_count") -> Criterion:
@@ -105,26 +87,38 @@ def hit_or_miss(depth: float, metric: str = "collision_count") -> Criterion:
     return limit(metric, f"The path misses by {-depth:.0e} diameters: no collision.", equals=0)
 
 
+def grazes(
+    kind: str,
+    make: Callable[[float, float], Scene],
+    powers: Iterable[int],
+    turns: Iterable[float],
+    metric: str = "collision_count",
+) -> Iterator[Shot]:
+    """Yield shots that go into what they pass, and miss it, by these powers of ten [diameters].
+
+    `make`: returns the scene of a depth [diameters] and a turn [rad].
+    `metric`: the count of collisions that is limited.
+    """
+    for power, turn, word in product(powers, turns, ("hit", "miss")):
+        name = f"{kind}-{word}-1e-{power:02d}" + (f"-turned-{turn:g}" if turn else "")
+        depth = (1.0 if word == "hit" else -1.0) * 10.0**-power
+        yield shot(name, make(depth, turn), hit_or_miss(depth, metric), depth=abs(depth))
+
+
 def _shots(size: Size) -> Iterator[Shot]:
     turns = (0.0, 0.3, 0.7, 1.1, 2.3, 4.0) if size.full else (0.0, 0.7)
     powers = range(1, SHALLOWEST + 1, 1 if size.full else 3)
     sliding = Physics(preset="pool")
-    kinds: dict[str, Callable[[str, float, float], Scene]] = {
-        "rolling": lambda n, d, a: straight(n, Physics(), d, a),
-        "elastic": lambda n, d, a: straight(n, Physics(rolling_friction=0.0), d, a),
-        "sliding": lambda n, d, a: straight(n, sliding, d, a),
-        "small": lambda n, d, a: straight(n, sliding, d, a, 0.25),
+    kinds: dict[str, Callable[[float, float], Scene]] = {
+        "rolling": partial(straight, physics=Physics()),
+        "elastic": partial(straight, physics=Physics(rolling_friction=0.0)),
+        "sliding": partial(straight, physics=sliding),
+        "small": partial(straight, physics=sliding, ratio=0.25),
         "curved": curved,
         "cushion": at_cushion,
     }
     for kind, make in kinds.items():
-        for power in powers:
-            for turn in turns[:1] if kind == "cushion" else turns:
-                for sign, word in ((1.0, "hit"), (-1.0, "miss")):
-                    name = f"{kind}-{word}-1e-{power:02d}" + (f"-turned-{turn:g}" if turn else "")
-                    depth = sign * 10.0**-power
-                    scene = make(name, depth, turn)
-                    yield shot(name, scene, hit_or_miss(depth), depth=abs(depth))
+        yield from grazes(kind, make, powers, turns[:1] if kind == "cushion" else turns)
 
 
 FAMILY = Family(

@@ -14,7 +14,7 @@ from mpmath import mp, workdps
 from ghostball.model import POOL_BALL_RADIUS as RADIUS, Ball, Scene, Table
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.gas import ICE, collision_rate, gas
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
 
 ROWS, PACKING = 6, 0.5
 """Of a gas: rows x rows balls, and the part of the table that they cover."""
@@ -93,21 +93,11 @@ def galperin_shot(digits: int) -> Scene:
 
     The heavy ball has 100^digits times the mass.
     """
-    return Scene(
-        name="galperin",
-        t_max=5.0,
-        physics=ICE,
-        table=Table(length=2.0, width=1.0, cushions=("left",)),
-        balls=[
-            Ball(id="light", position=(0.5 + RADIUS, 0.5), mass=1.0),
-            Ball(
-                id="heavy",
-                position=(1.0 + 3.0 * RADIUS, 0.5),
-                velocity=(-1.0, 0.0),
-                mass=100.0**digits,
-            ),
-        ],
-    )
+    table = Table(length=2.0, width=1.0, cushions=("left",))
+    light = Ball(id="light", position=(0.5 + RADIUS, 0.5), mass=1.0)
+    start, velocity = (1.0 + 3.0 * RADIUS, 0.5), (-1.0, 0.0)
+    heavy = Ball(id="heavy", position=start, velocity=velocity, mass=100.0**digits)
+    return scene_of(light, heavy, physics=ICE, t_max=5.0, table=table)
 
 
 def galperin(digits: int) -> int:

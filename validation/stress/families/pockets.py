@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.stress.families.grazing import SHALLOWEST, SPEED, WAY, hit_or_miss
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
+from ghostball.validation.stress.families.grazing import SHALLOWEST, SPEED, WAY, grazes
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
 
 _RADIUS = Ball(id="any", position=(0.0, 0.0)).radius
 _FREE = Physics(rolling_friction=0.0, cushion="mirror")
@@ -21,7 +22,7 @@ _POST = 0.04
 """Radius of the post that balls graze [m]."""
 
 
-def passing(name: str, depth: float, turn: float, *, post: bool) -> Scene:
+def passing(depth: float, turn: float, *, post: bool) -> Scene:
     """Return a shot that passes a post, or a corner, `depth` diameters nearer than a touch.
 
     Along a straight line, turned by an angle from the diagonal [rad].
@@ -32,16 +33,12 @@ def passing(name: str, depth: float, turn: float, *, post: bool) -> Scene:
     # On the right of the way lies what is met, at (1, 1): the ball passes it on the left of that.
     x, y = 1.0 + s * aside - c * WAY, 1.0 - c * aside - s * WAY
     table = {"length": 2.0, "width": 2.0, "posts": [{"centre": (1.0, 1.0), "radius": _POST}]}
-    return Scene(
-        name=name,
-        table=Table.model_validate(table if post else {"vertices": _CORNER}),
-        physics=_FREE,
-        t_max=2.0 * WAY / SPEED,
-        balls=[Ball(id="cue", position=(x, y), velocity=(SPEED * c, SPEED * s))],
-    )
+    shape = Table.model_validate(table if post else {"vertices": _CORNER})
+    cue = Ball(id="cue", position=(x, y), velocity=(SPEED * c, SPEED * s))
+    return scene_of(cue, physics=_FREE, t_max=2.0 * WAY / SPEED, table=shape)
 
 
-def wedge(name: str, angle: float) -> tuple[Scene, int]:
+def wedge(angle: float) -> tuple[Scene, int]:
     """Return a ball that goes into a corner and comes back, and how often it bounces there.
 
     `angle` [rad]: of the corner.
@@ -55,19 +52,10 @@ def wedge(name: str, angle: float) -> tuple[Scene, int]:
     height = length * math.tan(angle / 2.0)
     off = 0.1 * angle
     vertices = ((0.0, height), (length, 0.0), (length, 2.0 * height))
-    scene = Scene(
-        name=name,
-        table=Table.model_validate({"vertices": vertices}),
-        physics=_FREE,
-        t_max=2.0 * back / SPEED,
-        balls=[
-            Ball(
-                id="cue",
-                position=(reach + back, height),
-                velocity=(-SPEED * math.cos(off), -SPEED * math.sin(off)),
-            )
-        ],
-    )
+    table = Table.model_validate({"vertices": vertices})
+    velocity = (-SPEED * math.cos(off), -SPEED * math.sin(off))
+    cue = Ball(id="cue", position=(reach + back, height), velocity=velocity)
+    scene = scene_of(cue, physics=_FREE, t_max=2.0 * back / SPEED, table=table)
     start, end = 0.5 * angle, math.pi + 0.5 * angle + off
     return scene, math.floor(end / angle) - math.floor(start / angle)
 
@@ -92,15 +80,11 @@ def _bounces(count: int) -> Criterion:
 
 
 def _grazes(size: Size) -> Iterator[Shot]:
+    powers = range(1, SHALLOWEST + 1, 1 if size.full else 4)
+    turns = (0.0, 0.1, -0.3, 0.5) if size.full else (0.0, 0.1)
     for kind in ("post", "corner"):
-        for power in range(1, SHALLOWEST + 1, 1 if size.full else 4):
-            for sign, word in ((1.0, "hit"), (-1.0, "miss")):
-                for turn in (0.0, 0.1, -0.3, 0.5) if size.full else (0.0, 0.1):
-                    name = f"{kind}-{word}-1e-{power:02d}" + (f"-turned-{turn:g}" if turn else "")
-                    depth = sign * 10.0**-power
-                    scene = passing(name, depth, turn, post=kind == "post")
-                    asked = hit_or_miss(depth, "ball_cushion_count")
-                    yield shot(name, scene, asked, depth=abs(depth))
+        make = partial(passing, post=kind == "post")
+        yield from grazes(kind, make, powers, turns, "ball_cushion_count")
 
 
 def _at_holes() -> Iterator[Shot]:
@@ -147,9 +131,8 @@ def _rattles(size: Size) -> Iterator[Shot]:
 def _corners(size: Size) -> Iterator[Shot]:
     """Yield corners that get ever sharper, down to sides that are nearly parallel."""
     for degrees in (90.5, 31.0, 7.0, 1.0, 0.3, 0.1, 0.03) if size.full else (90.5, 31.0, 7.0, 1.0):
-        name = f"needle-{degrees:g}"
-        scene, count = wedge(name, math.radians(degrees))
-        yield shot(name, scene, _bounces(count), angle=degrees)
+        scene, count = wedge(math.radians(degrees))
+        yield shot(f"needle-{degrees:g}", scene, _bounces(count), angle=degrees)
 
 
 def _shots(size: Size) -> Iterator[Shot]:

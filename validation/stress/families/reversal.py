@@ -13,7 +13,7 @@ from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.checks.relations import BACK
 from ghostball.validation.grading.tolerances import ROUNDINGS
 from ghostball.validation.stress.gas import ICE, gas
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
 
 LENGTHS = tuple(2.0**k for k in range(-5, 6))
 """When a shot is turned round [s], as long as rounding leads back: see `longest`."""
@@ -51,16 +51,13 @@ def _there_and_back(name: str, scene: Scene, longest: float) -> Iterator[Shot]:
 
 def _line() -> Scene:
     """Return three balls on a line across two cushions: no error grows by powers there."""
-    return Scene(
-        name="line",
-        t_max=1.0,
+    return scene_of(
+        Ball(id="a", position=(0.2, 0.5), velocity=(1.0, 0.0), mass=1.0),
+        Ball(id="b", position=(0.5, 0.5), velocity=(-0.3, 0.0), mass=2.5),
+        Ball(id="c", position=(0.8, 0.5), velocity=(0.7, 0.0), mass=0.7),
         physics=ICE,
+        t_max=1.0,
         table=Table(length=1.0, width=1.0, cushions=("left", "right")),
-        balls=[
-            Ball(id="a", position=(0.2, 0.5), velocity=(1.0, 0.0), mass=1.0),
-            Ball(id="b", position=(0.5, 0.5), velocity=(-0.3, 0.0), mass=2.5),
-            Ball(id="c", position=(0.8, 0.5), velocity=(0.7, 0.0), mass=0.7),
-        ],
     )
 
 

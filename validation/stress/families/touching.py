@@ -16,7 +16,7 @@ from ghostball.validation.stress.possible import (
     bounded,
     symmetric,
 )
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot, size_of
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot, size_of
 
 RADIUS = 2.0**-5
 """Radius [m]: with it, contacts along an axis are closed to the bit, and gaps what they say."""
@@ -58,6 +58,9 @@ STEPS_PER_BALL = 51
 
 Where balls neither rub nor slow down, nothing pushes them, and none is permitted."""
 
+SQUARE = Table(length=1.0, width=1.0)
+WALL = Table(length=1.0, width=1.0, cushions=("left",))
+
 T_MAX = 0.02
 """How long what is proved is followed [s]."""
 
@@ -93,22 +96,15 @@ def _pairs(size: Size) -> Iterator[Shot]:
         x, y = direction
         reach = 2.0 * RADIUS + gap
         name = f"pair-{kind}-{word}-gap-{size_of(gap)}-turned-{turn:.1f}"
-        scene = Scene(
-            name=name,
-            physics=physics,
-            t_max=T_MAX,
-            balls=[
-                ball("a", (0.0, 0.0), (c * x - s * y, s * x + c * y)),
-                ball("b", (c * reach, s * reach)),
-            ],
-        )
+        moves = ball("a", (0.0, 0.0), (c * x - s * y, s * x + c * y))
+        rests = ball("b", (c * reach, s * reach))
+        scene = scene_of(moves, rests, physics=physics, t_max=T_MAX)
         isolated = ISOLATED if kind == "elastic" else ()
         yield shot(name, scene, *POSSIBLE, *bounded(4, 200), *isolated, gap=gap)
 
 
 def _on_cushions(size: Size) -> Iterator[Shot]:
     """Yield a ball at a cushion, and in a corner; proved."""
-    table = Table(length=1.0, width=1.0)
     for (kind, physics), gap, (word, direction) in product(
         KINDS.items(), _gaps(size), DIRECTIONS.items()
     ):
@@ -118,13 +114,8 @@ def _on_cushions(size: Size) -> Iterator[Shot]:
         ):
             velocity = (-direction[0], -direction[1])
             name = f"{where}-{kind}-{word}-gap-{size_of(gap)}"
-            scene = Scene(
-                name=name,
-                physics=physics,
-                table=table,
-                t_max=T_MAX,
-                balls=[ball("a", place, velocity)],
-            )
+            moves = ball("a", place, velocity)
+            scene = scene_of(moves, physics=physics, table=SQUARE, t_max=T_MAX)
             limits = (*POSSIBLE, *bounded(6, 200))
             if where == "corner" and word == "slanting" and gap == 0.0 and kind != "sliding":
                 # Which cushion comes first no proof says. Mirrors send the ball back either way.
@@ -150,15 +141,10 @@ def _into_corners(size: Size) -> Iterator[Shot]:
     for corner, far in product(((0, 0), (1, 0), (0, 1), (1, 1)), ways):
         start = RADIUS + far
         x, y = (start if end == 0 else 1.0 - start for end in corner)
-        velocity = tuple(-1.0 if end == 0 else 1.0 for end in corner)
+        to_x, to_y = (-1.0 if end == 0 else 1.0 for end in corner)
         name = f"bisector-to-{corner[0]}-{corner[1]}-from-{size_of(far)}"
-        scene = Scene(
-            name=name,
-            physics=KINDS["elastic"],
-            table=Table(length=1.0, width=1.0),
-            t_max=0.5,
-            balls=[ball("a", (x, y), (velocity[0], velocity[1]))],
-        )
+        moves = ball("a", (x, y), (to_x, to_y))
+        scene = scene_of(moves, physics=KINDS["elastic"], table=SQUARE, t_max=0.5)
         yield shot(name, scene, *POSSIBLE, *_off_both(), back_within(RADIUS))
 
 
@@ -188,7 +174,7 @@ def _cradles(size: Size) -> Iterator[Shot]:
         coming = [ball(f"in{i}", (x, 0.0), (1.0, 0.0)) for i, x in enumerate(places)]
         name = f"cradle-{k}-into-{n}-gap-{size_of(gap)}"
         balls = [*reversed(coming), *resting_row(n, gap)]
-        scene = Scene(name=name, physics=KINDS["elastic"], t_max=0.125, balls=balls)
+        scene = scene_of(*balls, physics=KINDS["elastic"], t_max=0.125)
         count = limit(
             "collision_count",
             "Equal balls exchange velocities, so k balls pass through n balls: n k collisions.",
@@ -204,7 +190,7 @@ def _lines(size: Size) -> Iterator[Shot]:
     for (kind, physics), n, gap in product(KINDS.items(), numbers, _few_gaps(size)):
         cue = ball("cue", (-0.125, 0.25 * RADIUS), (1.5, 0.0))
         name = f"line-of-{n}-{kind}-gap-{size_of(gap)}"
-        scene = Scene(name=name, physics=physics, t_max=0.1, balls=[cue, *resting_row(n, gap)])
+        scene = scene_of(cue, *resting_row(n, gap), physics=physics, t_max=0.1)
         yield shot(name, scene, *_limits(scene, kind, None), gap=gap)
 
 
@@ -226,9 +212,9 @@ def _triangles(size: Size) -> Iterator[Shot]:
         balls = [ball(f"b{k}", place) for k, place in enumerate(places)]
         name = f"triangle-of-{rows}-rows-{kind}-gap-{size_of(gap)}"
         cue = ball("cue", places[0], (4.0, 0.0))
-        scene = Scene(name=name, physics=physics, t_max=0.05, balls=[cue, *balls[1:]])
+        scene = scene_of(cue, *balls[1:], physics=physics, t_max=0.05)
         yield shot(name, scene, *_limits(scene, kind, SKEW_OF_RACK), gap=gap)
-        still = Scene(name="still", physics=physics, t_max=0.01, balls=balls)
+        still = scene_of(*balls, physics=physics, t_max=0.01)
         calm = limit("event_count", "No ball moves.", equals=0)
         yield shot(f"still-{name}", still, *POSSIBLE, calm, *symmetric(0.0), gap=gap)
 
@@ -248,26 +234,15 @@ def _wedged(size: Size) -> Iterator[Shot]:
         for word, still in places.items():
             ahead = max(x for x, _ in still) + 2.0 * RADIUS
             for start, how in ((ahead, "pushed"), (ahead + 0.0625, "hit")):
-                every = [(start, 0.0), *still]
                 name = f"wedged-{word}-{how}-{kind}-gap-{size_of(gap)}"
-                balls = [ball(f"b{k}", place) for k, place in enumerate(every)]
-                scene = Scene(
-                    name=name,
-                    physics=physics,
-                    table=Table(length=1.0, width=1.0, cushions=("left",)),
-                    t_max=0.125,
-                    balls=[ball("cue", every[0], (-1.0, 0.0)), *balls[1:]],
-                )
+                cue = ball("cue", (start, 0.0), (-1.0, 0.0))
+                balls = [ball(f"b{k}", place) for k, place in enumerate(still, start=1)]
+                scene = scene_of(cue, *balls, physics=physics, table=WALL, t_max=0.125)
                 yield shot(name, scene, *_limits(scene, kind, SKEW_OF_CONTACTS), gap=gap)
-        corner = [(0.25, 0.25), (RADIUS + gap, RADIUS + gap)]
         name = f"wedged-corner-{kind}-gap-{size_of(gap)}"
-        scene = Scene(
-            name=name,
-            physics=physics,
-            table=Table(length=1.0, width=1.0),
-            t_max=0.25,
-            balls=[ball("cue", corner[0], (-1.0, -1.0)), ball("b", corner[1])],
-        )
+        cue = ball("cue", (0.25, 0.25), (-1.0, -1.0))
+        frozen = ball("b", (RADIUS + gap, RADIUS + gap))
+        scene = scene_of(cue, frozen, physics=physics, table=SQUARE, t_max=0.25)
         yield shot(name, scene, *_limits(scene, kind, SKEW_OF_CONTACTS), gap=gap)
 
 

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from itertools import product
 
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
+from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
 
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 
@@ -52,15 +52,9 @@ def passing(depth: float, speed: float, step: float, phase: float) -> Scene:
     x = -(before * way + crossing(depth))
     # A step is shortened to fit a whole number of them, so an ulp above it would add one.
     t_max = (math.floor(before) + 1 + after) * step * (1.0 - 1e-9)
-    return Scene(
-        name="passing",
-        t_max=t_max,
-        physics=Physics(rolling_friction=0.0),
-        balls=[
-            Ball(id="cue", position=(x, DIAMETER * (1.0 - depth)), velocity=(speed, 0.0)),
-            Ball(id="object", position=(0.0, 0.0)),
-        ],
-    )
+    cue = Ball(id="cue", position=(x, DIAMETER * (1.0 - depth)), velocity=(speed, 0.0))
+    rests = Ball(id="object", position=(0.0, 0.0))
+    return scene_of(cue, rests, physics=Physics(rolling_friction=0.0), t_max=t_max)
 
 
 def elastic_break() -> Scene:
@@ -71,16 +65,12 @@ def elastic_break() -> Scene:
             (0.6 + row * DIAMETER * math.sqrt(0.75), 0.3 + (k - (count - 1) / 2.0) * DIAMETER)
             for k in range(count)
         ]
-    return Scene(
-        name="elastic-break",
-        t_max=0.5,
-        table=Table(length=1.2, width=0.6),
-        physics=Physics(rolling_friction=0.0),
-        balls=[
-            Ball(id=f"b{k}", position=place, velocity=(0.0 if k else 5.0, 0.0))
-            for k, place in enumerate(places)
-        ],
-    )
+    balls = [
+        Ball(id=f"b{k}", position=place, velocity=(0.0 if k else 5.0, 0.0))
+        for k, place in enumerate(places)
+    ]
+    table, physics = Table(length=1.2, width=0.6), Physics(rolling_friction=0.0)
+    return scene_of(*balls, physics=physics, t_max=0.5, table=table)
 
 
 def bounces() -> Scene:
@@ -88,15 +78,12 @@ def bounces() -> Scene:
 
     Each cushion takes a part of its speed, so that whoever sees it late has another energy.
     """
-    return Scene(
-        name="bounces",
-        t_max=2.0,
-        table=Table(length=0.8, width=0.4),
-        physics=Physics(
-            rolling_friction=0.05, cushion="restitution", cushion_restitution=0.7, gravity=9.81
-        ),
-        balls=[Ball(id="cue", position=(0.3, 0.2), velocity=(3.0, 0.0), mass=0.17)],
+    table = Table(length=0.8, width=0.4)
+    physics = Physics(
+        rolling_friction=0.05, cushion="restitution", cushion_restitution=0.7, gravity=9.81
     )
+    cue = Ball(id="cue", position=(0.3, 0.2), velocity=(3.0, 0.0), mass=0.17)
+    return scene_of(cue, physics=physics, t_max=2.0, table=table)
 
 
 def _passings(size: Size) -> Iterator[Shot]:
