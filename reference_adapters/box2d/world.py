@@ -15,7 +15,7 @@ import numpy as np
 from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.sides import Point
-from ghostball.reference_adapters.box2d.settings import SLOP, Box2dSettings
+from ghostball.reference_adapters.box2d.engine import SLOP, Box2dSettings
 from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.laws import FallingRestitution, restitutions, rubs

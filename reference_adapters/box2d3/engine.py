@@ -14,18 +14,32 @@ from typing import ClassVar
 
 from ghostball.model import Scene
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.box2d3.settings import Box2d3Settings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.laws import restitutions
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
+
+
+class Box2d3Settings(SteppingSettings):
+    """Settings of the Box2D 3 adapter.
+
+    `dt` is 1e-3 s tuned, 1/60 s naive as in Box2D's manual, 0.02 s in exact steps; `iterations`
+    are sub-steps: 4, as the manual has it.
+    """
+
+    EXACT_IF_NAIVE: ClassVar[bool] = False
+
+    @property
+    def units(self) -> float:
+        """Units of Box2D in a metre [1/m]."""
+        return 100.0 if self.config == "tuned" else 1.0
 
 
 class Box2d3Engine(PlaneEngine):
     """Box2D 3 behind the protocol; see the module."""
 
     name: ClassVar[str] = "box2d3"
-    WORLD: ClassVar[str] = "ghostball.reference_adapters.box2d3.world:World"
     PACKAGE: ClassVar[str] = "pyb2d3"
     Settings: ClassVar[type[EngineSettings]] = Box2d3Settings
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "box2d3")

@@ -10,7 +10,7 @@ import pyb2d3
 from ghostball.model import Disc, Scene, Segment
 from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.sides import Point
-from ghostball.reference_adapters.box2d3.settings import Box2d3Settings
+from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
     ContactWorld,

@@ -11,21 +11,49 @@ newcomer types: metres, and the restitution on both bodies, of which DART takes 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar
+from typing import Annotated, ClassVar
+
+from pydantic import Field
 
 from ghostball.model import Scene
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
-from ghostball.reference_adapters.dart.settings import FASTEST_REBOUND, DartSettings
 from ghostball.reference_adapters.stepping.laws import fastest
+from ghostball.reference_adapters.stepping.settings import OwnClothSettings
 from ghostball.reference_adapters.stepping.space import OwnClothEngine
+
+FASTEST_REBOUND = 100.0
+"""Rebounds faster than this are cut to it [units/s]."""
+
+
+class DartSettings(OwnClothSettings):
+    """Settings of the DART adapter.
+
+    `dt` is 1e-3 s, as DART's own; 0.02 s in exact steps. There are no `iterations`: DART solves
+    directly.
+
+    `scale` [1/m]: units of DART in a metre. None is as many as the scene's fastest ball allows, at
+    most 10; 1 in the naive configuration.
+    """
+
+    NAIVE_DT: ClassVar[float] = 1e-3
+
+    scale: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
+
+    def units(self, scene: Scene) -> float:
+        """Return the units in a metre for a scene [1/m]."""
+        if self.scale is not None:
+            return self.scale
+        if self.config == "naive":
+            return 1.0
+        # Two balls that share all energy meet at sqrt(2) times what one has with it.
+        return min(10.0, FASTEST_REBOUND / max(1.5 * fastest(scene), 1e-9))
 
 
 class DartEngine(OwnClothEngine):
     """DART behind the protocol; see the module."""
 
     name: ClassVar[str] = "dart"
-    WORLD: ClassVar[str] = "ghostball.reference_adapters.dart.world:World"
     PACKAGE: ClassVar[str] = "dartpy"
     Settings: ClassVar[type[EngineSettings]] = DartSettings
     TITLE: ClassVar[str] = "DART"

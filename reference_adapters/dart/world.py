@@ -14,7 +14,7 @@ import numpy as np
 
 from ghostball.model import Disc, Scene, Segment
 from ghostball.model.arrays import FloatArray
-from ghostball.reference_adapters.dart.settings import DartSettings
+from ghostball.reference_adapters.dart.engine import DartSettings
 from ghostball.reference_adapters.stepping.contact_world import (
     DOUBLE,
     ContactWorld,

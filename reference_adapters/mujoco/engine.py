@@ -33,7 +33,6 @@ class MujocoEngine(PlaneEngine):
     """MuJoCo behind the protocol; see the module."""
 
     name: ClassVar[str] = "mujoco"
-    WORLD: ClassVar[str] = "ghostball.reference_adapters.mujoco.world:World"
     PACKAGE: ClassVar[str] = "mujoco"
     Settings: ClassVar[type[EngineSettings]] = MujocoSettings
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "mujoco")

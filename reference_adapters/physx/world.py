@@ -16,7 +16,7 @@ import numpy as np
 
 from ghostball.model import Disc, Scene, Segment
 from ghostball.model.arrays import FloatArray
-from ghostball.reference_adapters.physx.settings import TUNED_ITERATIONS, PhysxSettings
+from ghostball.reference_adapters.physx.engine import TUNED_ITERATIONS, PhysxSettings
 from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE,
     ContactWorld,

@@ -17,32 +17,47 @@ Two configurations: "tuned" sets what makes the physics right; "naive" sets what
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from ghostball.model import Record, Result, Scene
 from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.base import EngineSettings, lacking_sequence
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.pybullet import loading
-from ghostball.reference_adapters.pybullet.settings import (
-    MOST_IMPULSE,
-    SHORTEST_STEP,
-    PybulletSettings,
-)
 from ghostball.reference_adapters.stepping.ending import end_of
 from ghostball.reference_adapters.stepping.ends import ExactSteps
 from ghostball.reference_adapters.stepping.laws import largest_momenta
 from ghostball.reference_adapters.stepping.plane import Stepper, run
+from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.space import OnItsOwnCloth, SpaceEngine
+
+SHORTEST_STEP = float(np.finfo(np.float64).eps)
+"""Shortest step that Bullet makes [s]; it takes a shorter one for none, and moves nothing."""
+
+MOST_IMPULSE = 1e10
+"""Bound of Bullet's solver on the impulse of a contact in a step [N s]: more stops no ball."""
+
+
+class PybulletSettings(SteppingSettings):
+    """Settings of the pybullet adapter.
+
+    `dt` is 1e-3 s tuned, pybullet's own 1/240 s naive, 0.02 s in exact steps; `iterations`
+    pybullet's own 50.
+    """
+
+    NAIVE_DT: ClassVar[float] = 1.0 / 240.0
+    EXACT_IF_NAIVE: ClassVar[bool] = False
+
+    iterations: Annotated[int, Field(ge=1)] = 50
 
 
 class PybulletEngine(SpaceEngine):
     """Bullet through pybullet; each run has a client of its own, emptied when it ends."""
 
     name: ClassVar[str] = "pybullet"
-    WORLD: ClassVar[str] = "ghostball.reference_adapters.pybullet.world:World"
     Settings: ClassVar[type[EngineSettings]] = PybulletSettings
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "pybullet")
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(shortest=SHORTEST_STEP)

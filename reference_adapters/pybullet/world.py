@@ -16,8 +16,8 @@ import numpy as np
 from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
+from ghostball.reference_adapters.pybullet.engine import PybulletSettings
 from ghostball.reference_adapters.pybullet.loading import load
-from ghostball.reference_adapters.pybullet.settings import PybulletSettings
 from ghostball.reference_adapters.stepping.contact_world import ContactWorld, Part, collision_of
 from ghostball.reference_adapters.stepping.plane import Collision, untouched
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of

@@ -34,7 +34,6 @@ class PymunkEngine(PlaneEngine):
     """Pymunk behind the protocol; see the module."""
 
     name: ClassVar[str] = "pymunk"
-    WORLD: ClassVar[str] = "ghostball.reference_adapters.pymunk.world:World"
     Settings: ClassVar[type[EngineSettings]] = PymunkSettings
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "pymunk")
 

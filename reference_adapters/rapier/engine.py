@@ -33,7 +33,6 @@ class RapierEngine(PlaneEngine):
     """Rapier behind the protocol; see the module."""
 
     name: ClassVar[str] = "rapier"
-    WORLD: ClassVar[str] = "ghostball.reference_adapters.rapier.world:World"
     PACKAGE: ClassVar[str] = "rapier3d"
     Settings: ClassVar[type[EngineSettings]] = RapierSettings
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "rapier")

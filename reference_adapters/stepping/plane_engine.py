@@ -17,10 +17,12 @@ from ghostball.reference_adapters.stepping.plane import ClosedForm, PlaneWorld, 
 
 
 class PlaneEngine(EngineBase):
-    """An engine that a `PlaneWorld` stands for, with `SteppingSettings`."""
+    """An engine that a `PlaneWorld` stands for, with `SteppingSettings`.
 
-    WORLD: ClassVar[str]
-    """Its `PlaneWorld`, "MODULE:CLASS", which imports the engine: so a list of engines doesn't."""
+    The world is `World` in the module `world` of the engine's folder. Only this module imports the
+    engine itself, so that a list of engines doesn't.
+    """
+
     CAPABILITIES: ClassVar[ByConfiguration]
     """What it represents, by `config`."""
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps()
@@ -56,8 +58,12 @@ class PlaneEngine(EngineBase):
 
     def world(self, scene: Scene) -> PlaneWorld:
         """Load the engine, and build the scene in it."""
-        world: PlaneWorld = resolve_name(self.WORLD)(scene, self.settings)
+        world: PlaneWorld = self._world_class()(scene, self.settings)
         return world
+
+    @classmethod
+    def _world_class(cls) -> Any:
+        return resolve_name(f"ghostball.reference_adapters.{cls.name}.world:World")
 
     def step(self, scene: Scene) -> float:  # noqa: ARG002
         """Return the step for a scene [s]; the longest, where steps end at contacts."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Iterator
-from pkgutil import resolve_name
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -237,7 +236,7 @@ class SpaceEngine(PlaneEngine):
     def world(self, scene: Scene) -> SpaceWorld:
         """Load the engine, and build the scene in it."""
         own_cloth = self.own_cloth(scene)
-        world: SpaceWorld = resolve_name(self.WORLD)(scene, self.settings, own_cloth=own_cloth)
+        world: SpaceWorld = self._world_class()(scene, self.settings, own_cloth=own_cloth)
         return world
 
     def stepper(self, scene: Scene, world: SpaceWorld) -> Stepper:

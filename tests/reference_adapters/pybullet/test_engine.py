@@ -13,8 +13,7 @@ from shots import ball, scene_of
 
 from ghostball.model import EventKind, Record, Result, Scene, Table, UnsupportedSceneError
 from ghostball.model.features import missing_features
-from ghostball.reference_adapters.pybullet.engine import PybulletEngine
-from ghostball.reference_adapters.pybullet.settings import PybulletSettings
+from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
 TABLE = Table(length=2.0, width=1.0)
 

@@ -13,8 +13,7 @@ import pytest
 from shots import R
 
 from ghostball.model import CUSHIONS, Ball, EventKind, Physics, Record, Result, Scene, Status, Table
-from ghostball.reference_adapters.pybullet.engine import PybulletEngine
-from ghostball.reference_adapters.pybullet.settings import PybulletSettings
+from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
 G = 9.81
 TABLE = Table(length=2.0, width=1.0)

@@ -16,8 +16,7 @@ from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import CUSHIONS, EventKind, Record, Result, Scene, Status, Table
-from ghostball.reference_adapters.pybullet.engine import PybulletEngine
-from ghostball.reference_adapters.pybullet.settings import PybulletSettings
+from ghostball.reference_adapters.pybullet.engine import PybulletEngine, PybulletSettings
 
 G = 9.81
 TABLE = Table(length=2.0, width=1.0)

@@ -9,7 +9,7 @@ import pytest
 
 from ghostball.model import Result
 from ghostball.reference_adapters.pybullet import loading, world as pybullet_world
-from ghostball.reference_adapters.pybullet.settings import PybulletSettings
+from ghostball.reference_adapters.pybullet.engine import PybulletSettings
 from ghostball.reference_adapters.pybullet.world import World
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene

@@ -5,7 +5,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from ghostball.reference_adapters.pybullet.settings import PybulletSettings
+from ghostball.reference_adapters.pybullet.engine import PybulletSettings
 from ghostball.reference_adapters.pymunk.engine import PymunkSettings
 
 
