@@ -270,6 +270,12 @@ WRONG: Mapping[str, Row] = {
         (CUT,),
         step=1e-3,
     ),
+    "second-rests-of-a-step": Row(
+        "A ball that rests is reported to rest again at the end; it states steps of 1 ms.",
+        runs.rests_again,
+        (CUT,),
+        step=1e-3,
+    ),
     "late-slides-of-a-step": Row(
         "Each slide is reported to end 0.1 s late; it states steps of 0.1 ms.",
         runs.late(0.1, EventKind.SLIDE_TO_ROLL),

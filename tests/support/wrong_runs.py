@@ -133,6 +133,15 @@ def rests_late_but_the_last(by: float) -> Play:
     return play
 
 
+def rests_again(scene: Scene) -> Result:
+    """Report the rest of each ball twice: when it is, and at the end of the run."""
+    result = right(scene)
+    events = events_in(result)
+    again = events[(events["kind"] == EventKind.ROLL_TO_REST) & (events["t"] < result.rest_time)]
+    again["t"] = result.rest_time
+    return with_events(result, np.concatenate([events, again]))
+
+
 def resting_at(result: Result, end: float) -> Result:
     """Return a run with another rest time [s], to which its last sample is moved."""
     frames = frames_of(result)

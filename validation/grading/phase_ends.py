@@ -4,16 +4,17 @@
     >>> phase_ends(proved_events(certificate), found, result.rest_time)
 
 The log of each ball is cut at its collisions, whose order both logs share. Between two collisions a
-ball ends at most one slide and one roll. A time-stepping engine may omit a phase that is shorter
-than its step, or report a phase that the certified motion doesn't have. So if a run lacks an end,
-the end is taken at the ball's collision before it or after it in the run, whichever is nearer in
-time; the end of the run counts as the collision after the last one.
+ball ends at most one slide and one roll, so each end that a run reports there is compared; in
+flight there may be more, and each is compared with the nearest one. A time-stepping engine may omit
+a phase that is shorter than its step, or report a phase that the certified motion doesn't have. So
+if a run lacks an end, the end is taken at the ball's collision before it or after it in the run,
+whichever is nearer in time; the end of the run counts as the collision after the last one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -69,9 +70,23 @@ def phase_ends(proved: Sequence[Event], found: Sequence[Event], end: float) -> l
             continue
         leg = next((one for one in legs.get(true.a, ()) if one.first < true.index < one.last), None)
         if leg is not None:
-            times = _times(leg, true, found)
-            ends.append(PhaseEnd(true, min(abs(t - true.t) for t in times)))
+            same = [one.t for one in proved if _is_rival(one, true, leg)]
+            ends.append(PhaseEnd(true, _late_by(true, _times(leg, true, found), same)))
     return ends
+
+
+def _is_rival(one: Event, true: Event, leg: _Leg) -> bool:
+    return (one.kind, one.a) == (true.kind, true.a) and leg.first < one.index < leg.last
+
+
+def _late_by(true: Event, times: Sequence[float], same: Sequence[float]) -> float:
+    """Return the largest time error of the ends that a run reports for a certified end [s].
+
+    `times`: the reported ones of this leg; `same`: the certified ones. A reported end belongs to
+    the nearest certified one; if none belongs to `true`, the nearest is compared.
+    """
+    own = [t for t in times if min(same, key=lambda one: abs(one - t)) == true.t]
+    return max((abs(t - true.t) for t in own), default=min(abs(t - true.t) for t in times))
 
 
 def first_contact(events: Sequence[Event], end: float) -> float:
@@ -79,8 +94,8 @@ def first_contact(events: Sequence[Event], end: float) -> float:
     return next((one.t for one in events if one.kind not in PHASE_ENDS), end)
 
 
-def _times(leg: _Leg, true: Event, found: Sequence[Event]) -> Collection[float]:
-    """Return the times at which a run may have the end of a phase [s]."""
+def _times(leg: _Leg, true: Event, found: Sequence[Event]) -> list[float]:
+    """Return the times at which a run has the end of a phase, or may have it [s]."""
     kinds = PHASE_ENDS[PHASE_ENDS.index(true.kind) :]
     for kind in kinds:  # if a ball stops as its slide ends, a run may report the rest alone
         times = [
@@ -90,7 +105,7 @@ def _times(leg: _Leg, true: Event, found: Sequence[Event]) -> Collection[float]:
         ]
         if times:
             return times
-    return leg.begins, leg.ends
+    return [min(leg.begins, leg.ends, key=lambda t: abs(t - true.t))]
 
 
 def _legs(proved: Sequence[Event], found: Sequence[Event], end: float) -> dict[int, list[_Leg]]:
