@@ -27,10 +27,9 @@ print(imported, flush=True)
 """Prints how long importing the engine took [s], and shoots once."""
 
 COMPILE = """\
-from ghostball.engine.needed_kernels import MANY
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.scenes.library import select
-compile_kernels(select(), 2, tangents=True, contacts_from=MANY)
+compile_kernels(select(), 2, tangents=True)
 print(0.0, flush=True)
 """
 """Compiles what `make validate` needs of the kernels, in two processes."""

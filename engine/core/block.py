@@ -13,7 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ghostball.engine.core.contacts import no_contacts, numbers_of_contacts
+from ghostball.engine.core.rows import MEMBER_COLUMNS
 from ghostball.engine.core.state import Balls, Cells, FloatArray, IntArray, Pairs
+from ghostball.engine.library.reached import REFERENCE_WORDS
 
 # Indices of `Block.offsets`: how many balls there are, then where each array begins, in doubles.
 # The first SCRATCH arrays are what a shot begins with.
@@ -33,15 +36,20 @@ FIRST = 12
 LINK = 13
 SLOT = 14
 TREE = 15
-SCRATCH = 16
-TOUCHING = 16
-NEAR = 17
-TURNING = 18
-RISING = 19
-SERIES = 20
-NODES = 21
-TRACK = 22
-END = 23
+CONTACT_MARKS = 16
+CONTACT_INTEGERS = 17
+MEMBERS = 18
+SCRATCH = 19
+FORCES = 19
+TOUCHING = 20
+NEAR = 21
+TURNING = 22
+RISING = 23
+SERIES = 24
+NODES = 25
+TRACK = 26
+CONTACTS = 27
+END = 28
 
 
 class Block:
@@ -51,9 +59,13 @@ class Block:
     `offsets` (END + 1,) int64: COUNT ... END above.
     """
 
-    def __init__(self, balls: Balls, pairs: Pairs, cells: Cells | None) -> None:
-        air = balls.air
-        arrays: list[NDArray[Any] | None] = [
+    def __init__(self, balls: Balls, pairs: Pairs, cells: Cells | None, contacts: int) -> None:
+        """Pack the arrays, with room for a number of `contacts`."""
+        air, n = balls.air, len(balls.own_kind)
+        marks, integers = no_contacts(n, contacts)
+        members = n * MEMBER_COLUMNS
+        # An array, or how many numbers of any value.
+        parts: list[NDArray[Any] | int | None] = [
             balls.state,
             balls.own_kind,
             balls.changed,
@@ -64,6 +76,10 @@ class Block:
             pairs.least,
             pairs.next,
             *(cells or (None,) * len(Cells._fields)),
+            marks,
+            integers,
+            members,
+            numbers_of_contacts(n, contacts) - members,
             balls.touching,
             balls.near,
             air and air.turning,
@@ -71,11 +87,19 @@ class Block:
             air and air.series,
             air and air.nodes,
             pairs.track,
+            REFERENCE_WORDS,
         ]
-        sizes = [0 if array is None else -(-array.nbytes // 8) for array in arrays]
-        self.offsets: IntArray = np.array([len(balls.own_kind), *np.cumsum([0, *sizes])])
+        sizes = [_size_of(part) for part in parts]
+        self.offsets: IntArray = np.array([n, *np.cumsum([0, *sizes])])
         self.numbers: FloatArray = np.zeros(self.offsets[END])
-        for start, array in zip(self.offsets[1:], arrays, strict=False):
-            if array is not None:
+        for start, part in zip(self.offsets[1:], parts, strict=False):
+            if isinstance(part, np.ndarray):
                 bytes_of = self.numbers[start:].view(np.uint8)
-                bytes_of[: array.nbytes] = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
+                bytes_of[: part.nbytes] = np.ascontiguousarray(part).reshape(-1).view(np.uint8)
+
+
+def _size_of(part: NDArray[Any] | int | None) -> int:
+    """Return how many doubles an array takes, or a number of numbers."""
+    if part is None:
+        return 0
+    return part if isinstance(part, int) else -(-part.nbytes // 8)

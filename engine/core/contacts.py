@@ -1,8 +1,11 @@
-"""Splits the three arrays that hold all of `Contacts`: faster to hand over than each."""
+"""The three arrays that hold all of `Contacts`, and how they are split."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
+
+import numpy as np
 
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.rows import (
@@ -24,7 +27,15 @@ from ghostball.engine.core.rows import (
     StageRow,
     rows_of,
 )
-from ghostball.engine.core.state import MOST_DIRECT, BoolArray, Contacts, FloatArray, IntArray
+from ghostball.engine.core.state import (
+    FREE,
+    MOST_DIRECT,
+    NOWHERE,
+    BoolArray,
+    Contacts,
+    FloatArray,
+    IntArray,
+)
 
 _PATH = 2 * 6
 _SPIN = 3 * 4
@@ -34,8 +45,17 @@ _AT_ONCE = MOST_DIRECT * (
 )
 
 
+@lru_cache(maxsize=8)
+def no_contacts(n: int, m: int) -> tuple[BoolArray, IntArray]:
+    """Return the marks and the integers of n balls with room for m contacts, and none yet."""
+    none, free = np.zeros(n, dtype=np.int64), np.arange(2 * m)
+    kept = (np.full(n, FREE), np.arange(n), [0], none, none, np.full(n, NOWHERE), [2 * m], free)
+    integers = np.concatenate((*kept, np.zeros(6 * m + 1, dtype=np.int64)))
+    return np.zeros(3 * n, dtype=np.bool_), integers
+
+
 def numbers_of_contacts(n: int, m: int) -> int:
-    """Return how many numbers n balls with m contacts need."""
+    """Return how many numbers n balls with m contacts need; those of `motion` come first."""
     return n * (MEMBER_COLUMNS + _PATH + _SPIN) + m * (CONTACT_COLUMNS + _HISTORY) + _AT_ONCE
 
 

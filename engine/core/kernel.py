@@ -7,9 +7,9 @@ from functools import partial
 from typing import Any, TypeVar, overload
 
 from ghostball.engine.library.entry import COMPILED, Entry
-from ghostball.engine.library.reached import mark
+from ghostball.engine.library.reached import by_reference, mark
 
-__all__ = ["COMPILED", "kernel"]
+__all__ = ["COMPILED", "by_reference", "kernel"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

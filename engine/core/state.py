@@ -141,11 +141,7 @@ FLYING = 4.0
 
 
 class Laws(NamedTuple):
-    """Constants of the scene.
-
-    `integrated` decides at compile time what the kernels contain: where it is None, the laws that
-    integrate over the impact are left out, which take a third of the time to compile.
-    """
+    """Constants of the scene."""
 
     slides: bool  # whether spin is a state of its own (else balls always roll)
     uniform: bool  # whether no ball is ever slowed, so that all move uniformly between events
@@ -167,7 +163,6 @@ class Laws(NamedTuple):
     # What balls bounce off, or are taken out by; `running.from_scene.obstacles_of` lists it. Python
     # sees a matrix (k, OBSTACLE_COLUMNS), kernels (k,) of `ObstacleRow`.
     obstacles: Any
-    integrated: int | None  # 1 where a law needs integrating: see `impacts.laws.dispatch`
 
 
 TAKES_OUT = -1.0
@@ -317,10 +312,9 @@ class Log(NamedTuple):
 class World(NamedTuple):
     """All that a run works on.
 
-    Of `pairs` and `cells` one is None, by which the compiler knows the scheduler; so is `contacts`
-    in runs that have needed none so far. The compiler leaves out what follows `x is not None` where
-    the type of an argument x is None: but not of a field, which is therefore passed along where a
-    kernel asks that.
+    Of `pairs` and `cells` one is None, by which the compiler knows the scheduler. The compiler
+    leaves out what follows `x is not None` where the type of an argument x is None: but not of a
+    field, which is therefore passed along where a kernel asks that.
     """
 
     balls: Balls
@@ -359,21 +353,15 @@ STATUS = 18  # RUN_RESTED ... below: what the loop returned last
 AT_ONCE = 19  # events within `ONE_INSTANT` of STOOD_SINCE: see `event_loop.loop`
 ALOFT = 20  # balls that lie still on others
 ENDLESS = 21  # of RUN_ENDLESS: 1 and the ball with it
-WAITS = 22  # 1: an event waits for `Contacts`; which one, the next four say, and WAITS_SINCE
-WAITING_BALL = 23
-WAITING_PAIRS = 24
-WAITING_VERDICT = 25
-WAITING_JUDGED = 26
-COUNTERS = 27
+COUNTERS = 22
 
 # Places in the array of instants, float64 [s].
 NOW = 0
 LAST_EVENT = 1
 END = 2  # when the last ball came to rest, or the run stopped
 FARTHEST = 3  # largest coordinate of a ball at the end [m]
-WAITS_SINCE = 4  # when the event is that waits for `Contacts`
-STOOD_SINCE = 5  # from when on AT_ONCE counts events
-CLOCKS = 6
+STOOD_SINCE = 4  # from when on AT_ONCE counts events
+CLOCKS = 5
 
 OWN_NONE = 0
 OWN_REST = 1
@@ -395,9 +383,8 @@ RUN_T_MAX = 1
 RUN_EVENT_LIMIT = 2
 RUN_LOG_FULL = 3
 RUN_NOT_FINITE = 4
-RUN_CONTACTS = 5  # continue with `Contacts`, which the run was not given
-RUN_NO_ROOM = 6
-RUN_PAUSED = 7  # it continues when called again
-RUN_WORK_LIMIT = 8
-RUN_STANDSTILL = 9  # events without end within `ONE_INSTANT`
-RUN_ENDLESS = 10  # a ball that lies on others bounces without end
+RUN_NO_ROOM = 5
+RUN_PAUSED = 6  # it continues when called again
+RUN_WORK_LIMIT = 7
+RUN_STANDSTILL = 8  # events without end within `ONE_INSTANT`
+RUN_ENDLESS = 9  # a ball that lies on others bounces without end

@@ -57,11 +57,10 @@ def _work_of_turn(cells: Cells | None, count: int) -> int:
 
 
 @kernel(inline=True)
-def _count_turns(contacts: Contacts | None, log: Log) -> None:
+def _count_turns(contacts: Contacts, log: Log) -> None:
     """Count the work that solving for contacts took."""
-    if contacts is not None:
-        log.counters[st.WORK] += contacts.turns[0]
-        contacts.turns[0] = 0
+    log.counters[st.WORK] += contacts.turns[0]
+    contacts.turns[0] = 0
 
 
 @kernel(inline=True)

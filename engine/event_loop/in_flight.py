@@ -145,17 +145,6 @@ def is_slow_impact(height: FloatArray | None, balls: Balls, laws: Laws, t: float
     )
 
 
-@kernel
-def touches_more(world: World, t: float) -> bool:
-    """Whether one of the first pair of `balls.touching`, on the cloth, touches anything there."""
-    balls = world.balls
-    a, b = int(balls.touching[0, st.FIRST]), int(balls.touching[0, st.SECOND])
-    count = list_touching(world, a, t, 0, False)
-    count = list_touching(world, b, t, count, False)
-    balls.touching[0, st.FIRST], balls.touching[0, st.SECOND] = a, b
-    return count > 0
-
-
 @kernel(inline=True)
 def list_below(height: FloatArray | None, world: World, t: float) -> int:
     """List what the first pair of `balls.touching` pushes together by its bounce; say how many."""
@@ -193,4 +182,4 @@ def note_held(height: FloatArray | None, world: World, count: int, t: float) -> 
 def _note_held(height: FloatArray, world: World, i: int, t: float) -> None:
     """Log that ball i came to rest on others, if that is what happened."""
     if world.balls.state[i].phase == st.FLYING and height[i, st.HELD] == 1.0:
-        note_rest(world, world.contacts, i, t)
+        note_rest(world, i, t)

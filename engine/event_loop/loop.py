@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Log, World
+from ghostball.engine.core.state import World
 from ghostball.engine.core.tolerances import ONE_INSTANT
 from ghostball.engine.event_loop.find import find
 from ghostball.engine.event_loop.predict import predict
 from ghostball.engine.event_loop.record import record
-from ghostball.engine.event_loop.resolve import NEEDS_CONTACTS, advance_to, resolve
-from ghostball.engine.scheduling.due_pairs import Event
+from ghostball.engine.event_loop.resolve import advance_to, resolve
 
 _MOST_AT_ONCE = 64
 """Events at one instant, for each pair and some: a frozen line of n balls comes to some n^2."""
@@ -23,8 +22,7 @@ def run(world: World, limit: int) -> int:
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
     RUN_STANDSTILL, where events follow each other within `ONE_INSTANT` without end; or
     RUN_PAUSED, where its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where
-    more balls touch at once than the arrays have room for; or RUN_CONTACTS, where balls are in
-    resting contact, collide several at once, jam or collapse, and `contacts` is None.
+    more balls touch at once than the arrays have room for.
 
     One of `pairs` and `cells` is None: which scheduler works, `scheduling.scheduler` says.
 
@@ -35,58 +33,26 @@ def run(world: World, limit: int) -> int:
     rounding would leave one. A run that returned RUN_NOT_FINITE has in NOT_FINITE
     which ball's motion isn't.
     """
-    contacts, log = world.contacts, world.log
+    log = world.log
     log.counters[st.NOT_FINITE] = st.FREE
-    begun = log.counters[st.WAITS] == 1
+    held, begun = 0, False
     while True:
-        held = 0
         if begun:
-            if log.counters[st.WAITS] == 1:
-                log.counters[st.WAITS] = 0
-                event = _waiting(log)
-            else:
-                status, event = find(world, limit)
-                if status != st.RUN_CONTINUES:
-                    return status
-                advance_to(world, contacts, event)
+            status, event = find(world, limit)
+            if status != st.RUN_CONTINUES:
+                return status
+            advance_to(world, event)
             held = resolve(world, event)
-            if held == NEEDS_CONTACTS:
-                _keep(event, log)
-                return st.RUN_CONTACTS
             if _stands_still(world, event.t):
                 log.clock[st.NOW] = event.t
                 return st.RUN_STANDSTILL
             log.clock[st.NOW] = event.t
         # The first turn is this alone: every ball that is marked begins to move.
-        predict(world, contacts, held, log.clock[st.NOW])
-        status = record(world, contacts, log.clock[st.NOW])
+        predict(world, held, log.clock[st.NOW])
+        status = record(world, log.clock[st.NOW])
         if status != st.RUN_CONTINUES:
             return status
         begun = True
-
-
-@kernel(inline=True)
-def _keep(event: Event, log: Log) -> None:
-    """Keep an event that waits for `Contacts`; its pairs are kept in `balls.touching`."""
-    log.clock[st.WAITS_SINCE] = event.t
-    log.counters[st.WAITS] = 1
-    log.counters[st.WAITING_BALL] = event.ball
-    log.counters[st.WAITING_PAIRS] = event.pairs
-    log.counters[st.WAITING_VERDICT] = event.verdict
-    log.counters[st.WAITING_JUDGED] = event.judged
-
-
-@kernel(inline=True)
-def _waiting(log: Log) -> Event:
-    """Return the event that has waited for `Contacts`."""
-    counters = log.counters
-    return Event(
-        log.clock[st.WAITS_SINCE],
-        counters[st.WAITING_BALL],
-        counters[st.WAITING_PAIRS],
-        counters[st.WAITING_VERDICT],
-        counters[st.WAITING_JUDGED],
-    )
 
 
 @kernel(inline=True)

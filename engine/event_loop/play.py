@@ -9,12 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 from ghostball.engine.core import state as st
-from ghostball.engine.core.contacts import contacts_in
 from ghostball.engine.core.kernel import COMPILED, kernel
-from ghostball.engine.core.rows import MEMBER_COLUMNS, OBSTACLE, ObstacleRow, rows_of
+from ghostball.engine.core.rows import OBSTACLE, ObstacleRow, rows_of
 from ghostball.engine.core.state import (
     Balls,
-    BoolArray,
     FloatArray,
     IntArray,
     Laws,
@@ -23,7 +21,13 @@ from ghostball.engine.core.state import (
 )
 from ghostball.engine.event_loop.finish import finish
 from ghostball.engine.event_loop.loop import run
-from ghostball.engine.event_loop.unpack import balls_in, cells_in, pairs_in, start_from
+from ghostball.engine.event_loop.unpack import (
+    balls_in,
+    cells_in,
+    contacts_from,
+    pairs_in,
+    start_from,
+)
 
 # Columns of how a ball begins, where shots of one scene differ in it.
 START_X = 0  # its centre [m]
@@ -51,7 +55,6 @@ def play(
     ball: IntArray,
     motion: FloatArray,
     numbers: FloatArray,
-    room: tuple[BoolArray, IntArray, FloatArray] | None,
     first: int,
     continues: bool,
     who: int,
@@ -66,8 +69,6 @@ def play(
     many: int | None,
     laws: FloatArray,
     obstacles: FloatArray,
-    integrated: int | None,
-    untouched: tuple[BoolArray, IntArray, FloatArray],
 ) -> int:
     """Play the shots `which`, from its element `first` on; return which element is next.
 
@@ -83,22 +84,19 @@ def play(
     `numbers`, `start`, `offsets`: a block of arrays to work in, the same as each shot begins with,
         and what lies where in them: `core.block`. `bends`, `drags` and `flies` are None where
         `Balls` has no `higher`, `air` or `height`, `many` where `Pairs` schedule and not `Cells`.
-    `room`, `untouched`: arrays of `Contacts` to work in, and the same of which nothing is used yet.
-        No room: a shot that needs contacts is left with the status RUN_CONTACTS.
     `continues`: whether the shot `which[first]` continues from where it was left; else it begins.
     `max_events`, `max_work`: how many events and contact steps a shot may have; how much WORK.
     `budget`: WORK after which the kernel returns, so that an interrupt is heard. A shot that has
-        the status RUN_PAUSED, RUN_LOG_FULL or, if it is alone, RUN_CONTACTS continues when called
-        again.
-    `laws`, `obstacles`, `integrated`: the `Laws`.
+        the status RUN_PAUSED or RUN_LOG_FULL continues when called again.
+    `laws`, `obstacles`: the `Laws`.
 
     Contract: no allocation, no raising. Each shot begins with the same numbers, so that neither
     their order nor who plays them matters.
     """
     lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
-    rules = laws_from(laws, lines, integrated)
-    # Each is None in some runs: see `World`.
-    contacts: Any = None if room is None else contacts_from(*room)
+    rules = laws_from(laws, lines)
+    contacts = contacts_from(numbers, offsets)
+    # One is None: see `World`.
     pairs: Any = pairs_in(numbers, offsets) if many is None else None
     cells: Any = None if many is None else cells_in(numbers, offsets)
     left = budget
@@ -110,7 +108,6 @@ def play(
         world = World(balls, rules, pairs, cells, contacts, log)
         if m > first or not continues:
             start_from(numbers, start, offsets)
-            _start_contacts(room, untouched)
             log.clock[:] = 0.0
             counters[:] = 0
             if len(starts) > 0:
@@ -123,30 +120,11 @@ def play(
         counters[st.STATUS] = status
         if status in (st.RUN_PAUSED, st.RUN_LOG_FULL):
             return m
-        if status != st.RUN_CONTACTS:
-            counters[st.STATUS] = finish(world, status, ends[k])
+        counters[st.STATUS] = finish(world, status, ends[k])
         left -= counters[st.WORK] - before
         if left <= 0:
             return m + 1
     return len(which)
-
-
-contacts_from = kernel(inline=True)(contacts_in)
-
-
-@kernel(inline=True)
-def _start_contacts(
-    room: tuple[BoolArray, IntArray, FloatArray] | None,
-    untouched: tuple[BoolArray, IntArray, FloatArray],
-) -> None:
-    """Forget all contacts and forces: but not what is written before it is read."""
-    if room is not None:
-        for k in range(len(untouched[0])):
-            room[0][k] = untouched[0][k]
-        for k in range(len(untouched[1])):
-            room[1][k] = untouched[1][k]
-        for k in range(len(room[0]) // 3 * MEMBER_COLUMNS):
-            room[2][k] = untouched[2][k]
 
 
 @kernel(inline=True)
@@ -169,8 +147,8 @@ def _begin_above(height: FloatArray | None, i: int, start: FloatArray) -> None:
 
 
 @kernel(inline=True)
-def laws_from(numbers: FloatArray, obstacles: Any, integrated: int | None) -> Laws:
-    """Return the `Laws` whose fields are `numbers`, and the other two."""
+def laws_from(numbers: FloatArray, obstacles: Any) -> Laws:
+    """Return the `Laws` whose fields are `numbers`, and the obstacles."""
     return Laws(
         numbers[0] != 0.0,
         numbers[1] != 0.0,
@@ -190,5 +168,4 @@ def laws_from(numbers: FloatArray, obstacles: Any, integrated: int | None) -> La
         numbers[15],
         numbers[16],
         obstacles,
-        integrated,
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Balls, Contacts, FloatArray, Laws, World
+from ghostball.engine.core.state import Balls, FloatArray, Laws, World
 from ghostball.engine.impacts.lying_still import let_go_above
 from ghostball.engine.motion.geometry import at_rest
 from ghostball.engine.motion.next_piece import predict_motion
@@ -16,14 +16,14 @@ from ghostball.engine.resting_contact.step import end_step, start_steps
 
 
 @kernel(inline=True)
-def predict(world: World, contacts: Contacts | None, held: int, t: float) -> None:
+def predict(world: World, held: int, t: float) -> None:
     """Predict every ball that is marked, at the instant t: its old motion is void.
 
     And start contact steps: of the first `held` contacts of `balls.touching`, and where else balls
     press each other.
     """
-    _predict_marked(world, contacts)
-    if contacts is not None:
+    _predict_marked(world)
+    if held > 0 or world.contacts.waiting[0] > 0:
         start_steps(world, held, t)
     _let_go_above(world.balls.height, world.balls, world.laws, t)
 
@@ -36,20 +36,19 @@ def _let_go_above(height: FloatArray | None, balls: Balls, laws: Laws, t: float)
 
 
 @kernel(inline=True)
-def _predict_marked(world: World, contacts: Contacts | None) -> None:
+def _predict_marked(world: World) -> None:
     """Predict every ball that is marked, since an event set its velocity.
 
     One in a contact step is left to `start_steps`: its step ends here.
     """
-    balls = world.balls
+    balls, contacts = world.balls, world.contacts
     for m in range(1, balls.touched[0] + 1):
         i = balls.touched[m]
         if not at_rest(balls, i):
             balls.state[i].moved = 1.0
-        if contacts is not None:
-            contacts.motion[i].step = 0.0
-            contacts.motion[i].ahead = 0.0
-            if contacts.island[i] != st.FREE:
-                end_step(contacts, i)
-                continue
+        contacts.motion[i].step = 0.0
+        contacts.motion[i].ahead = 0.0
+        if contacts.island[i] != st.FREE:
+            end_step(contacts, i)
+            continue
         predict_motion(balls, i, world.laws)

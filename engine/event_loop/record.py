@@ -6,7 +6,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Air, Balls, Contacts, FloatArray, Log, World
+from ghostball.engine.core.state import Air, Balls, FloatArray, Log, World
 from ghostball.engine.impacts.impact import MOST_IN_CORNER
 from ghostball.model.events import EventKind
 
@@ -43,16 +43,14 @@ def note_ends(world: World, k: int, t: float) -> None:
         note_event(SLIDE_TO_ROLL_EVENT, k, -1, t, world.log)
     if contacts.stopped[k]:
         contacts.stopped[k] = False
-        note_rest(world, contacts, k, t)
+        note_rest(world, k, t)
 
 
 @kernel
-def note_rest(world: World, contacts: Contacts | None, k: int, t: float) -> None:
+def note_rest(world: World, k: int, t: float) -> None:
     """Log that ball k came to rest; but not again after a contact step let it move slowly."""
-    moves_slowly = False
-    if contacts is not None:
-        moves_slowly = contacts.island[k] != st.FREE and world.balls.state[k].moved == 0.0
-    if not moves_slowly:
+    in_island = world.contacts.island[k] != st.FREE
+    if not (in_island and world.balls.state[k].moved == 0.0):
         note_event(ROLL_TO_REST_EVENT, k, -1, t, world.log)
     world.log.clock[st.LAST_EVENT] = t
     world.balls.state[k].moved = 0.0
@@ -134,7 +132,7 @@ def _note_higher(
 
 
 @kernel(inline=True)
-def record(world: World, contacts: Contacts | None, t: float) -> int:
+def record(world: World, t: float) -> int:
     """Log how every ball moves on whose motion changed at the instant t, and what a step ended.
 
     Return RUN_CONTINUES; or RUN_NOT_FINITE, with the ball in NOT_FINITE, where a motion isn't
@@ -145,7 +143,7 @@ def record(world: World, contacts: Contacts | None, t: float) -> int:
     _sort_touched(balls)
     for m in range(1, balls.touched[0] + 1):
         k = balls.touched[m]
-        if contacts is not None:
+        if world.contacts.rolled[k] or world.contacts.stopped[k]:
             note_ends(world, k, t)
         note_motion(world, k)
         if not (balls.state[k].own_time >= t and is_finite(balls, k)):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Balls, Contacts, Laws, World
+from ghostball.engine.core.state import Balls, Laws, World
 from ghostball.engine.event_loop.in_flight import (
     bounces_have_ended,
     bounces_in_space,
@@ -24,7 +24,6 @@ from ghostball.engine.event_loop.in_flight import (
     note_held,
     resolve_flight,
     share_loads,
-    touches_more,
 )
 from ghostball.engine.event_loop.record import (
     BALL_BALL_EVENT,
@@ -61,8 +60,6 @@ from ghostball.engine.scheduling.due_pairs import Event
 from ghostball.engine.scheduling.ties import list_pair
 from ghostball.engine.scheduling.time_of_impact import LASTING
 
-NEEDS_CONTACTS = -1
-
 _NO_CORNER = 1.0 - 2.0**-20
 """Cosine between the normals of two obstacles above which they are taken for a straight one."""
 
@@ -71,12 +68,12 @@ _BOUNCES_AN_EVENT = 16
 
 
 @kernel(inline=True)
-def advance_to(world: World, contacts: Contacts | None, event: Event) -> None:
+def advance_to(world: World, event: Event) -> None:
     """Move the balls of an event to its instant: but not pairs that are to be held together.
 
     A ball that stops, or stops sliding, is moved there without cancelling digits.
     """
-    balls, laws = world.balls, world.laws
+    balls, laws, contacts = world.balls, world.laws, world.contacts
     ball, t = event.ball, event.t
     if ball < 0:
         if event.verdict != LASTING:
@@ -88,7 +85,7 @@ def advance_to(world: World, contacts: Contacts | None, event: Event) -> None:
     if kind == st.OWN_REST:
         # One after the other, a second of an island would be moved there with what rounding leaves
         # of its speed.
-        if contacts is not None and contacts.island[ball] != st.FREE:
+        if contacts.island[ball] != st.FREE:
             k = contacts.ring[ball]
             while k != ball:
                 if _rests_by(balls, k, t):
@@ -105,11 +102,11 @@ def advance_to(world: World, contacts: Contacts | None, event: Event) -> None:
 def resolve(world: World, event: Event) -> int:
     """Resolve an event whose balls are at its instant; mark every ball whose motion it changes.
 
-    Return how many contacts in `balls.touching` are to be held, or NEEDS_CONTACTS.
+    Return how many contacts in `balls.touching` are to be held.
     """
     if event.ball < 0:
-        return _resolve_contacts(world, world.contacts, event)
-    return _resolve_own(world, world.contacts, event.ball, event.t)
+        return _resolve_contacts(world, event)
+    return _resolve_own(world, event.ball, event.t)
 
 
 @kernel
@@ -118,28 +115,28 @@ def _rests_by(balls: Balls, k: int, t: float) -> bool:
 
 
 @kernel(inline=True)
-def _resolve_own(world: World, contacts: Contacts | None, i: int, t: float) -> int:
+def _resolve_own(world: World, i: int, t: float) -> int:
     """Resolve what ball i does alone at the instant t: rest, roll, meet an obstacle, end a step.
 
     Return how many contacts in `balls.touching` are to be held.
     """
-    balls, log = world.balls, world.log
+    balls, contacts, log = world.balls, world.contacts, world.log
     kind = balls.own_kind[i]
     if resolve_flight(balls.height, world, i, kind, t):
         return 0
     if kind == st.OWN_REST:
-        if contacts is not None and contacts.island[i] != st.FREE:
+        if contacts.island[i] != st.FREE:
             k = contacts.ring[i]
             while k != i:
                 if _rests_by(balls, k, t):
-                    note_rest(world, contacts, k, t)
+                    note_rest(world, k, t)
                     mark(balls, k)
                 k = contacts.ring[k]
-        note_rest(world, contacts, i, t)
+        note_rest(world, i, t)
         mark(balls, i)
     elif kind == st.OWN_ROLL:
         if balls.state[i].vx == 0.0 and balls.state[i].vy == 0.0:
-            note_rest(world, contacts, i, t)
+            note_rest(world, i, t)
         else:
             note_event(SLIDE_TO_ROLL_EVENT, i, -1, t, log)
         mark(balls, i)
@@ -153,27 +150,22 @@ def _resolve_own(world: World, contacts: Contacts | None, i: int, t: float) -> i
             return 0
         partner = _held_against(world, i, cushion, t)
         if partner != i:
-            if contacts is None:
-                return NEEDS_CONTACTS
             balls.touching[0, st.FIRST] = i
             balls.touching[0, st.SECOND] = partner
             return 1
-        held = _resolve_cushion(world, contacts, i, cushion, t)
-        if held != NEEDS_CONTACTS:
-            mark(balls, i)
+        held = _resolve_cushion(world, i, cushion, t)
+        mark(balls, i)
         return held
-    elif contacts is not None:
+    else:
         end_step(contacts, i)
     return 0
 
 
 @kernel(inline=True)
-def _resolve_cushion(
-    world: World, contacts: Contacts | None, i: int, cushion: int, t: float
-) -> int:
+def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> int:
     """Bounce ball i off a cushion; in a corner, off both at once, or leave it to be held by both.
 
-    Return how many contacts in `balls.touching` are to be held, or NEEDS_CONTACTS.
+    Return how many contacts in `balls.touching` are to be held.
     """
     balls, laws, log = world.balls, world.laws, world.log
     cushion = nose_of(balls.height, balls, laws, i, cushion)
@@ -181,9 +173,7 @@ def _resolve_cushion(
     if not laws.airborne:
         other = _corner_cushion(balls, laws, i, cushion, t)
     if other >= 0:
-        bounces, jams = _bounce_in_corner(balls, laws, i, cushion, other, contacts is None)
-        if jams and contacts is None:
-            return NEEDS_CONTACTS
+        bounces, jams = _bounce_in_corner(balls, laws, i, cushion, other)
         log.counters[st.JOINT_IMPACTS] += 1
         log.counters[st.AT_ONCE] += bounces // _BOUNCES_AN_EVENT
     log.counters[st.BALL_CUSHION] += bounces
@@ -203,17 +193,13 @@ def _resolve_cushion(
 
 @kernel
 def _bounce_in_corner(
-    balls: Balls, laws: Laws, i: int, cushion: int, other: int, undo: bool
+    balls: Balls, laws: Laws, i: int, cushion: int, other: int
 ) -> tuple[int, bool]:
-    """`bounce_in_corner`; where the ball jams, and `undo`, its motion is as it was before."""
+    """`bounce_in_corner`, with whether ball i meets both cushions at once."""
     ball = balls.state[i]
-    vx, vy, wx, wy, wz, phase = ball.vx, ball.vy, ball.wx, ball.wy, ball.wz, ball.phase
     nx, ny, _ = facing(laws, other, ball.x, ball.y)
-    at_once = nx * vx + ny * vy < 0.0
-    bounces, jams = bounce_in_corner(balls, i, cushion, other, laws, at_once)
-    if jams and undo:
-        ball.vx, ball.vy, ball.wx, ball.wy, ball.wz, ball.phase = vx, vy, wx, wy, wz, phase
-    return bounces, jams
+    at_once = nx * ball.vx + ny * ball.vy < 0.0
+    return bounce_in_corner(balls, i, cushion, other, laws, at_once)
 
 
 @kernel(inline=True)
@@ -317,7 +303,7 @@ def _bounces_across(balls: Balls, laws: Laws, i: int, nx: float, ny: float, pull
 
 
 @kernel(inline=True)
-def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> int:
+def _resolve_contacts(world: World, event: Event) -> int:
     """Collide the pairs of `balls.touching` that touch now, or leave them to be held.
 
     A pair of which neither ball has another impact now follows the scene's law; others collide
@@ -325,19 +311,8 @@ def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> 
     """
     balls, log = world.balls, world.log
     count, t = event.pairs, event.t
-    if contacts is None:
-        if event.verdict == LASTING:
-            return NEEDS_CONTACTS
-        for c in range(count):
-            if _collapses(world, c):
-                return NEEDS_CONTACTS
-            for other in range(c):
-                if _share_ball(balls, c, other):
-                    return NEEDS_CONTACTS
     is_slow = event.verdict != LASTING and count == 1
     is_slow = is_slow and is_slow_impact(balls.height, balls, world.laws, t)
-    if is_slow and contacts is None and touches_more(world, t):
-        return NEEDS_CONTACTS
     log.counters[st.ADVANCEMENTS] += event.judged
     if event.verdict == LASTING:
         share_loads(balls.height, balls, count, t)
@@ -348,14 +323,14 @@ def _resolve_contacts(world: World, contacts: Contacts | None, event: Event) -> 
         mark(balls, b)
         log.counters[st.BALL_BALL] += 1
         note_event(BALL_BALL_EVENT, a, b, t, log)
-    left = count if contacts is None else _end_collapses(world, count, t)
+    left = count
+    if world.laws.ball_restitution < 1.0:
+        left = _end_collapses(world, count, t)
     for c in range(count):
         balls.state[balls.touching[c, st.FIRST]].impacts += 1.0
         balls.state[balls.touching[c, st.SECOND]].impacts += 1.0
-    if contacts is None:
-        for c in range(count):
-            i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-            collide_pair(balls.height, world, i, j)
+    if left == 1:
+        collide_pair(balls.height, world, balls.touching[0, st.FIRST], balls.touching[0, st.SECOND])
     else:
         _collide_groups(world, left)
     note_held(balls.height, world, count, t)
@@ -367,7 +342,7 @@ def _collapses(world: World, c: int) -> bool:
     """Whether pair c of `balls.touching`, on the cloth, is to be thrown back no more."""
     balls, laws = world.balls, world.laws
     a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-    if laws.ball_restitution == 1.0 or meets_in_space(balls.height, balls, a, b):
+    if meets_in_space(balls.height, balls, a, b):
         return False
     return has_collapsed(balls, a, laws) or has_collapsed(balls, b, laws)
 
@@ -405,14 +380,6 @@ def _approaches(balls: Balls, c: int, t: float) -> bool:
     nx, ny = contact_normal(balls, a, b)
     vx, vy = balls.state[b].vx - balls.state[a].vx, balls.state[b].vy - balls.state[a].vy
     return bool(nx * vx + ny * vy < -approach_rounding(balls, a, b, t))
-
-
-@kernel
-def _share_ball(balls: Balls, c: int, other: int) -> bool:
-    """Whether two pairs of `balls.touching` have a ball in common."""
-    a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-    k, m = balls.touching[other, st.FIRST], balls.touching[other, st.SECOND]
-    return bool(k in (a, b) or m in (a, b))
 
 
 @kernel

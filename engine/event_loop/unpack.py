@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ghostball.engine.core import block as at, state as st
-from ghostball.engine.core.kernel import COMPILED, kernel
+from ghostball.engine.core.contacts import contacts_in
+from ghostball.engine.core.kernel import COMPILED, by_reference, kernel
 from ghostball.engine.core.rows import BALL, STATE_COLUMNS, BallRow, rows_of
 from ghostball.engine.core.state import (
     Air,
     Balls,
     Cells,
+    Contacts,
     FloatArray,
     IntArray,
     Pairs,
@@ -52,6 +54,20 @@ def balls_in(
     )
 
 
+_contacts_in = kernel(inline=True)(contacts_in)
+
+
+@kernel(inline=True)
+def contacts_from(numbers: FloatArray, offsets: IntArray) -> Contacts:
+    """Return the `Contacts` of a block."""
+    marks = numbers[offsets[at.CONTACT_MARKS] : offsets[at.CONTACT_INTEGERS]].view(np.bool_)
+    integers = numbers[offsets[at.CONTACT_INTEGERS] : offsets[at.MEMBERS]].view(np.int64)
+    reals = numbers[offsets[at.MEMBERS] : offsets[at.TOUCHING]]
+    contacts = _contacts_in(marks[: 3 * offsets[at.COUNT]], integers, reals)
+    made: Contacts = by_reference(contacts, numbers[offsets[at.CONTACTS] : offsets[at.END]])
+    return made
+
+
 @kernel(inline=True)
 def _higher_in(numbers: FloatArray, offsets: IntArray, bends: int | None) -> FloatArray | None:
     if bends is None:
@@ -90,7 +106,7 @@ def pairs_in(numbers: FloatArray, offsets: IntArray) -> Pairs:
         numbers[offsets[at.BOUND] : offsets[at.LEAST]],
         numbers[offsets[at.LEAST] : offsets[at.NEXT]],
         numbers[offsets[at.NEXT] : offsets[at.FRAME]],
-        numbers[offsets[at.TRACK] : offsets[at.END]],
+        numbers[offsets[at.TRACK] : offsets[at.CONTACTS]],
     )
 
 
@@ -107,5 +123,5 @@ def cells_in(numbers: FloatArray, offsets: IntArray) -> Cells:
         numbers[offsets[at.FIRST] : offsets[at.LINK]].view(np.int32),
         numbers[offsets[at.LINK] : offsets[at.SLOT]].view(np.int32).reshape(n, st.LINK_COLUMNS),
         numbers[offsets[at.SLOT] : offsets[at.TREE]].reshape(n, st.SLOT_COLUMNS),
-        numbers[offsets[at.TREE] : offsets[at.SCRATCH]],
+        numbers[offsets[at.TREE] : offsets[at.CONTACT_MARKS]],
     )

@@ -31,7 +31,14 @@ from numba.core.types.functions import BaseFunction
 
 from ghostball.engine.library import generated, processor, table
 from ghostball.engine.library.load import SYMBOL
-from ghostball.engine.library.reached import is_inline, is_ours, kernel_in, names_in, reached_by
+from ghostball.engine.library.reached import (
+    by_reference,
+    is_inline,
+    is_ours,
+    kernel_in,
+    names_in,
+    reached_by,
+)
 
 OPTIONS: dict[str, Any] = {
     "error_model": "numpy",  # no raising: a division by zero gives inf, as the arithmetic says
@@ -145,7 +152,7 @@ def object_code(
     return bytes(machine.emit_object(module))
 
 
-_COMPILABLE: dict[FunctionType, Any] = {}
+_COMPILABLE: dict[Any, Any] = {by_reference: generated.by_reference}
 """The kernels that numba knows: what one is compiled into is there for the next, too."""
 
 

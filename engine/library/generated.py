@@ -11,12 +11,13 @@ from typing import Any
 
 import numba
 from llvmlite import ir
-from numba.core import cgutils, types
-from numba.extending import intrinsic
+from numba.core import cgutils, errors, types
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 from numba.np.arrayobj import populate_array
 
 from ghostball.engine.library import table
-from ghostball.engine.library.reached import mark
+from ghostball.engine.library.reached import REFERENCE_WORDS, mark
 from ghostball.engine.library.table import Kind, dtype_of, named
 
 # Where numpy keeps what, in bytes after the head of an object of Python's: `PyArrayObject_fields`
@@ -70,6 +71,20 @@ def _put_at(_: Any, _address: Any, value: Any) -> Any:
 put_at: Any = _put_at
 
 
+def _array(context: Any, builder: Any, kind: Any, data: Any, lengths: list[Any]) -> Any:
+    """Return an array of numba's in one piece, whose memory belongs to someone else."""
+    made = context.make_array(kind)(context, builder)
+    size = WORD(context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+    strides: list[Any] = []
+    step: Any = size
+    for length in reversed(lengths):
+        strides.insert(0, step)
+        step = builder.mul(step, length)
+    populate: Any = populate_array
+    populate(made, data, lengths, strides, size, meminfo=None)
+    return made._getvalue()
+
+
 def array_maker(element: Any, dimensions: int) -> Any:
     """Return what makes an array of numba's of the numpy array at an address."""
     array = types.Array(element, dimensions, "C")
@@ -81,21 +96,70 @@ def array_maker(element: Any, dimensions: int) -> Any:
                 return _loaded(builder, builder.add(base, WORD(offset)), WORD)
 
             made = context.make_array(array)(context, builder)
-            size = WORD(context.get_abi_sizeof(context.get_data_type(element)))
-            shape = [field(8 * k, field(LENGTHS)) for k in range(dimensions)]
-            strides: list[Any] = []
-            step: Any = size
-            for length in reversed(shape):
-                strides.insert(0, step)
-                step = builder.mul(step, length)
             data = builder.inttoptr(field(DATA), made.data.type)
-            populate: Any = populate_array
-            populate(made, data, shape, strides, size, meminfo=None)
-            return made._getvalue()
+            lengths = [field(8 * k, field(LENGTHS)) for k in range(dimensions)]
+            return _array(context, builder, array, data, lengths)
 
         return array(types.int64), code
 
     return array_at
+
+
+class Reference(types.Type):
+    """The address of a named tuple of numba's in memory: passed on as one word."""
+
+    def __init__(self, target: Any) -> None:
+        self.target = target
+        super().__init__(name=f"Reference({target.name})")
+
+
+@register_model(Reference)
+class _Address(models.OpaqueModel):
+    """A pointer."""
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = Reference
+
+    def generic_resolve(self, reference: Any, name: str) -> Any:  # type: ignore[override]
+        """Return the type of a field."""
+        target = reference.target
+        return target.types[target.fields.index(name)] if name in target.fields else None
+
+
+def _field_of(context: Any, builder: Any, reference: Any, address: Any, name: str) -> Any:
+    """Load an array: its address and its lengths, from which its strides follow."""
+    target = reference.target
+    place = target.fields.index(name)
+    whole = context.get_value_type(target).as_pointer()
+    field = builder.gep(builder.bitcast(address, whole), [HALF_WORD(0), HALF_WORD(place)])
+    stored = context.make_array(target.types[place])(context, builder, ref=field)
+    lengths = [builder.extract_value(stored.shape, k) for k in range(target.types[place].ndim)]
+    return _array(context, builder, target.types[place], stored.data, lengths)
+
+
+_lowers: Any = lower_getattr_generic
+_lowers(Reference)(_field_of)
+
+
+@intrinsic
+def by_reference(_: Any, value: Any, memory: Any) -> Any:
+    """Write a named tuple of arrays into memory and return its address."""
+    if not all(isinstance(kind, types.Array) and kind.layout == "C" for kind in value.types):
+        return None
+    reference = Reference(value)
+    words = sum(5 + 2 * kind.ndim for kind in value.types)
+    if words > REFERENCE_WORDS:
+        raise errors.TypingError(f"{words} words are more than REFERENCE_WORDS, {REFERENCE_WORDS}")
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        room = context.make_array(signature.args[1])(context, builder, arguments[1])
+        address = builder.bitcast(room.data, arguments[0].type.as_pointer())
+        builder.store(arguments[0], address)
+        return builder.bitcast(address, context.get_value_type(reference))
+
+    return reference(value, memory), code
 
 
 def fits(address: int, head: int, dimensions: int, number: int) -> bool:

@@ -49,9 +49,7 @@ def warm_up(variant: Variant) -> None:
 @cache
 def needed(variant: Variant) -> Needed:
     """Return a variant of the kernels, to be compiled or loaded."""
-    off = frozenset({Skip.INTEGRATED_LAWS}) if variant.integrated else frozenset[Skip]()
-    layout = layout_of(still_scene(variant), off)
-    return room.needed(layout, variant.contacts, variant.name("shots"))
+    return room.needed(layout_of(still_scene(variant)), variant.name("shots"))
 
 
 def _elastic_laws(physics: Physics) -> list[str]:
@@ -72,7 +70,7 @@ class Run:
     `t_end` [s]: when the last ball came to rest, or the run stopped.
     `wall_time` [s]: of the kernel.
     `size`: number of balls.
-    `variant`: of the kernels that it begins with.
+    `variant`: of the kernels that it needs.
     """
 
     def __init__(self, scene: Scene, keep_log: bool, off: frozenset[Skip] = frozenset()) -> None:
@@ -85,7 +83,7 @@ class Run:
         self._layout = layout = layout_of(scene, off)
         self.size = n = len(layout.radii)
         self.variant = layout.variant
-        self._room = Room(layout, self.variant.contacts)
+        self._room = Room(layout)
         self._state = self._room.numbers[: n * STATE_COLUMNS].reshape(n, STATE_COLUMNS)
         self._log = log_of(_FIRST_LOG if keep_log else 0, n, layout.columns)
         self._shots = shots_of(1, n, 3)
@@ -96,7 +94,7 @@ class Run:
     @property
     def nbytes(self) -> int:
         """Memory of all arrays that the kernels work on [B]."""
-        arrays = (self._room.numbers, *(self._room.contacts or ()), *self._log, *self._shots)
+        arrays = (self._room.numbers, *self._log, *self._shots)
         return sum(array.nbytes for array in arrays)
 
     def go(self, limits: Limits) -> None:
@@ -169,9 +167,6 @@ class Run:
         code = int(self._counters[st.STATUS])
         if code == st.RUN_LOG_FULL:
             self._start_new_log()
-        elif code == st.RUN_CONTACTS:
-            warm_up(self.variant._replace(contacts=True))
-            self._room.take_contacts()
         elif code != st.RUN_PAUSED:
             return code
         return None

@@ -17,14 +17,12 @@ import numpy as np
 from ghostball.engine.capabilities import CAPABILITIES
 from ghostball.engine.core import state as st
 from ghostball.engine.core.block import Block
-from ghostball.engine.core.contacts import contacts_in, numbers_of_contacts
 from ghostball.engine.core.rows import OBSTACLE_COLUMNS, STATE_COLUMNS
 from ghostball.engine.core.state import (
     Air,
     Balls,
     BoolArray,
     Cells,
-    Contacts,
     FloatArray,
     IntArray,
     Laws,
@@ -36,7 +34,6 @@ from ghostball.engine.running.skips import (
     balls_rub,
     has_drag,
     has_frame,
-    is_integrated,
     is_uniform,
     uses_cells,
 )
@@ -75,7 +72,6 @@ class Layout:
     parts: tuple[int | None, int | None, int | None, int | None]  # see `event_loop.play`
     laws: FloatArray  # the numbers of its `Laws`, in their order: faster to hand over
     obstacles: FloatArray
-    integrated: int | None
     radii: FloatArray
     smallest_radius: float
     variant: Variant  # of the kernels that it begins with
@@ -95,8 +91,6 @@ class Layout:
             *self.parts,
             self.laws,
             self.obstacles,
-            self.integrated,
-            no_contacts(self.count),
         )
 
     @property
@@ -146,13 +140,14 @@ def _is_laid_out(scene: Scene) -> bool:
 def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     """Return the layout of a scene; made when first asked for, and kept as long as the scene.
 
-    Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer. One
-    with skips switched off isn't kept.
+    Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer.
 
     Raises `SceneError` or `UnsupportedSceneError` as `admit`.
     """
-    if not off and _is_laid_out(scene):
-        return _LAYOUTS[id(scene)][1]
+    if _is_laid_out(scene):
+        kept = _LAYOUTS[id(scene)][1].get(off)
+        if kept is not None:
+            return kept
     admit(scene)
     radii, laws = scene.radii, laws_of(scene, off)
     radii.flags.writeable = False
@@ -161,24 +156,24 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     pairs = pairs_of(0 if many else len(scene.balls))
     cells = cells_of(scene) if many else None
     layout = Layout(
-        block=Block(balls, pairs, cells),
+        block=Block(balls, pairs, cells, most_contacts(len(scene.balls))),
         parts=(
             _flag_of(balls.higher),
             _flag_of(balls.air),
             _flag_of(balls.height),
             _flag_of(cells),
         ),
-        laws=np.array(laws[:-2], dtype=np.float64),
+        laws=np.array(laws[:-1], dtype=np.float64),
         obstacles=laws.obstacles,
-        integrated=laws.integrated,
         radii=radii,
         smallest_radius=float(np.min(radii)),
-        variant=variant_of(scene, False, off),
+        variant=variant_of(scene, off),
         columns=_columns_of(balls),
     )
-    if not off:
-        key = id(scene)
-        _LAYOUTS[key] = (weakref.ref(scene, lambda _: _LAYOUTS.pop(key, None)), layout)
+    key = id(scene)
+    if not _is_laid_out(scene):
+        _LAYOUTS[key] = (weakref.ref(scene, lambda _: _LAYOUTS.pop(key, None)), {})
+    _LAYOUTS[key][1][off] = layout
     return layout
 
 
@@ -196,7 +191,8 @@ def _flag_of(part: object | None) -> int | None:
     return None if part is None else 1
 
 
-_LAYOUTS: dict[int, tuple[weakref.ref[Scene], Layout]] = {}
+_LAYOUTS: dict[int, tuple[weakref.ref[Scene], dict[frozenset[Skip], Layout]]] = {}
+"""The layouts of each scene, by the skips that are switched off."""
 
 
 def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
@@ -287,7 +283,6 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         frame_x=0.0 if scene.table is None else scene.table.length,
         frame_y=0.0 if scene.table is None else scene.table.width,
         obstacles=obstacles,
-        integrated=1 if is_integrated(scene) or Skip.INTEGRATED_LAWS in off else None,
     )
 
 
@@ -400,38 +395,13 @@ def cells_of(scene: Scene) -> Cells:
     )
 
 
-def room_for_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
-    """Room for the contacts of n balls; `core.contacts` says what lies where in it."""
-    marks, integers, numbers = no_contacts(n)
-    return marks.copy(), integers.copy(), numbers.copy()
-
-
-@lru_cache(maxsize=8)
-def no_contacts(n: int) -> tuple[BoolArray, IntArray, FloatArray]:
-    """Arrays of the contacts of n balls of which there are none yet; nobody writes into them."""
-    m = _most_pairs(n) + len(CUSHIONS) * n
-    none, free = np.zeros(n, dtype=np.int64), np.arange(2 * m)
-    kept = (
-        np.full(n, st.FREE),
-        np.arange(n),
-        [0],
-        none,
-        none,
-        np.full(n, st.NOWHERE),
-        [2 * m],
-        free,
-    )
-    integers = np.concatenate((*kept, np.zeros(6 * m + 1, dtype=np.int64)))
-    return np.zeros(3 * n, dtype=np.bool_), integers, np.zeros(numbers_of_contacts(n, m))
-
-
-def contacts_of(n: int) -> Contacts:
-    """Room for the contacts of n balls, divided."""
-    return contacts_in(*room_for_contacts(n))
+def most_contacts(n: int) -> int:
+    """Return for how many contacts of n balls there is room: with each other, and with cushions."""
+    return _most_pairs(n) + len(CUSHIONS) * n
 
 
 def _most_pairs(n: int) -> int:
-    """Pairs of n balls that can touch at once: a planar graph has fewer than 3 n edges.
+    """Return how many pairs of n balls can touch at once: a planar graph has fewer than 3 n edges.
 
     More do where gaps can't be resolved: between balls hardly larger than the rounding of their
     coordinates. Such a run ends, see `NO_ROOM`.

@@ -12,7 +12,7 @@ import numpy as np
 from ghostball.engine.core import state as st
 from ghostball.engine.event_loop.play import START_COLUMNS, play
 from ghostball.engine.library.entry import COMPILED, Code, Needed
-from ghostball.engine.running.from_scene import Layout, room_for_contacts
+from ghostball.engine.running.from_scene import Layout
 from ghostball.engine.running.variants import Variant
 from ghostball.model.events import Status
 
@@ -67,12 +67,10 @@ class Room:
     """Arrays in which shots are played one after the other, of one scene at a time.
 
     `numbers` (m,) float64: the block of arrays of the shot at hand; see `core.block`.
-    `contacts`: three arrays, or None.
     """
 
-    def __init__(self, layout: Layout, with_contacts: bool) -> None:
+    def __init__(self, layout: Layout) -> None:
         self.numbers = np.empty_like(layout.block.numbers)
-        self.contacts = room_for_contacts(layout.count) if with_contacts else None
         self._layout = layout
 
     def fits(self, layout: Layout) -> bool:
@@ -83,13 +81,6 @@ class Room:
     def turn_to(self, layout: Layout) -> None:
         """Play shots of another scene, which fits, from now on."""
         self._layout = layout
-        self.contacts = None
-        if layout.variant.contacts:
-            self.take_contacts()
-
-    def take_contacts(self) -> None:
-        """Make room for contacts, of which none is known yet: most shots don't need any."""
-        self.contacts = room_for_contacts(self._layout.count)
 
     def play(
         self,
@@ -107,15 +98,12 @@ class Room:
         arrays = (which, *shots, *log, self.numbers)
         numbers = (first, continues, who, *limits, budget)
         if not COMPILED:
-            return int(play(*arrays, self.contacts, *numbers, *self._layout.arguments))
-        code = _code_of(self._layout, self.contacts is not None)
-        every = (*arrays, *(self.contacts or ()))
-        return int(code.call(every, numbers, self._layout.fixed)())
+            return int(play(*arrays, *numbers, *self._layout.arguments))
+        return int(_code_of(self._layout).call(arrays, numbers, self._layout.fixed)())
 
 
-def needed(layout: Layout, with_contacts: bool, name: str) -> Needed:
+def needed(layout: Layout, name: str) -> Needed:
     """Return what is needed of kernels to play shots of a scene; a message calls it `name`."""
-    contacts = (np.empty(0, dtype=np.bool_), _NO_INTEGERS, _NO_NUMBERS) if with_contacts else None
     arrays = (
         _NO_INTEGERS,
         _NO_STARTS,
@@ -129,19 +117,18 @@ def needed(layout: Layout, with_contacts: bool, name: str) -> Needed:
         _NO_NUMBERS,
     )
     numbers = (0, False, 0, 0, 0, 0)
-    return Needed(play, (*arrays, contacts, *numbers, *layout.arguments), name)
+    return Needed(play, (*arrays, *numbers, *layout.arguments), name)
 
 
 _NO_INTEGERS, _NO_NUMBERS = np.empty(0, dtype=np.int64), np.empty(0)
 
 
-def _code_of(layout: Layout, with_contacts: bool) -> Code:
+def _code_of(layout: Layout) -> Code:
     """Return the variant of the kernel that plays a scene."""
-    variant = layout.variant, with_contacts
-    code = _CODES.get(variant)
+    code = _CODES.get(layout.variant)
     if code is None:
-        code = _CODES[variant] = needed(layout, with_contacts, "shots").load().code
+        code = _CODES[layout.variant] = needed(layout, "shots").load().code
     return code
 
 
-_CODES: dict[tuple[Variant, bool], Code] = {}
+_CODES: dict[Variant, Code] = {}

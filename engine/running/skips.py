@@ -22,7 +22,6 @@ import numpy as np
 from ghostball.engine.core.tolerances import AT_THE_FRAME
 from ghostball.model import Scene
 from ghostball.model.errors import GhostballError
-from ghostball.model.impact_laws import any_integrated
 
 MOST_PAIRED = 60
 """Balls up to which a bound for every pair is faster than cells; the results are the same."""
@@ -42,8 +41,6 @@ class Skip(enum.StrEnum):
     CUSHIONS = "cushions"
     FAR_OBSTACLES = "far-obstacles"
     BALL_FRICTION = "ball-friction"
-    CONTACTS = "contacts"
-    INTEGRATED_LAWS = "integrated-laws"
     RECORDS = "records"
     DRAG = "drag"
     FLIGHT = "flight"
@@ -63,8 +60,6 @@ _LEAVES_OUT = {
     Skip.CUSHIONS: "when a ball meets a cushion",
     Skip.FAR_OBSTACLES: "jaws, facings and holes, until a ball comes near a pocket",
     Skip.BALL_FRICTION: "slip and friction between two balls",
-    Skip.CONTACTS: "kernels and room for joint impacts and resting contact, until one turns up",
-    Skip.INTEGRATED_LAWS: "kernels of the laws that integrate over an impact",
     Skip.DRAG: "pieces of motion that are no parabolas, which air makes of them",
     Skip.FLIGHT: "heights of balls, contacts in space, and bounces on the table",
     Skip.RECORDS: "the log of events and motions, and what is made of one, such as orientations",
@@ -175,11 +170,6 @@ def balls_rub(scene: Scene) -> bool:
     return scene.physics.ball_friction != 0.0
 
 
-def is_integrated(scene: Scene) -> bool:
-    """Whether a law integrates over its impacts."""
-    return any_integrated(scene.physics.ball_impact, scene.physics.cushion)
-
-
 def uses_cells(scene: Scene, off: Collection[Skip] = ()) -> bool:
     """Whether cells schedule this scene's impacts, instead of a bound for every pair."""
     return len(scene.balls) > MOST_PAIRED and Skip.FAR_CELLS not in off
@@ -209,16 +199,11 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
     if skip is Skip.BALL_FRICTION:
         used = not balls_rub(scene)
         return used, "`ball_friction` is 0" if used else "`ball_friction` isn't 0"
-    if skip is Skip.CONTACTS:
-        return True, "added when the run first needs them"
     if skip is Skip.DRAG:
         used = not has_drag(scene)
         return used, "there is no air" if used else "air, or the cloth, slows fast balls by more"
     if skip is Skip.FLIGHT:
         used = not scene.physics.airborne
         return used, "`airborne` is false" if used else "`airborne` is true"
-    if skip is Skip.INTEGRATED_LAWS:
-        used = not is_integrated(scene)
-        return used, "no law of the scene integrates" if used else "a law of the scene integrates"
     used = record == "rest"
     return used, f'`record` is "{record}"'

@@ -14,7 +14,6 @@ from ghostball.engine.event_loop import play
 from ghostball.engine.running.driver import warm_up
 from ghostball.engine.running.from_scene import Layout, layout_of, log_of, phases_of
 from ghostball.engine.running.room import Limits, Room, Shots
-from ghostball.engine.running.variants import variant_of
 from ghostball.model import Scene
 from ghostball.model.scene.contents import rolling
 
@@ -35,27 +34,21 @@ def run_sweep(scene: Scene, who: int, shots: Shots, limits: Limits, threads: int
 
     They differ in how balls begin, the first of which is ball `who`.
 
-    Those that turn out to need contacts are played again, with them. Interrupted by Ctrl-C, each
-    thread stops when it has done its share of work.
+    Interrupted by Ctrl-C, each thread stops when it has done its share of work.
     """
-    layout = layout_of(scene)
-    pending = np.arange(len(shots.counts))
+    layout, count = layout_of(scene), len(shots.counts)
 
     def play_part(part: st.IntArray, stop: Event) -> None:
-        room, log = Room(layout, with_contacts), log_of(0, layout.count)
+        room, log = Room(layout), log_of(0, layout.count)
         first, continues = 0, False
         while first < len(part) and not stop.is_set():
             first = room.play(shots, part, first, continues, log, limits, who=who)
             continues = first < len(part) and shots.counts[part[first], st.STATUS] == st.RUN_PAUSED
 
-    for with_contacts in (layout.variant.contacts, True):
-        if len(pending) == 0:
-            break
-        warm_up(variant_of(scene, with_contacts))
-        share = max(_FEWEST_AT_ONCE, min(_MOST_AT_ONCE, len(pending) // (4 * threads)))
-        parts = np.array_split(pending, -(-len(pending) // share))
-        _share(parts, play_part, threads)
-        pending = np.flatnonzero(shots.counts[:, st.STATUS] == st.RUN_CONTACTS)
+    warm_up(layout.variant)
+    share = max(_FEWEST_AT_ONCE, min(_MOST_AT_ONCE, count // (4 * threads)))
+    parts = np.array_split(np.arange(count), max(1, -(-count // share)))
+    _share(parts, play_part, threads)
 
 
 def run_each(layouts: Sequence[Layout], shots: Shots, limits: Limits, threads: int) -> None:
@@ -75,16 +68,12 @@ def run_each(layouts: Sequence[Layout], shots: Shots, limits: Limits, threads: i
                 return
             layout = layouts[k]
             if room is None or not room.fits(layout):
-                room = Room(layout, with_contacts=False)
+                room = Room(layout)
             room.turn_to(layout)
             continues = False
             while not stop.is_set():
                 room.play(shots, alone[k], 0, continues, log, limits)
-                status = shots.counts[k, st.STATUS]
-                if status == st.RUN_CONTACTS:
-                    warm_up(layout.variant._replace(contacts=True))
-                    room.take_contacts()
-                elif status != st.RUN_PAUSED:
+                if shots.counts[k, st.STATUS] != st.RUN_PAUSED:
                     break
                 continues = True
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ghostball.engine.running import skips
-from ghostball.engine.running.skips import Skip, has_drag, is_integrated, uses_cells
+from ghostball.engine.running.skips import Skip, has_drag, uses_cells
 from ghostball.model import Ball, Physics, Scene
 
 
@@ -13,39 +13,27 @@ class Variant(NamedTuple):
     """What the compiled kernels contain, and what is left out of them."""
 
     cells: bool  # the scheduler for many balls, else the one for few
-    integrated: bool  # the laws that integrate over the impact
-    contacts: bool  # joint impacts and sustained contact
     drag: bool = False  # motion that is no parabola, by air
     flight: bool = False  # balls that leave the cloth
 
     def name(self, what: str) -> str:
         """Return how a message calls the kernels of `what`."""
-        extras = ["contacts"] * self.contacts + ["cells"] * self.cells
-        extras += (
-            ["integrated laws"] * self.integrated + ["air"] * self.drag + ["flight"] * self.flight
-        )
+        extras = ["cells"] * self.cells + ["air"] * self.drag + ["flight"] * self.flight
         return what + " with " * bool(extras) + ", ".join(extras)
 
 
-def variant_of(scene: Scene, contacts: bool, off: frozenset[Skip] = frozenset()) -> Variant:
+def variant_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Variant:
     """Return what the kernels need to contain for a scene, with the skips in `off` switched off."""
     return Variant(
         uses_cells(scene, off),
-        is_integrated(scene) or Skip.INTEGRATED_LAWS in off,
-        contacts or Skip.CONTACTS in off,
         has_drag(scene) or Skip.DRAG in off,
         scene.physics.airborne or Skip.FLIGHT in off,
     )
 
 
 def still_scene(variant: Variant) -> Scene:
-    """Return a scene in which nothing happens.
-
-    No law that integrates is for balls that fly: with their kernels it is where its skip is off.
-    """
+    """Return a scene in which nothing happens."""
     laws: dict[str, Any] = {}
-    if variant.integrated and not variant.flight:
-        laws = {"motion": "sliding", "cushion": "mathavan2010"}
     if variant.flight:
         laws |= {"motion": "sliding", "airborne": True}
     if variant.drag:

@@ -19,7 +19,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Contacts, FloatArray, Pairs, World
+from ghostball.engine.core.state import FloatArray, Pairs, World
 from ghostball.engine.motion.crossings import first_crossing, first_meeting
 from ghostball.engine.motion.position import (
     FOR_EVER,
@@ -41,7 +41,7 @@ def update(world: World, t: float) -> None:
     for m in range(balls.touched[0]):
         _track(world, balls.touched[1 + m])
     for m in range(balls.touched[0]):
-        _update_ball(world, world.contacts, balls.touched[1 + m], t)
+        _update_ball(world, balls.touched[1 + m], t)
     world.log.counters[st.BOUNDS] += balls.touched[0] * (len(balls.own_kind) - 1)
 
 
@@ -70,13 +70,13 @@ def _track_bend(higher: FloatArray | None, world: World, i: int, at: int) -> Non
 
 
 @kernel(inline=True)
-def _update_ball(world: World, contacts: Contacts | None, i: int, t: float) -> None:
+def _update_ball(world: World, i: int, t: float) -> None:
     """Bound anew every pair of ball i; its row takes them over from the others' rows."""
-    balls, pairs = world.balls, world.pairs
+    balls, pairs, contacts = world.balls, world.pairs, world.contacts
     n = len(balls.own_kind)
     _bound_row(balls.higher, balls.height, world, i, t)
     pairs.bound[i * n + i] = math.inf
-    if contacts is not None and contacts.island[i] != st.FREE:
+    if contacts.island[i] != st.FREE:
         row = contacts.first_held[i]
         while row != st.NOWHERE:
             pairs.bound[i * n + contacts.held[row, st.PARTNER]] = math.inf

@@ -19,7 +19,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Cells, Contacts, World
+from ghostball.engine.core.state import Cells, World
 from ghostball.engine.motion.flight import one_flies
 from ghostball.engine.motion.geometry import list_near
 from ghostball.engine.motion.position import jerk, meets_until, pair_reach, relative_motion
@@ -59,10 +59,10 @@ def update(world: World, t: float) -> None:
 
 
 @kernel(inline=True)
-def bound_of(world: World, contacts: Contacts | None, i: int, j: int, t: float) -> float:
+def bound_of(world: World, i: int, j: int, t: float) -> float:
     """As `scheduling.scheduler.bound_of`, found anew: t if they touch then, or a later one."""
     balls = world.balls
-    if contacts is not None and holds(contacts, i, j):
+    if holds(world.contacts, i, j):
         return math.inf
     world.log.counters[st.BOUNDS] += 1
     end = min(meets_until(balls, i), meets_until(balls, j))
@@ -103,7 +103,7 @@ def _fill_slot(world: World, i: int, t: float, shares: bool) -> None:
     for y in range(-1, 2):
         for x in range(-1, 2):
             cell = cell_number(cells, column + x, row + y)
-            _meet_cell(world, world.contacts, i, cell, t, shares)
+            _meet_cell(world, i, cell, t, shares)
     enter_next(world, i)
 
 
@@ -114,9 +114,7 @@ def refill_slot(world: World, i: int, t: float) -> None:
 
 
 @kernel(inline=True)
-def _meet_cell(
-    world: World, contacts: Contacts | None, i: int, cell: int, t: float, shares: bool
-) -> None:
+def _meet_cell(world: World, i: int, cell: int, t: float, shares: bool) -> None:
     """Enter in ball i's slot its bounds with the balls of a cell; but not its partner again."""
     cells = world.cells
     j = cells.first[cell]
@@ -126,9 +124,7 @@ def _meet_cell(
             and cells.link[j, st.STAMP] == cells.link[i, st.PARTNER_STAMP]
         )
         left = j == i or known or (shares and j > i and world.balls.changed[j])
-        if contacts is not None:
-            left = left or holds(contacts, i, j)
-        if not left:
+        if not left and not holds(world.contacts, i, j):
             _meet_ball(world, i, j, t)
         j = cells.link[j, st.AFTER]
 
@@ -282,7 +278,7 @@ def _move_on(world: World, i: int, t: float) -> None:
     for k in range(-1, 2):
         x, y = (column + step, row + k) if side < 2 else (column + k, row + step)
         cell = cell_number(cells, x, y)
-        _meet_cell(world, world.contacts, i, cell, t, False)
+        _meet_cell(world, i, cell, t, False)
     enter_next(world, i)
 
 
@@ -351,7 +347,7 @@ def _list_several(world: World, i: int, t: float) -> int:
     count = 0
     for c in range(list_near(balls, cells, i)):
         j = int(balls.near[c])
-        if bound_of(world, world.contacts, i, j, t) <= t:
+        if bound_of(world, i, j, t) <= t:
             balls.near[count] = j
             count += 1
     return count

@@ -70,7 +70,7 @@ def bound_of(world: World, cells: Cells | None, i: int, j: int, t: float) -> flo
     """Return the bound of a pair at the instant t [s]; inf where a contact step holds it."""
     if cells is None:
         return all_pairs.bound_of(world.pairs, i, j)
-    return in_cells.bound_of(world, world.contacts, i, j, t)
+    return in_cells.bound_of(world, i, j, t)
 
 
 @kernel(inline=True)

@@ -27,7 +27,7 @@ from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.rows import OBSTACLE, ObstacleRow, rows_of
 from ghostball.engine.library.entry import Needed
 from ghostball.engine.running.from_scene import laws_of, layout_of
-from ghostball.engine.running.skips import has_drag, is_integrated
+from ghostball.engine.running.skips import has_drag
 from ghostball.engine.running.variants import Variant, still_scene
 from ghostball.engine.sensitivity import state as ts
 from ghostball.engine.sensitivity.propagate import run_tangent, sample_growth, sample_tangent
@@ -237,7 +237,7 @@ def _run(
     signs: int = 0,
 ) -> ts.Tangents:
     """Carry perturbations (n, PARTS, LANES) at the start along a motion, and roundings of it."""
-    warm_up(scene)
+    warm_up()
     run = _arrays(scene, trajectory, events, rounding, signs)
     # A ball that rests stops again at once, where the cloth slows it.
     rests = (run.segments[run.first[:-1], st.PHASE] == st.RESTING) & (
@@ -324,23 +324,17 @@ def _growing() -> AbstractContextManager[None]:
     return np.errstate(over="ignore", invalid="ignore")
 
 
-def warm_up(scene: Scene) -> None:
-    """Compile the kernels that a scene's tangent map needs, or load them; say so if compiled.
-
-    Contract: `has_derivative(scene)`; no other scene has a tangent map that needs any.
-    """
-    for one in needed(is_integrated(scene)):
+def warm_up() -> None:
+    """Compile the kernels that tangent maps need, or load them; say so if compiled."""
+    for one in needed():
         one.load()
 
 
 @cache
-def needed(integrated: bool) -> tuple[Needed, ...]:
-    """Return the kernels of tangent maps, to be compiled or loaded.
-
-    `integrated` says whether the laws that integrate are in them.
-    """
-    name = "sensitivity" + " with integrated laws" * integrated
-    scene = still_scene(Variant(False, integrated, False))
+def needed() -> tuple[Needed, ...]:
+    """Return the kernels of tangent maps, to be compiled or loaded."""
+    name = "sensitivity"
+    scene = still_scene(Variant(cells=False))
     segments = (np.zeros((1, st.SEGMENT_COLUMNS)),) * len(scene.balls)
     trajectory = ExactTrajectory(scene.radii, segments, 1.0, np.zeros(len(scene.balls)))
     run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)

@@ -6,11 +6,11 @@ import pytest
 from shots import ball, crowded_table, scene_of
 
 from ghostball.engine import simulate, warm_up
-from ghostball.engine.needed_kernels import MANY, every_kernel, kernels_of
+from ghostball.engine.needed_kernels import every_kernel, kernels_of
 
 ONE = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
 TWO = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, 0.0)))
-THREE = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, 0.0)), ball((2.0, 0.0)))
+THICK = scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.004)
 INTEGRATED = scene_of(
     ball((0.0, 0.0), (1.0, 0.0)),
     ball((1.0, 0.0)),
@@ -25,25 +25,14 @@ def names(*scenes, **options):
     return [needed.name for needed in kernels_of(scenes, **options)]
 
 
-def test_one_ball_has_no_contacts_and_several_may():
-    assert names(ONE) == ["shots"]
-    assert names(ONE, TWO, TWO) == names(TWO, ONE) == ["shots", "shots with contacts"]
+def test_scenes_that_need_the_same_kernel_name_it_once():
+    assert names(ONE, TWO, INTEGRATED) == ["shots"]
+    assert names(THICK, ONE, THICK) == ["shots with air", "shots"]
 
 
-def test_who_has_few_balls_may_be_taken_to_need_none():
-    assert names(TWO, contacts_from=MANY) == ["shots"]
-    assert names(TWO, THREE, contacts_from=MANY) == ["shots", "shots with contacts"]
-
-
-def test_each_kind_of_laws_and_the_tangent_map_is_a_part_of_its_own():
-    found = names(THREE, INTEGRATED, tangents=True, contacts_from=MANY)
-    maps = ("sensitivity", "sensitivity with integrated laws")
-    assert found == [
-        "shots",
-        "shots with contacts",
-        "shots with integrated laws",
-        *(f"{one}{part}" for one in maps for part in ("", ", samples", ", growth")),
-    ]
+def test_the_tangent_map_is_a_part_of_its_own():
+    maps = [f"sensitivity{part}" for part in ("", ", samples", ", growth")]
+    assert names(TWO, INTEGRATED, tangents=True) == ["shots", *maps]
 
 
 BEYOND = {"table": crowded_table()}
@@ -70,7 +59,7 @@ def test_what_is_warm_is_compiled():
 
 def test_every_kernel_is_each_of_those_of_scenes():
     every = every_kernel()
-    assert len({one.name for one in every}) == len(every) == 24 + 6
+    assert len({one.name for one in every}) == len(every) == 8 + 3
     some = kernels_of([ONE, TWO, INTEGRATED], tangents=True)
     assert {one.name for one in some} < {one.name for one in every}
-    assert every[0].name.startswith("shots with contacts, cells")
+    assert every[0].name == "shots with cells, air, flight"

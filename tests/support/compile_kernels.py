@@ -14,41 +14,29 @@ from ghostball.engine.running.driver import Variant
 from ghostball.engine.sensitivity import tangent_map
 from ghostball.reference_adapters.stepping.kernels import KERNELS
 
-CELLS, INTEGRATED, CONTACTS, DRAG, FLIGHT = range(5)
-
 # What fast tests run; what takes longest comes first.
-SHOTS: list[set[int]] = [
-    {INTEGRATED, CONTACTS, DRAG},
-    {CONTACTS, DRAG, FLIGHT},
-    {INTEGRATED, CONTACTS},
-    {CELLS, CONTACTS},
-    {CONTACTS, FLIGHT},
-    {CONTACTS, DRAG},
-    {CONTACTS},
-    {INTEGRATED, DRAG},
-    {CELLS},
-    {INTEGRATED},
-    {DRAG, FLIGHT},
-    {FLIGHT},
-    {DRAG},
-    set(),
+SHOTS = [
+    Variant(cells=False, drag=True, flight=True),
+    Variant(cells=True),
+    Variant(cells=False, flight=True),
+    Variant(cells=False, drag=True),
+    Variant(cells=False),
 ]
 
 # What the stress suite and slow tests run besides: shots without the skips of parts.
-WHOLE = [{CELLS, INTEGRATED, CONTACTS, DRAG, FLIGHT}, {INTEGRATED, CONTACTS, DRAG, FLIGHT}]
+WHOLE = [Variant(cells=True, drag=True, flight=True)]
 
 # What tests run with bounds checked (`use_few_kernels`).
-CHECKED = [WHOLE[1], {CELLS, INTEGRATED, CONTACTS}, {INTEGRATED, CONTACTS}]
+CHECKED = [
+    Variant(cells=False, drag=True, flight=True),
+    Variant(cells=True),
+    Variant(cells=False),
+]
 
 
-def variant_with(parts: set[int]) -> Variant:
-    return Variant(*(part in parts for part in range(5)))
-
-
-def needed(shots: list[set[int]]) -> list[Needed]:
+def needed(shots: list[Variant]) -> list[Needed]:
     """Return the kernels that tests call, with these variants of those of shots."""
-    maps = [*tangent_map.needed(True), *tangent_map.needed(False)]
-    return [*(driver.needed(variant_with(parts)) for parts in shots), *maps]
+    return [*map(driver.needed, shots), *tangent_map.needed()]
 
 
 def main(jobs: str, what: str = "fast") -> None:

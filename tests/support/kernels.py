@@ -1,10 +1,8 @@
 """The kernels as tests run them: called by Python, and, with bounds checked, in few variants.
 
-Compiling a variant that leaves parts out takes most of what it costs, and its results are the same
-to the bit. So where kernels are compiled for one test run, as under bounds checks, shots run those
-with contacts and with the laws that integrate; and with air and flight, where they need either. The
-few lines of its own that one without contacts has, where it finds that it needs them
-(`engine/event_loop/resolve.py`), run interpreted: there a place beyond an array is an error, too.
+Compiling a variant that leaves parts out takes most of what the whole costs, and its results are
+the same to the bit. So where kernels are compiled for one test run, as under bounds checks, shots
+run those with air and flight where they need either.
 """
 
 from __future__ import annotations
@@ -14,14 +12,24 @@ from collections.abc import Collection
 from functools import cache
 from typing import Any
 
+import numpy as np
 import pytest
 
 from ghostball.engine import batch
+from ghostball.engine.core import state as st
+from ghostball.engine.core.contacts import no_contacts, numbers_of_contacts
 from ghostball.engine.library.entry import COMPILED, Entry
 from ghostball.engine.running import driver
-from ghostball.engine.running.from_scene import Layout, layout_of
+from ghostball.engine.running.from_scene import Layout, layout_of, most_contacts
 from ghostball.engine.running.skips import Skip, has_drag
 from ghostball.model import Scene
+
+
+def room_for_contacts(n: int) -> tuple[st.BoolArray, st.IntArray, st.FloatArray]:
+    """Return the three arrays of the contacts of n balls of which there are none yet."""
+    m = most_contacts(n)
+    marks, integers = no_contacts(n, m)
+    return marks.copy(), integers.copy(), np.zeros(numbers_of_contacts(n, m))
 
 
 @cache
@@ -40,13 +48,7 @@ interpreted = pytest.mark.skipif(
 )
 
 
-begins_without_contacts = pytest.mark.skipif(
-    checks_bounds(), reason="with bounds checked, all shots begin with contacts"
-)
-
-
-ON_CLOTH = frozenset((Skip.CONTACTS, Skip.INTEGRATED_LAWS))
-IN_AIR = ON_CLOTH | {Skip.DRAG, Skip.FLIGHT}
+IN_AIR = frozenset((Skip.DRAG, Skip.FLIGHT))
 """What is switched off so that few variants do."""
 
 
@@ -58,7 +60,7 @@ def use_few_kernels() -> None:
 
     def layout_of_few(scene: Scene, off: Collection[Skip] = frozenset()) -> Layout:
         flies = has_drag(scene) or scene.physics.airborne
-        return layout_of(scene, (IN_AIR if flies else ON_CLOTH).union(off))
+        return layout_of(scene, IN_AIR.union(off) if flies else frozenset(off))
 
     for module in (batch, driver):
         changed: Any = module

@@ -1,8 +1,7 @@
 """Compiles the kernels of all shipped scenes for another machine, or plays the scenes there.
 
 `compile FOLDER` puts libraries into a folder, as a wheel has them; GHOSTBALL_BUILD_FOR and CC say
-for which machine. `play` prints the hash of each scene's bits. Both keep what contacts need in all
-kernels, so that a few will do; no bit depends on that.
+for which machine. `play` prints the hash of each scene's bits.
 """
 
 import sys
@@ -19,13 +18,13 @@ def compile_into(folder: Path) -> None:
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
     from hatch_build import put_into
 
-    variants = {variant_of(scene, contacts=True) for scene in select()}
+    variants = {variant_of(scene) for scene in select()}
     put_into(folder, [driver.needed(variant) for variant in sorted(variants)])
 
 
 def play() -> None:
     for scene in select():
-        result = simulate(scene, record="events", no_skip=["contacts"])
+        result = simulate(scene, record="events")
         assert result.events is not None
         print(scene.name, bits_hash(result.events, result.rest_positions), flush=True)
 

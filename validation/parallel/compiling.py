@@ -23,13 +23,12 @@ def compile_kernels(
     *,
     labels: Iterable[str] = (),
     tangents: bool = False,
-    contacts_from: int = 2,
     compiling: Progress[str] | None = None,
 ) -> Callable[[], None]:
     """Compile in `jobs` processes what `scenes` need of kernels.
 
     `labels`: engines that are run, whose adapters may have kernels too.
-    `tangents`, `contacts_from`: see `engine.needed_kernels.kernels_of`.
+    `tangents`: see `engine.needed_kernels.kernels_of`.
     `compiling`: called with how many variants are compiled, of how many, and the last one; first
         before the first of them. Left out, a log says it.
 
@@ -37,7 +36,7 @@ def compile_kernels(
 
     Raises `GhostballError` where one can't be compiled.
     """
-    needed = kernels_of(scenes, tangents=tangents, contacts_from=contacts_from)
+    needed = kernels_of(scenes, tangents=tangents)
     needed += adapter_kernels(labels)
     missing = [one for one in needed if not one.is_made]
     if missing:

@@ -12,7 +12,6 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
-from ghostball.engine.needed_kernels import MANY
 from ghostball.model import EngineFailedError, Scene, Status, UnsupportedSceneError
 from ghostball.model.errors import storable
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
@@ -57,7 +56,6 @@ def prepare(
         jobs,
         labels=dict.fromkeys(label for _, label in pairs),
         tangents=True,
-        contacts_from=MANY,
         compiling=compiling,
     )
 

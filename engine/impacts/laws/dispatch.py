@@ -28,19 +28,13 @@ _HAN2005 = CUSHION_LAW_NAMES.index("han2005")
 _MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
 _AT_THE_NOSE = tuple(k for k, law in enumerate(CUSHION_LAWS) if "cushion_height" in law.uses)
 
-# Chains of comparisons, because the compiler can't cache a kernel that is handed another one. It
-# leaves out what follows `is not None` where the type of an argument is None.
+# Chains of comparisons, because a kernel can't be handed another one.
 
 
 @kernel(inline=True)
 def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
     """Return what the scene's law makes of a ball-ball impact."""
-    return _ball_law(impact, laws, laws.integrated)
-
-
-@kernel(inline=True)
-def _ball_law(impact: BallImpact, laws: Laws, integrated: int | None) -> BallImpulse:
-    if integrated is not None and laws.ball_law == _MATHAVAN2014:
+    if laws.ball_law == _MATHAVAN2014:
         return mathavan2014(impact, laws)
     return frictional_balls(impact, laws)
 
@@ -51,14 +45,8 @@ def cushion_law(impact: CushionImpact, laws: Laws, k: int) -> CushionBounce:
     row = laws.obstacles[k]
     returned = restitution_at(impact.vn, row.restitution, row.loss)
     cushion = Cushion(returned, row.tangential, row.friction, row.height)
-    return _cushion_law(impact, cushion, int(row.law), laws.integrated)
-
-
-@kernel(inline=True)
-def _cushion_law(
-    impact: CushionImpact, cushion: Cushion, law: int, integrated: int | None
-) -> CushionBounce:
-    if integrated is not None and law == _MATHAVAN2010:
+    law = int(row.law)
+    if law == _MATHAVAN2010:
         return mathavan2010(impact, cushion)
     if law == _HAN2005:
         return han2005(impact, cushion)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from kernels import room_for_contacts
 
 from ghostball.engine.core.contacts import contacts_in, numbers_of_contacts
 from ghostball.engine.core.rows import COMPLIANCE_COLUMNS, MEMBER_COLUMNS
 from ghostball.engine.core.state import MOST_DIRECT
-from ghostball.engine.running.from_scene import room_for_contacts
 
 
 @pytest.mark.parametrize("n", [1, 2, 7])

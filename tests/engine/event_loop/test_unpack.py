@@ -30,7 +30,7 @@ def test_every_array_comes_back(n, physics):
     fill([balls.state, *balls[1:6], *balls[7:]])
     fill(pairs)
     fill(cells)
-    made = Block(balls, pairs, cells)
+    made = Block(balls, pairs, cells, 1)
     flags = [None if part is None else 1 for part in balls[7:]]
     found = balls_in(made.numbers, made.offsets, balls.counters, *flags)
     start, end = made.offsets[at.STATE], made.offsets[at.OWN_KIND]
@@ -49,7 +49,7 @@ def test_every_array_comes_back(n, physics):
 
 def test_a_shot_starts_from_all_but_what_is_scratch():
     scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0)))
-    made = Block(balls_of(scene), pairs_of(2), None)
+    made = Block(balls_of(scene), pairs_of(2), None, 1)
     numbers = np.full_like(made.numbers, np.nan)
     start_from(numbers, made.numbers, made.offsets)
     scratch = made.offsets[at.SCRATCH]

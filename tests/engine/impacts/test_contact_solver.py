@@ -8,15 +8,15 @@ import random
 
 import numpy as np
 import pytest
-from kernels import entry_to
+from kernels import entry_to, room_for_contacts
 
 from ghostball.engine.core import state as st
+from ghostball.engine.core.contacts import contacts_in
 from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.rows import ContactRow, column_of
 from ghostball.engine.core.state import Contacts
 from ghostball.engine.impacts import contact_solver
 from ghostball.engine.impacts.contact_solver import end_approach, gain_of
-from ghostball.engine.running.from_scene import contacts_of
 
 end_approach, gain_of = map(entry_to, (end_approach, gain_of))
 
@@ -55,7 +55,7 @@ class Group:
         )
 
     def contacts(self) -> Contacts:
-        contacts = contacts_of(len(self.masses))
+        contacts = contacts_in(*room_for_contacts(len(self.masses)))
         for row, mass in zip(contacts.motion, self.masses, strict=True):
             if COMPILED:
                 row["effective_mass"] = mass

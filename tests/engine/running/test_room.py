@@ -8,7 +8,6 @@ import pytest
 from recorded import fingerprint
 
 from ghostball.engine import simulate
-from ghostball.engine.core.rows import MEMBER_COLUMNS
 from ghostball.engine.running import driver, room, skips
 from ghostball.model import Scene
 from ghostball.validation.scenes.library import FOLDER
@@ -28,11 +27,9 @@ def pause_at_every_step(monkeypatch):
 def fill_scratch_with_nan(monkeypatch):
     made = room.Room.__init__
 
-    def poisoned(self, layout, with_contacts):
-        made(self, layout, with_contacts)
+    def poisoned(self, layout):
+        made(self, layout)
         self.numbers[:] = math.nan
-        if self.contacts is not None:
-            self.contacts[2][layout.count * MEMBER_COLUMNS :] = math.nan
 
     monkeypatch.setattr(room.Room, "__init__", poisoned)
 

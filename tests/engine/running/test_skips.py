@@ -17,7 +17,7 @@ from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.scenes.random_scenes import random_scene
 
 EXACT = [skip for skip in Skip if skip not in {Skip.ADVANCEMENT, *BUILT_IN}]
-PARTS = {Skip.INTEGRATED_LAWS, Skip.DRAG, Skip.FLIGHT}
+PARTS = {Skip.DRAG, Skip.FLIGHT}
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -61,7 +61,7 @@ def test_what_is_explained_follows_from_the_scene():
         return {use.skip.value for use in explain_skips(scene, **how) if use.used}
 
     lonely = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
-    always = {"contacts", "integrated-laws", "drag", "flight", "records"}
+    always = {"drag", "flight", "records"}
     assert used(lonely) == {"cushions", "ball-friction", *always}
     gas = scene_of(ball((0, 0), (1.0, 0.0)), ball((1.0, 0.0)), rolling_friction=0.0, t_max=2.0)
     assert used(gas) - used(lonely) == {"undisturbed", "receding", "out-of-reach", "advancement"}
@@ -73,7 +73,6 @@ def test_what_is_explained_follows_from_the_scene():
     assert used(lonely) - used(thick) == {"drag"}
     flies = scene_of(ball((0.6, 0.6)), motion="sliding", airborne=True)
     assert used(lonely) - used(flies) == {"flight"}
-    assert used(Scene.load(FOLDER / "mathavan-cut.toml")).isdisjoint({"integrated-laws"})
 
 
 @pytest.mark.parametrize(

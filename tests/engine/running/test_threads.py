@@ -5,7 +5,6 @@ from threading import Event
 import numpy as np
 import pytest
 from batches import assert_same
-from kernels import begins_without_contacts
 from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import simulate, simulate_many, simulate_sweep
@@ -29,7 +28,6 @@ def test_every_part_of_a_long_sweep_is_as_shot_by_shot(workers):
         assert_same(batch, k, simulate(scene_of(ball((0.6, 0.6), velocity), table=POOL_TABLE)))
 
 
-@begins_without_contacts
 @pytest.mark.compiled
 @pytest.mark.parametrize(("first", "second"), [(223, 153), (153, 223)])
 def test_scenes_with_as_many_balls_are_each_played_as_their_own(first, second):

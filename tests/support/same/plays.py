@@ -31,7 +31,7 @@ move very slowly in contact where no cloth stops them."""
 
 THREADS: Final = (1, 2, 5)
 
-PARTS: Final = (Skip.CONTACTS, Skip.INTEGRATED_LAWS, Skip.DRAG, Skip.FLIGHT)
+PARTS: Final = (Skip.DRAG, Skip.FLIGHT)
 """Skips that leave out parts of the kernels: all are off at once, so that one more is compiled."""
 
 ALONE: Final = tuple(

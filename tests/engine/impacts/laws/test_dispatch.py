@@ -13,8 +13,8 @@ from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 
-NUMBERS = Laws._fields[:-2]
-NOTHING = Laws(*(0.0,) * len(NUMBERS), obstacles=np.empty(0, dtype=OBSTACLE), integrated=1)
+NUMBERS = Laws._fields[:-1]
+NOTHING = Laws(*(0.0,) * len(NUMBERS), obstacles=np.empty(0, dtype=OBSTACLE))
 
 
 def test_every_law_of_the_registry_is_called():
@@ -39,7 +39,7 @@ def test_every_law_of_the_registry_is_called():
             if law.name == "mirror":
                 continue  # the law `restitution`, with factors of 1
             one = laws._replace(ball_law=float(code))
-            numbers = laws_from(np.array(one[:-2], dtype=np.float64), one.obstacles, 1)
+            numbers = laws_from(np.array(one[:-1], dtype=np.float64), one.obstacles)
             more = () if kind == "ball" else (code,)
             found.add(tuple(kernel(impact, numbers, *more)))
         assert len(found) == len(registry) - (kind == "cushion")
