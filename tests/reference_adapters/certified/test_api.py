@@ -31,7 +31,6 @@ NO_FORM_TO_COMPARE = {
     "air-drop",
     # Thousands of impacts.
     "galperin-3",
-    "galperin-4",
 }
 MANY_SHOTS = {"throw-by-angle", "throw-by-spin"}
 BY_HAND = {"cradle", "frozen-to-cushion", "stun-shot"}
