@@ -18,7 +18,6 @@ from typing import Final, Literal
 import numpy as np
 
 from ghostball.model import (
-    Ball,
     EventKind,
     Result,
     SampledTrajectory,
@@ -27,6 +26,7 @@ from ghostball.model import (
     SceneError,
     energy_of,
 )
+from ghostball.validation.diagnose.near_misses import ball_at
 from ghostball.validation.grading.event_logs import Event, events_in
 from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.sampling import events_of
@@ -203,22 +203,12 @@ def _by_the_law(
     scene: Scene, one: Event, states: Samples, start: float, end: float
 ) -> Result | None:
     """Simulate a contact from the state before it; None unless its balls meet exactly once."""
-    rolls = scene.physics.motion == "rolling"
-    balls = []
-    for index in one.balls:
-        spin = None if rolls else tuple(states.angular_velocities[0, index].tolist())
-        state = {
-            "position": tuple(states.positions[0, index].tolist()),
-            "velocity": tuple(states.velocities[0, index].tolist()),
-            "angular_velocity": spin,
-        }
-        balls.append({**dict(scene.balls[index].without_strike()), **state})
     try:
         shot = Scene(
             name="contact",
             physics=scene.physics,
             table=scene.table,
-            balls=[Ball(**ball) for ball in balls],
+            balls=[ball_at(scene, states, index) for index in one.balls],
             t_max=end - start,
         )
     except SceneError:  # the engine let them overlap before

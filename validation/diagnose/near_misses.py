@@ -62,6 +62,21 @@ def state_before(result: Result, t: float) -> tuple[float, Samples]:
     return before, result.sample([before])
 
 
+def ball_at(scene: Scene, states: Samples, ball: int, axes: int = 3) -> Ball:
+    """Return a ball of a scene in the first of some sampled states: where it is, how it moves.
+
+    `axes`: 2 where only the plane counts: it lies on the cloth, and moves along it.
+    """
+    state = {
+        "position": tuple(states.positions[0, ball, :axes].tolist()),
+        "velocity": tuple(states.velocities[0, ball, :axes].tolist()),
+        "angular_velocity": None
+        if scene.physics.motion == "rolling"
+        else tuple(states.angular_velocities[0, ball].tolist()),
+    }
+    return Ball(**(dict(scene.balls[ball].without_strike()) | state))
+
+
 def overlap_of(result: Result, collision: Event) -> float | None:
     """Return the overlap of a collision of a run [m]: by how much it would have to be missed.
 
@@ -123,25 +138,15 @@ def gaps(scene: Scene, collision: Event, centres: FloatArray) -> FloatArray:
 
 def _coast(scene: Scene, state: Samples, ball: int) -> Result:
     """Let a ball continue alone from a state, on a cloth without end."""
-    old = scene.balls[ball].without_strike()
-    rolling = scene.physics.motion == "rolling"
-    alone = Ball(
-        **{
-            **dict(old),
-            "position": tuple(state.positions[0, ball, :2].tolist()),
-            "velocity": tuple(state.velocities[0, ball, :2].tolist()),
-            "angular_velocity": None
-            if rolling
-            else tuple(state.angular_velocities[0, ball].tolist()),
-        }
-    )
     # Nothing slows a ball on a cloth without resistance: until it has gone far beyond all others.
     speed = float(np.linalg.norm(state.velocities[0, ball, :2]))
     extent = float(np.max(np.abs(state.positions[0, :, :2])) + np.max(scene.radii))
     endless = scene.rolling_frictions[ball] == 0.0 or not scene.sliding_frictions[ball] > 0.0
     t_max = 4.0 * extent / speed if endless and speed > 0.0 else None
     t_max = 1.0 if endless and t_max is None else t_max
-    free = Scene(name="coast", physics=scene.physics, balls=[alone], t_max=t_max)
+    free = Scene(
+        name="coast", physics=scene.physics, balls=[ball_at(scene, state, ball, 2)], t_max=t_max
+    )
     return run_ours(free)
 
 

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from toy_engines import cut
 
@@ -19,13 +20,18 @@ from ghostball.validation.grading.event_logs import Event, events_in
 R = 0.028575
 
 
+def aimed(aside=0.0, speed=1.0, x=0.6):
+    """Return a run: a ball rolls along x towards another one at `x`, `aside` of its centre [m]."""
+    balls = [
+        Ball(id="cue", position=(0.0, aside), velocity=(speed, 0.0)),
+        Ball(id="object", position=(x, 0.0)),
+    ]
+    return simulate(Scene(name="aim", balls=balls), record="trajectory")
+
+
 @pytest.mark.parametrize("aside", [0.0, 0.03, 0.0571])
 def test_the_overlap_of_a_collision_is_what_is_left_of_two_radii_beside_the_aim(aside):
-    balls = [
-        Ball(id="cue", position=(0.0, aside), velocity=(1.0, 0.0)),
-        Ball(id="object", position=(0.6, 0.0)),
-    ]
-    run = simulate(Scene(name="aim", balls=balls), record="trajectory")
+    run = aimed(aside)
     (collision,) = events_in(run.events)
     assert overlap_of(run, collision) == pytest.approx(2 * R - aside, rel=1e-6)
 
@@ -34,11 +40,7 @@ def test_the_overlap_with_a_ball_that_would_stop_is_what_it_would_still_go():
     # It gets 1 mm farther than to touch.
     way = 0.5 + 1e-3
     speed = math.sqrt(2.0 * 0.02 * 9.81 * way)
-    balls = [
-        Ball(id="cue", position=(0.0, 0.0), velocity=(speed, 0.0)),
-        Ball(id="object", position=(0.5 + 2 * R, 0.0)),
-    ]
-    run = simulate(Scene(name="short", balls=balls), record="trajectory")
+    run = aimed(speed=speed, x=0.5 + 2 * R)
     assert overlap_of(run, events_in(run.events)[0]) == pytest.approx(1e-3, rel=1e-6)
 
 
@@ -56,11 +58,7 @@ def test_the_overlap_with_a_cushion_is_what_the_ball_would_still_go():
 
 
 def test_a_miss_is_as_wide_as_its_gap():
-    balls = [
-        Ball(id="cue", position=(0.0, 2 * R + 0.002), velocity=(1.0, 0.0)),
-        Ball(id="object", position=(0.6, 0.0)),
-    ]
-    run = simulate(Scene(name="miss", balls=balls), record="trajectory")
+    run = aimed(2 * R + 0.002)
     gap, when = nearest_approach(run, Event(EventKind.BALL_BALL, 0, 1, 0.6), 0.0, run.rest_time)
     assert gap == pytest.approx(0.002, rel=1e-6)
     assert run.sample([when]).positions[0, 0, 0] == pytest.approx(0.6, abs=1e-4)
@@ -79,6 +77,4 @@ def test_frames_of_a_stepping_engine_give_the_same_to_a_step():
 
 
 def test_ulps_are_those_of_the_largest_coordinate():
-    import numpy as np
-
     assert in_ulps(4.0 * 2.0**-52, [np.array([0.1, 1.5])]) == 4.0

@@ -17,6 +17,14 @@ from ghostball.validation.runs.sampling import (
     union_times,
 )
 
+SHOT = Scene(
+    name="shot",
+    balls=[
+        Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+        Ball(id="b", position=(0.5, 0.02)),
+    ],
+)
+
 
 def test_too_many_events_are_thinned_evenly_and_the_grid_stays() -> None:
     events = np.linspace(0.0, 1.0, 10_001)
@@ -45,14 +53,7 @@ def test_an_event_brings_the_instant_before_it_and_both_are_thinned_together() -
 
 def test_a_stored_motion_shows_the_overlap_that_the_engine_undid() -> None:
     # Breaks where only the state after an event is stored: the paper's balls are apart again then.
-    shot = Scene(
-        name="shot",
-        balls=[
-            Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
-            Ball(id="b", position=(0.5, 0.02)),
-        ],
-    )
-    result = make_engine("paper-discrete").simulate(shot, record="trajectory")
+    result = make_engine("paper-discrete").simulate(SHOT, record="trajectory")
     motion = motion_of(result)
     gap = np.linalg.norm(motion.positions[:, 0] - motion.positions[:, 1], axis=1) - 2 * 0.028575
     largest = largest_overlap(result)
@@ -61,14 +62,7 @@ def test_a_stored_motion_shows_the_overlap_that_the_engine_undid() -> None:
 
 
 def test_a_stored_motion_holds_every_event() -> None:
-    shot = Scene(
-        name="shot",
-        balls=[
-            Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
-            Ball(id="b", position=(0.5, 0.02)),
-        ],
-    )
-    result = simulate(shot, record="trajectory")
+    result = simulate(SHOT, record="trajectory")
     motion = motion_of(result)
     assert set(motion.events["t"]) <= set(motion.times)
     assert len(motion.times) <= MAX_TIMES
@@ -109,8 +103,7 @@ def test_a_stored_motion_tells_sliding_from_rolling_and_bends_where_the_path_doe
 
 
 def test_frames_are_stored_without_phases() -> None:
-    scene = Scene(name="roll", balls=[Ball(id="cue", position=(0.0, 0.0), velocity=(1.0, 0.0))])
-    result = make_engine("paper-discrete").simulate(scene, record="trajectory")
+    result = make_engine("paper-discrete").simulate(SHOT, record="trajectory")
     assert motion_of(result).phases is None
 
 
