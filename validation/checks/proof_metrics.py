@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from functools import lru_cache
 from typing import Final
@@ -11,6 +12,7 @@ import numpy as np
 from ghostball.model import EventKind, ExactTrajectory, Result, SampledTrajectory, Samples, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import stated_error
+from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.checks.energy_curve import compared_instants
 from ghostball.validation.checks.metric import MetricGroup, NotMeasuredError, RunAndTruth
 from ghostball.validation.grading.event_logs import ALL_KINDS, Event, events_in, proved_events
@@ -224,6 +226,35 @@ def _early_path_error(run: RunAndTruth) -> float:
     axes = slice(3 if result.scene.physics.airborne else 2)
     errors = np.linalg.norm((result.sample(times).positions - true)[..., axes], axis=2)
     return float(np.max(np.where(np.isfinite(errors), errors, np.inf)))
+
+
+@PROOF.metric(
+    "first_landing_error",
+    "s",
+    "time error of the first landing in the shot if no other contact comes before it, for a "
+    "time-stepping engine that reports landings",
+    "proof",
+)
+def _first_landing_error(run: RunAndTruth) -> float:
+    landing = first_landing(run.certificate)
+    if stated_error(run.resolution) == 0.0:
+        raise NotMeasuredError("`event_time_error` compares all events of this engine")
+    if landing is None:
+        raise NotMeasuredError(
+            "the certified shot doesn't begin with a flight that ends on the cloth"
+        )
+    found = events_in(events_of(run.result), (EventKind.BALL_CLOTH,))
+    times = [one.t for one in found if one.a == landing.a]
+    if not found:
+        raise NotMeasuredError("the run reports no landing")
+    return abs(times[0] - landing.t) if times else math.inf
+
+
+def first_landing(certificate: Certificate) -> Event | None:
+    """Return the landing that is the first contact of a certified shot, if there is one."""
+    contacts = (one for one in proved_events(certificate) if one.kind not in PHASE_ENDS)
+    first = next(contacts, None)
+    return first if first is not None and first.kind is EventKind.BALL_CLOTH else None
 
 
 def _may_touch(scene: Scene, motion: ExactTrajectory, event: Event, error: float) -> bool:

@@ -27,6 +27,7 @@ shifts later events by their derivative; each event adds its own delay:
     |phase end error|  <= P max_i sum_k |dT_i / d delay_k| delay_k + dt,
     |rest time error|  <= P sum_k |dT / d delay_k| delay_k + dt,
     |energy error|     <= P sum_k |dE / d delay_k| delay_k + r F,
+    |landing error|    <= g dt T / v_z + dt, for the first landing, after a flight of the time T,
     |path error|       <= P sum_k max_t |dx(t) / d delay_k| delay_k + r,
 
 where P is the product above, t_j are the times of the collisions, T_i the ends of slides and rolls,
@@ -54,7 +55,8 @@ collisions, which have no derivative; after the horizon of the engine, where its
 changed the collisions; and if the shot isn't certified to its end. There is no limit either if a
 ball may end more than a radius from its place, because such a limit is too wide. In these cases the
 first collisions are judged, up to the first of these instants: the engine must find them, in their
-order. The path of each ball before the first contact, or the first landing, is judged, too.
+order. The path of each ball before the first contact, or the first landing, is judged, too, and so
+is the time of the first landing.
 """
 
 from __future__ import annotations
@@ -73,8 +75,10 @@ from ghostball.reference_adapters.base import (
     stated_error,
 )
 from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
+from ghostball.validation.checks.proof_metrics import first_landing
 from ghostball.validation.checks.step_delays import SteppedShot
 from ghostball.validation.grading.event_logs import proved_events
+from ghostball.validation.grading.gradable import proved_motion
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact
 from ghostball.validation.grading.tolerances import EPS
@@ -94,12 +98,19 @@ STEP_METRICS = frozenset(
         "phase_time_error",
         "path_error",
         "early_path_error",
+        "first_landing_error",
         "energy_difference_max",
         "energy_rise",
         "overlap_max",
     }
 )
 """Metrics on which a limit may be computed."""
+
+_ONLY_IF_REPORTED = ("phase_time_error", "early_path_error", "first_landing_error")
+"""Metrics of events or motions that an engine may leave out of its results."""
+
+_JUST_BEFORE = 1e-9
+"""Part of the time of a landing by which a velocity is asked before the landing."""
 
 LEAST = 1e-12
 """Error allowed at any time step [m], [s]: the roundings of some thousand steps."""
@@ -140,12 +151,13 @@ def step_criteria(
             metric=metric,
             reason=reason,
             # Not every engine says when a slide or a roll ends, or shows how a shot begins.
-            if_measured=metric in ("phase_time_error", "early_path_error"),
+            if_measured=metric in _ONLY_IF_REPORTED,
             **limit,
         )
         for metric, limit, reason in (
             *(tuple(_outcome(shot)) or _beginning(shot)),
             *_of_motion(shot),
+            *_of_landing(shot),
         )
     )
 
@@ -233,6 +245,29 @@ def _before_contacts(shot: SteppedShot) -> Iterator[_Limit]:
             f"engine displace a ball by at most {off:.3g} m."
         )
         yield "early_path_error", {"at_most": LEAST + off}, reason
+
+
+def _of_landing(shot: SteppedShot) -> Iterator[_Limit]:
+    """Yield the limit on the time of the first landing.
+
+    In a flight of the time T, an error of one step in the vertical velocity changes the height by
+    at most g dt T. A ball that is this much too high or too low lands later or earlier by this
+    height over its speed downwards, and the engine detects the landing up to one step late.
+    """
+    proof, dt = shot.truth.certificate, shot.last
+    landing = None if proof is None or shot.fastest == 0.0 else first_landing(proof)
+    if proof is None or landing is None:
+        return
+    before = proved_motion(shot.scene, proof).sample([landing.t * (1.0 - _JUST_BEFORE)])
+    speed = -float(before.velocities[0, landing.a, 2])
+    off = shot.scene.physics.gravity * dt * landing.t
+    if speed > 0.0 and off < shot.smallest:
+        reason = (
+            f"Until the first landing, time steps of {1e3 * dt:.3g} ms change the height of a ball "
+            f"by at most {off:.3g} m, which shifts the landing by {off / speed:.3g} s; the engine "
+            "detects the landing up to one step later."
+        )
+        yield "first_landing_error", {"at_most": LEAST + off / speed + dt}, reason
 
 
 def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:

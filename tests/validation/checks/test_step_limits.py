@@ -410,3 +410,24 @@ def test_past_what_has_no_derivative_only_the_beginning_is_judged(unknown: float
     )
     assert {"rest_error_max", "ball_ball_count_error"} <= known
     assert past - {"matching_events"} == {"energy_rise", "overlap_max", "early_path_error"}
+
+
+@pytest.mark.parametrize("name", ["cue-jump", "flight-bounces", "flight-lands"])
+def test_the_first_landing_comes_on_time(name: str) -> None:
+    """Fails if an engine may report landings later than its time step explains."""
+    pytest.importorskip("pybullet")
+    scene, engine = find_scene(name), make_engine("pybullet")
+    truth = truth_of(scene)
+    rule = Criteria().step_rule(engine.name, plain_settings(engine), common_criteria())
+    assert rule is not None
+    limits = {one.metric: one.limit for one in step_criteria(rule, engine, scene, truth)}
+    run = engine.simulate(scene, record="trajectory")
+    resolution = resolution_of(engine, scene)
+
+    def error(result: Result) -> float:
+        measured = measure(result, truth, ["first_landing_error"], resolution=resolution)
+        return float(measured.values["first_landing_error"])
+
+    assert error(run) < limits["first_landing_error"] <= 3.001e-3
+    late = with_late_events(run, 5e-3, [EventKind.BALL_CLOTH])
+    assert error(late) > limits["first_landing_error"]

@@ -123,7 +123,7 @@ _MIRRORED = "wall-bounce", "corner-double-bounce", "corner-exact", "around-the-t
 
 FORMS: Mapping[str, Form] = {
     **dict.fromkeys(_MIRRORED, Form(unfolded_bounces)),
-    **dict.fromkeys((f"galperin-{k}" for k in range(5)), Form(unfolded_masses)),
+    **dict.fromkeys((f"galperin-{k}" for k in range(4)), Form(unfolded_masses)),
     "cradle": Form(_chain),
     "three-ball-symmetric": Form(collision_with_two),
     "frozen-to-cushion": Form(_squeezed_out),
