@@ -27,11 +27,9 @@ def run(world: World, limit: int) -> int:
     One of `pairs` and `cells` is None: which scheduler works, `scheduling.scheduler` says.
 
     Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
-    the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT, RUN_PAUSED or RUN_CONTACTS
-    continues where it stopped when called again. The event that asked for `contacts` is kept, and
-    not found once more: its balls are at its instant by then, and of pairs that touch at once
-    rounding would leave one. A run that returned RUN_NOT_FINITE has in NOT_FINITE
-    which ball's motion isn't.
+    the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT or RUN_PAUSED continues
+    where it stopped when called again. After RUN_NOT_FINITE, NOT_FINITE says which ball's motion
+    isn't finite.
     """
     log = world.log
     log.counters[st.NOT_FINITE] = st.FREE

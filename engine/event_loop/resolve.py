@@ -3,9 +3,6 @@
 Which event it is, `event_loop.find` has found; what an impact does, is in `impacts`. What changes a
 ball's motion marks it in `balls.changed`, and leaves it to the loop to predict it. A `cushion` here
 is any row of `Laws.obstacles`.
-
-`Contacts` may be missing. What needs them then returns NEEDS_CONTACTS, having changed no motion,
-and is called again when they are there.
 """
 
 from __future__ import annotations

@@ -140,8 +140,8 @@ def make_all(
     # Sorted, those that take alike stand together: each process gets some of every kind.
     number = -(-len(missing) // count)
     groups = [missing[k::number] for k in range(number)]
-    # Those with contacts take longest, and come first.
-    groups.sort(key=lambda group: -sum("contacts" in one.name for one in group))
+    # Those of shots take longest, longer with air or flight, and come first.
+    groups.sort(key=lambda group: -sum(len(one.name) for one in group if "shots" in one.name))
 
     def make(group: list[Needed]) -> None:
         orders = []

@@ -197,7 +197,7 @@ def test_a_ball_whose_bounces_are_integrated_stays_on_its_side_of_a_gate(lacking
 
 def test_bounces_between_slanting_cushions_keep_the_energy():
     """Fails if the rounded normal of a cushion changes the energy the same way at each bounce."""
-    scene, bounces = wedge("needle", math.radians(0.1))
+    scene, bounces = wedge(math.radians(0.1))
     result = simulate(scene, record="events")
     assert result.collision_counts["ball-cushion"] == bounces == 1800
     before, after = result.energy([0.0, scene.t_max]).total
