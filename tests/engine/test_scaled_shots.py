@@ -50,7 +50,7 @@ def scaled(scene: Scene, x: float, t: float, m: float) -> Scene:
 @pytest.mark.parametrize("physics", [*(Physics(**kind) for kind in KINDS.values()), AIR])
 @pytest.mark.parametrize("shape", [cut, bank])
 def test_a_shot_is_the_same_at_any_size(physics, shape):
-    scene = shape("shot", physics, t_max=0.4)
+    scene = shape(physics, t_max=0.4)
     one = simulate(scene, record="events")
     # Of a shot in air that is tiny, or lasts no time, the drag is refused.
     for length, time, mass in SIZES[:6] if physics is AIR else SIZES:

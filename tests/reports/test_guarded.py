@@ -103,6 +103,7 @@ def test_a_figure_costs_itself_alone(three_folder, monkeypatch):
 
 def test_a_process_that_crashes_costs_its_part_alone(three_folder, monkeypatch):
     monkeypatch.setattr(report, "_make", crash_in_one_scene)
+    monkeypatch.setattr(report, "CASES_WORTH_A_PROCESS", 1)
     failed, html = written(three_folder, jobs=2, figures="none")
     assert failed == ["part of report.html on scene stop"]
     assert "the process running it crashed (exit code 7)" in html

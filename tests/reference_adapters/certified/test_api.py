@@ -26,6 +26,7 @@ NO_FORM_TO_COMPARE = {
     "frozen-triangle",
     "push",
     "push-line",
+    "push-unequal",
     "wedged",
     # In the air with drag: refused by name.
     "air-drop",
