@@ -21,7 +21,9 @@ from ghostball.validation.scenes.gases import FRICTIONLESS, ball_at, packed_gas
 from ghostball.validation.scenes.library import find_scene
 
 SHIPPED = ("break-16", "break-16@8", "pool-break-9", "galperin-3")
-"""Shipped scenes whose times the documentation says; SCENE@SPEED sets the first ball's [m/s]."""
+"""Shipped scenes whose times the documentation quotes; SCENE@SPEED sets the first ball's speed
+[m/s].
+"""
 
 RUNS = 15
 """How often a sample runs a shipped scene: one run takes too short a time."""
@@ -40,7 +42,7 @@ MELTING = 20.0
 
 
 Prepare = Callable[[bool], Sampler]
-"""Builds what is timed; takes whether sizes are tiny: then it shows that all runs, no time."""
+"""Builds a workload; True asks for tiny sizes, which test that it runs and time nothing."""
 
 
 @dataclass(frozen=True)

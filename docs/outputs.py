@@ -17,9 +17,9 @@ status of `exit=N`. With `as=console` the commands are shown, too, but for lines
 `# hide`. Where what commands print differs from the last output in durations alone, it is left as
 it is. The picture that a program draws is written, or checked, with the pages.
 
-cog (cogapp) would leave most of this to us: exit statuses, durations, hidden lines and the shown
-prompt. Each shell block would become a quoted argument of a Python call, and a page that doesn't
-exist ends cog with a traceback.
+cog (cogapp) would still need our code for exit statuses, durations, hidden lines and prompts. Each
+shell block would become a quoted argument of a Python call, and a page that doesn't exist ends cog
+with a traceback.
 """
 
 from __future__ import annotations

@@ -181,7 +181,7 @@ def kinds_text(changes: Sequence[SceneChange]) -> str:
 def counts_text(results: Results) -> str:
     """Say how many scenes and engines there are, and how many cases have which verdict.
 
-    An engine with other settings is no other engine.
+    Two configurations of one engine count as one engine.
     """
     labels, engines = results.labels, {case.engine for case in results.cases}
     on = many(len(engines), "engine")
@@ -191,7 +191,7 @@ def counts_text(results: Results) -> str:
         Verdict.PASS: "passed",
         Verdict.FAIL: "failed",
         Verdict.CRASHED: "did not finish",
-        Verdict.LIMITS_HOLD: "keep their limits without their outcome being judged",
+        Verdict.LIMITS_HOLD: "limits kept, outcome not judged",
         Verdict.NOT_REPRESENTABLE: "not representable",
     }
     rest = "without a verdict"
@@ -211,7 +211,7 @@ def incomplete_text(results: Results) -> str:
 
 
 class Failure(NamedTuple):
-    """A limit that a case breaks, and why it is what it is; or, without `check`, no end of it."""
+    """A broken limit with its reason; or, if `check` is None, a run that did not finish."""
 
     case: CaseRecord
     check: Check | None

@@ -27,7 +27,7 @@ def make_scene() -> Any:
     scene.bounce_threshold = 1e-4  # 2 by default: slower impacts don't bounce
     shape.contact_offset = 1e-7  # 1 cm by default: what is nearer is stopped before it touches
     shape.rest_offset = 0.0
-    body.solver_position_iterations = 64  # the default, 10, makes 1e-4 of the energy of a break
+    body.solver_position_iterations = 64  # with the default, 10, a break gains 1e-4 of its energy
     body.sleep_threshold = 0.0  # else a slow ball stops before its time
     # They are of the whole process, and read as a scene and its bodies are made.
     sapien.physx.set_scene_config(scene)

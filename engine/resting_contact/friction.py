@@ -197,8 +197,8 @@ def _surface(
 ) -> tuple[float, float, float, float]:
     """Velocity of ball k's surface where it faces along the normal of contact c; and its change.
 
-    Above its centre by an angle. What the cloth takes of the spin about the vertical counts: left
-    to the next step, it would remain as slip, of a size that goes with the step's length.
+    Above its centre by an angle. The cloth's slowing of the vertical spin is included: otherwise a
+    slip proportional to the step remains.
     """
     balls, contacts = world.balls, world.contacts
     nx, ny = contacts.forces[c].nx, contacts.forces[c].ny

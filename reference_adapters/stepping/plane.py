@@ -179,7 +179,9 @@ class Stepper(ABC):
         """
         if before is not None and self.collisions:
             recorder.frame(self.seen_at, before, force=True)
-            if not self.keep_frame:  # else the step is no longer than the contact
+            # If `keep_frame`, the step is within the contact: a frame here would show the motion of
+            # the middle of the step.
+            if not self.keep_frame:
                 after = self._just_after(before)
                 recorder.frame(self.seen_at, after._replace(positions=before.positions), force=True)
         for fall, state in self.states_at_falls if self.falls else ():

@@ -26,7 +26,7 @@ from ghostball.validation.checks.verdict import is_unfinished, not_judged, unfin
 from ghostball.validation.results.records import CaseRecord, Check, number_with_unit
 
 Kind = Literal["failure", "error", "skipped"]
-"""What may become of a test case that doesn't pass."""
+"""How JUnit marks a test case that doesn't pass."""
 
 # XML 1.0 has no way to write these, not even escaped.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

@@ -3,8 +3,8 @@
 Titles and reasons come from users' files and from other people's engines. Nothing of them may
 become markup: templates escape what isn't `Markup`, and JSON within a script has no `<`.
 
-An engine has one colour in every figure (`reports.style`), also on the page's paper, light or dark,
-unless a line of it could not be distinguished from the paper.
+Each engine has one colour in all figures (`reports.style`); a colour too faint for the page is
+darkened or lightened.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ REPLAY_SCRIPTS = (
 
 
 LIGHT_INK, DARK_INK = "#1a1f24", "#e6eaee"
-"""`--ink` of page.css in both schemes; a test holds them to it."""
+"""`--ink` of page.css in both schemes. A test compares them with page.css."""
 
 ON_LIGHT = {style.ORANGE: "#c48700", style.SKY: "#4999c6", style.YELLOW: "#9c942b"}
 ON_DARK = {style.BROWN: "#875c1a"}

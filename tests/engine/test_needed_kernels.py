@@ -10,7 +10,7 @@ from ghostball.engine.needed_kernels import every_kernel, kernels_of
 
 ONE = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
 TWO = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((1.0, 0.0)))
-THICK = scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.004)
+IN_AIR = scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.004)
 INTEGRATED = scene_of(
     ball((0.0, 0.0), (1.0, 0.0)),
     ball((1.0, 0.0)),
@@ -27,7 +27,7 @@ def names(*scenes, **options):
 
 def test_scenes_that_need_the_same_kernel_name_it_once():
     assert names(ONE, TWO, INTEGRATED) == ["shots"]
-    assert names(THICK, ONE, THICK) == ["shots with air", "shots"]
+    assert names(IN_AIR, ONE, IN_AIR) == ["shots with air", "shots"]
 
 
 def test_the_tangent_map_is_a_part_of_its_own():

@@ -118,8 +118,8 @@ def compare_results(
 ) -> Regression:
     """Compare the runs of an engine in a results folder with their baselines.
 
-    `whole`: whether all scenes that it is guarded by were run: then there is a warning of
-        baselines of other scenes, and our engine runs the shots of many balls too.
+    `whole`: whether all guarded scenes were run; if so, baselines of other scenes cause a warning,
+        and our engine also runs the shots of many balls.
     `only`: names of the scenes that are compared; all that were run where it is left out.
     `time_limit` [s]: for each shot that is played again, as `run_suite` has it.
     `fail_on`: what fails it; see `FailOn`.

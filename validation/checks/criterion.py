@@ -29,7 +29,7 @@ LIMITS: Final[Mapping[LimitKind, Callable[[float, float], bool]]] = {
     "at_least": operator.ge,
     "equals": operator.eq,
 }
-"""The kinds of limits, each with the comparison of a value with it; nan keeps none."""
+"""Each kind of limit with its comparison; nan fails every limit."""
 
 EVERY = "*"
 """Selects every engine."""

@@ -1,4 +1,4 @@
-"""A metric: its name, unit and meaning, and how it is computed of a run and its reference."""
+"""A metric: its name, unit and meaning, and how it is computed from a run and its reference."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class RunAndTruth:
 
     @cached_property
     def grade(self) -> Grade:
-        """The run held against the proof of the shot."""
+        """The run compared with its certificate."""
         certificate = self.certificate
         self.require_end()
         # An engine that errs by rounding alone is graded as exact even if it records only frames.

@@ -78,16 +78,21 @@ def _count_error(kind: EventKind) -> Compute:
     return error
 
 
-for name, meaning, kinds in (
-    ("ball_ball_count", "collisions between balls", (EventKind.BALL_BALL,)),
-    ("ball_cushion_count", "collisions with cushions", (EventKind.BALL_CUSHION,)),
-    ("collision_count", "collisions of both kinds", COLLISION_KINDS),
-):
-    OUTCOME.metric(name, "1", meaning, judges="shot")(_count(*kinds))
-for kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION):
-    name = f"{kind.label.replace('-', '_')}_count_error"
-    meaning = f"difference of the {kind.label} count"
-    OUTCOME.metric(name, "1", meaning, "events", "end")(_count_error(kind))
+def _add_counts() -> None:
+    """Add the numbers of collisions, and their differences from the true numbers."""
+    for name, meaning, kinds in (
+        ("ball_ball_count", "collisions between balls", (EventKind.BALL_BALL,)),
+        ("ball_cushion_count", "collisions with cushions", (EventKind.BALL_CUSHION,)),
+        ("collision_count", "collisions of both kinds", COLLISION_KINDS),
+    ):
+        OUTCOME.metric(name, "1", meaning, judges="shot")(_count(*kinds))
+    for kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION):
+        name = f"{kind.label.replace('-', '_')}_count_error"
+        meaning = f"difference of the {kind.label} count"
+        OUTCOME.metric(name, "1", meaning, "events", "end")(_count_error(kind))
+
+
+_add_counts()
 
 
 def _compared(run: RunAndTruth) -> Agreement:

@@ -135,7 +135,8 @@ class SteppedShot:
             for ball in balls:
                 past |= pasts[ball]
             if t >= horizon or k == many:
-                # Errors decide what comes of this one, or a ball has two at this instant.
+                # Past the horizon, or two events of one ball at one instant: the outcome is
+                # uncertain.
                 begins.append((t, past))
                 break
             if lateness.kinds[k] in COLLISION_KINDS:

@@ -49,7 +49,7 @@ class Meets(NamedTuple):
 class EventChange(NamedTuple):
     """What an event does to changes of its balls, and how rounding of it adds to them.
 
-    Where there is no derivative, the first four are all that is known.
+    If the event has no derivative, only the first four fields are set.
     """
 
     kind: EventKind
@@ -58,7 +58,7 @@ class EventChange(NamedTuple):
     segments: tuple[int, ...]  # that each ball comes to
     matrix: FloatArray | None = None  # (7 b, 7 b), from those of the segments before
     late: FloatArray | None = None  # (7 b,) what seeing it late changes of the balls, per second
-    stale: FloatArray | None = None  # (2, 7 b) what older speeds change, of centres and surfaces
+    stale: FloatArray | None = None  # (2, 7 b) what older speeds change, per s: centres, surfaces
     later: FloatArray | None = None  # (7 b,) how much later changes of the segments before make it
     approach: float = 0.0  # [m/s] along the line of contact; 0 where nothing collides
     meets: Meets | None = None  # how what collides meets; None where nothing collides

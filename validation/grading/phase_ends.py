@@ -70,12 +70,13 @@ def phase_ends(proved: Sequence[Event], found: Sequence[Event], end: float) -> l
             continue
         leg = next((one for one in legs.get(true.a, ()) if one.first < true.index < one.last), None)
         if leg is not None:
-            same = [one.t for one in proved if _is_rival(one, true, leg)]
+            same = [one.t for one in proved if _is_same_kind_in(one, true, leg)]
             ends.append(PhaseEnd(true, _late_by(true, _times(leg, true, found), same)))
     return ends
 
 
-def _is_rival(one: Event, true: Event, leg: _Leg) -> bool:
+def _is_same_kind_in(one: Event, true: Event, leg: _Leg) -> bool:
+    """Return True if a certified end has the kind, ball and leg of `true`."""
     return (one.kind, one.a) == (true.kind, true.a) and leg.first < one.index < leg.last
 
 

@@ -25,7 +25,7 @@ class Quantity(BaseModel, frozen=True, extra="forbid"):
 
 
 class Heading(BaseModel, frozen=True, extra="forbid"):
-    """What a family of figures is called; and what it says otherwise than its facts."""
+    """The name of a family of figures; fields given here replace those of its facts."""
 
     name: str
     short: str

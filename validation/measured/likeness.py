@@ -31,7 +31,7 @@ Settings = Mapping[str, Any]
 Rows = Sequence[Row]
 
 Figures = Iterator[Iterable[Measured]]
-"""Those of each family of a measurement."""
+"""The figures of each family, in the order of the facts."""
 
 
 class Player(NamedTuple):
@@ -194,6 +194,6 @@ MEASUREMENTS: Final[
     "hits-snooker": (lambda _: _of_balls("snooker"), _oblique_hits),
     "throw-pool": (_pool_friction, _throws),
 }
-"""Of each measurement, by the name of its facts: the settings with which an engine comes nearest to
-it, None if it has no law of cushions for it; and its figures, played with these settings.
+"""For each table of facts: the settings that fit it best (None: no suitable cushion law), and the
+function that plays its figures.
 """

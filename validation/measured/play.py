@@ -1,4 +1,4 @@
-"""What every operator plays with: an engine, the balls of the measurements, and one ball alone."""
+"""What all operators share: the engine, the sizes of balls, and the track of a single ball."""
 
 from __future__ import annotations
 

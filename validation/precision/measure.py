@@ -77,7 +77,8 @@ class EngineAtStep:
         A certified result is always computed: a stored one would take no time.
         """
         if not isinstance(self.engine, CertifiedEngine):
-            # The collisions of a ladder are looked at; an exact engine isn't slowed by its log.
+            # Stepping engines record their collisions, which are compared; an exact engine is timed
+            # without a log.
             record: Record = "rest" if self.step is None else "events"
             timed: Any = _TimedEngine(self.engine)
             with captured():

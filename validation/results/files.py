@@ -31,27 +31,32 @@ def toml_of(text: str) -> dict[str, Any]:
         raise ValueError("lists or tables are nested too deeply to read") from None
 
 
-def describe_validation_error(error: ValidationError, known: Sequence[str] = ()) -> str:
+def describe_validation_error(
+    error: ValidationError, known: Sequence[str] = (), *, within: str = "", noun: str = "field"
+) -> str:
     """Return what is wrong with data that a model refuses: the first field, its rule, its value.
 
     Such as "`rounds` must be a valid integer, got 'x'", for a message that says where it is.
+    `within`: table that holds the data, such as `tool.ghostball`.
+    `noun`: what a field of the data is called.
     """
     # A number may be an integer or a float: what is neither is described by the rule of the latter.
     problems = error.errors()
-    return describe_problem(
-        next((one for one in problems if one["loc"][-1:] != ("int",)), problems[0]), known
-    )
+    first = next((one for one in problems if one["loc"][-1:] != ("int",)), problems[0])
+    return describe_problem(first, known, within=within, noun=noun)
 
 
-def describe_problem(problem: ErrorDetails, known: Sequence[str] = ()) -> str:
+def describe_problem(
+    problem: ErrorDetails, known: Sequence[str] = (), *, within: str = "", noun: str = "field"
+) -> str:
     """Return one of the things that are wrong, in words; `known` are the fields that there are."""
-    where, kind = field_of(problem), problem["type"]
+    where, kind = ".".join(filter(None, (within, field_of(problem)))), problem["type"]
     if kind == "missing":
         return f"`{where}` is missing"
     if kind in ("extra_forbidden", "unexpected_keyword_argument"):
         close = get_close_matches(str(problem["loc"][-1]), known, n=1)
         hint = f"Did you mean `{close[0]}`?" if close else f"Known here: {', '.join(known)}"
-        return f"`{where}` is not a known field{f'. {hint}' if known else ''}"
+        return f"`{where}` is not a known {noun}{f'. {hint}' if known else ''}"
     said = re.sub(r"^\w+ should", "must", problem["msg"].removeprefix("Value error, "))
     # Of what is no JSON the whole text would be shown, and of a table all of it.
     shown = repr(problem["input"])

@@ -77,7 +77,10 @@ def with_setting(engine: ReferenceEngine, name: str, value: Any) -> ReferenceEng
 
 
 def shorter_steps(engine: ReferenceEngine, count: int) -> list[float]:
-    """Return the engine's own step and shorter ones, `count` in all [s]; none where it has none."""
+    """Return the engine's own step and shorter ones, `count` in all [s].
+
+    Empty if the engine has no step.
+    """
     own = step_of(engine)
     return [] if own is None else [own / SHORTER**k for k in range(count)]
 
@@ -113,7 +116,7 @@ def shrinks(errors: Sequence[float]) -> bool:
 
 
 def knee_step(errors: Mapping[float, float]) -> float | None:
-    """Return the step that is worth it [s]: finer ones cost more than they mend; None of none.
+    """Return the longest step worth its cost [s]; None if there are no errors.
 
     It is that of the least error, times the root of the steps that it takes: so from any coarser
     one four times the steps at least halve the error, and to any finer one not.

@@ -82,8 +82,8 @@ def plan(
 ) -> Plan:
     """Return what is run and what is asked of it; refuse what is wrong before anything runs.
 
-    Only a closed form that given criteria ask for in vain is refused later, by `prepare`: to see
-    that takes solving the shot.
+    One error comes later, from `prepare`: criteria ask for a closed form that the scene lacks. Only
+    solving the shot shows this.
 
     Raises `GhostballError` see `validation.suite.suite.run_suite`.
     """

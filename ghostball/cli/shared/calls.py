@@ -44,7 +44,7 @@ def command(app: typer.Typer, module: str) -> Callable[[type[T]], type[T]]:
 def refuse_given(context: typer.Context, why: str, *names: str) -> None:
     """Refuse options that were given, although they would do nothing.
 
-    `why`: why they would; the beginning of a sentence.
+    `why`: the reason, as the start of a sentence.
     `names`: the fields of the command's class.
     """
     for parameter in context.command.params:

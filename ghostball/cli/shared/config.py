@@ -103,5 +103,7 @@ def _checked(table: Any, path: Path) -> Config:
     try:
         return Config.model_validate(table)
     except ValidationError as error:
-        said = describe_validation_error(error, list(Config.model_fields))
-        raise ConfigError(f"{path}: in `tool.ghostball`: {said}") from None
+        said = describe_validation_error(
+            error, list(Config.model_fields), within="tool.ghostball", noun="setting"
+        )
+        raise ConfigError(f"{path}: {said}") from None

@@ -70,7 +70,7 @@ def complete_engine(incomplete: str) -> list[str]:
     return [one for one in engine_names() if one.startswith(incomplete)]
 
 
-# typer's functions return Any: these say what it takes between the brackets of `Annotated`.
+# typer's functions return Any; these helpers give mypy the type that `Annotated` needs.
 
 
 def scene_argument(metavar: str, said: str) -> typer.models.ArgumentInfo:

@@ -31,11 +31,12 @@ def run_cases(
     done: Callable[[CaseRecord], None] = lambda _: None,
     **more: Any,
 ) -> Outcome:
-    """Run cases with a bar that says how far they are; say first what is not run again.
+    """Run cases with a progress bar; first say which are reused.
 
-    `run`: `run_suite`, or what has its parameters, of which `more` are some; `items` is the first.
+    `run`: `run_suite` or a function with its parameters; `items`: its first argument; `more`:
+        further ones.
     `steps`: of the whole command, if it has more than these two.
-    `done`: called with each case that is done.
+    `done`: called after each case.
     """
     with cluster_at(cluster) as there, (steps or Steps(COMPILING, RUNNING)).bar() as step:
         count = step(RUNNING)

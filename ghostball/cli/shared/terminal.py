@@ -151,7 +151,7 @@ def _console(*, stderr: bool) -> Console:
 
 
 def _explain(error: Exception) -> ExitStatus:
-    """Say what went wrong and whose fault it is, and return the exit status that says the same."""
+    """Print the error with its cause, and return the exit status."""
     if isinstance(error, EngineFailedError):
         if error.is_our_bug:
             return _our_bug(error.trace, error.reason)

@@ -1,4 +1,4 @@
-"""Logs that fill up, and runs that come to need contacts: nothing is lost or kept twice."""
+"""Logs that fill up: no event or motion is lost or kept twice."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Closed forms: where a shot ends, to 50 digits, by formula and from the scene's own doubles.
 
-Nothing here is shared with the engine: other code, and other arithmetic. The order of collisions is
-found by comparing all that may come next, or it is stated by hand in `FORMS`, and checked.
+Nothing here is shared with the engine: other code, and other arithmetic. The solver finds the order
+of collisions itself, or `FORMS` states it and the solver checks it.
 """
 
 from __future__ import annotations
@@ -82,9 +82,8 @@ class ClosedForm:
 def closed_form(scene: Scene) -> ClosedForm | None:
     """Return the closed form of `scene`, or None where it has none.
 
-    A scene has one where it has the shape: a few collisions, one after the other, each of two
-    alone. Some shipped scenes have one by their name, as long as their values lead to the
-    collisions, and their physics is among those, that the form is for.
+    A scene has a closed form if it is a short sequence of collisions, each between two bodies. Some
+    shipped scenes have one by name, if their physics and collisions are those of the form.
     """
     solved = _solved(scene)
     if solved is None:

@@ -133,7 +133,8 @@ def test_what_fails_is_asked_by_an_option_or_by_the_project(accepted, planted):
     settings.write_text('[tool.ghostball]\nfail_on = "wors"\n', "utf-8")
     refused = regress()
     assert refused.exit_code == 2
-    assert "`fail_on` must be 'changed', 'worse' or 'limits', got 'wors'" in refused.stderr
+    said = "`tool.ghostball.fail_on` must be 'changed', 'worse' or 'limits', got 'wors'"
+    assert said in refused.stderr
     settings.write_text('[tool.ghostball]\nfail_on = "limits"\n', "utf-8")
     assert regress().exit_code == 1  # the planted nanometre breaks a limit of truth, too
 

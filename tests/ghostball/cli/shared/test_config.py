@@ -13,8 +13,11 @@ from ghostball.cli.shared.config import load_config
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('engins = ["ghostball"]', "`engins` is not a known field. Did you mean `engines`?"),
-        ("engines = [1]", "`engines[0]` must be a valid string, got 1"),
+        (
+            'engins = ["ghostball"]',
+            "`tool.ghostball.engins` is not a known setting. Did you mean `engines`?",
+        ),
+        ("engines = [1]", "`tool.ghostball.engines[0]` must be a valid string, got 1"),
         ('scenes = ["none-such"]', 'unknown scene or tag "none-such"'),
         ('scenes = ["none-such/*.toml"]', "matches no shipped scene and no TOML file"),
         ("engines = [", "not valid TOML"),
