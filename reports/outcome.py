@@ -191,7 +191,7 @@ def counts_text(results: Results) -> str:
         Verdict.PASS: "passed",
         Verdict.FAIL: "failed",
         Verdict.CRASHED: "did not finish",
-        Verdict.LIMITS_HOLD: "limits kept, outcome not judged",
+        Verdict.LIMITS_HOLD: "without a judged outcome",
         Verdict.NOT_REPRESENTABLE: "not representable",
     }
     rest = "without a verdict"

@@ -258,7 +258,7 @@ def _of_landing(shot: SteppedShot) -> Iterator[_Limit]:
     landing = None if proof is None or shot.fastest == 0.0 else first_landing(proof)
     if proof is None or landing is None:
         return
-    before = proved_motion(shot.scene, proof).sample([landing.t * (1.0 - _JUST_BEFORE)])
+    before = proved_motion(shot.scene, proof).sample(np.array([landing.t * (1.0 - _JUST_BEFORE)]))
     speed = -float(before.velocities[0, landing.a, 2])
     off = shot.scene.physics.gravity * dt * landing.t
     if speed > 0.0 and off < shot.smallest:
