@@ -156,6 +156,17 @@ def test_the_collisions_of_galperin_are_the_digits_of_pi():
 
 
 @pytest.mark.compiled
+def test_galperin_shots_ask_for_each_collision_for_their_energy_and_for_no_overlap():
+    asked = shot("long-runs/galperin-4")
+    found = judged(asked.scene, asked.criteria, reference=False)
+    assert found.faults == ()
+    limits = {check.metric: check.limit for check in found.record.checks if check.passed}
+    assert (limits["ball_ball_count"], limits["ball_cushion_count"]) == (15_708, 15_707)
+    assert limits["energy_drift"] <= 7e-12
+    assert limits["overlap_max"] <= 2e-12
+
+
+@pytest.mark.compiled
 @pytest.mark.parametrize("seed", [0, 7])
 def test_a_gas_that_collides_too_often_or_too_seldom_is_seen(seed: int):
     asked = shot("long-runs/gas-1000", Size(seed=seed))

@@ -12,6 +12,7 @@ import numpy as np
 from mpmath import mp, workdps
 
 from ghostball.model import POOL_BALL_RADIUS as RADIUS, Ball, Scene, Table
+from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.gas import ICE, collision_rate, gas
 from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
@@ -76,6 +77,7 @@ def _galperins() -> Iterator[Shot]:
                 "The number of collisions is given by the digits of pi.",
                 equals=count,
             ),
+            *_limits_of_rounding(digits, count),
             limit(
                 "reversal_error",
                 "The reversed shot returns to its start, so its final speeds are right, too.",
@@ -86,6 +88,29 @@ def _galperins() -> Iterator[Shot]:
             stepped=digits <= 2,
             collisions=count,
         )
+
+
+def _limits_of_rounding(digits: int, count: int) -> Iterator[Criterion]:
+    """Yield limits on a shot of `count` collisions, for engines that claim to be off by rounding.
+
+    They alternate between ball and cushion, and begin with the balls.
+    """
+    alternate = "The collisions alternate: the heavy ball, the cushion, the heavy ball."
+    yield limit("ball_ball_count", alternate, claiming="rounding", equals=(count + 1) // 2)
+    yield limit("ball_cushion_count", alternate, claiming="rounding", equals=count // 2)
+    yield limit(
+        "energy_drift",
+        "No process dissipates energy; each collision may round the energy once, by 2.2e-16.",
+        claiming="rounding",
+        at_most=count * EPS,
+    )
+    yield limit(
+        "overlap_max",
+        "Rounding the instant of a collision by up to 2e-16 s moves the light ball, at up to "
+        f"1e{digits} m/s; 1e-14 m allows for the rounding of places.",
+        claiming="rounding",
+        at_most=max(1e-14, 2e-16 * 10.0**digits),
+    )
 
 
 def galperin_shot(digits: int) -> Scene:
