@@ -15,15 +15,18 @@ Each engine has a folder of its own.
 from __future__ import annotations
 
 import json
+import math
 import re
 from dataclasses import MISSING, fields, replace
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
-from pydantic import Field, PlainSerializer, PlainValidator, ValidationError
+from pydantic import Field, PlainSerializer, PlainValidator, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
 
 from ghostball.model import EVENT_DTYPE, EventKind, Events, GhostballError
+from ghostball.model.hashes import bits_hash
 from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.registry import OURS, engine_name, parse_spec, spec_of
 from ghostball.validation.baselines.played import Log, Played
@@ -112,6 +115,26 @@ class Baseline(Model):
     hash: str
     record: CaseRecord
     events: FirstEvents
+
+    @model_validator(mode="after")
+    def _events_are_of_the_record(self) -> Self:
+        """Check what a right hash can't say: a program that is wrong writes a right hash too."""
+        record, log, balls = self.record, self.events.log, len(self.record.definition["balls"])
+        met = log.events["kind"] == EventKind.BALL_BALL
+        named = [*log.events["a"].tolist(), *log.events["b"][met].tolist()]
+        if wrong := [ball for ball in named if not 0 <= ball < balls]:
+            raise PydanticCustomError(
+                "balls",
+                "`events.first` names ball {ball}, but the scene has {balls}",
+                {"ball": wrong[0], "balls": f"{balls} (0 to {balls - 1})"},
+            )
+        rests = record.rest_positions
+        whole = math.isinf(log.until) and rests is not None
+        if whole and bits_hash(log.events, rests) != record.bits:
+            raise PydanticCustomError(
+                "bits", "`record.bits` isn't the hash of its events and rest positions"
+            )
+        return self
 
     @classmethod
     def of(cls, played: Played, accepted: Accepted, engine: str = OURS) -> Baseline:
