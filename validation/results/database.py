@@ -273,8 +273,9 @@ def _check(database: sqlite3.Connection, path: Path) -> None:
     _check_pages(path, state.st_size, state.st_mtime_ns)
 
 
-# A report reads the motion of each case: a file that hasn't changed since is checked once.
-@lru_cache(maxsize=1)
+# A report reads the motion of each case: a file that hasn't changed since is checked once. A
+# comparison reads two databases in turns, so more than one is remembered.
+@lru_cache(maxsize=4)
 def _check_pages(path: Path, *_: int) -> None:
     """Let SQLite look through all pages, and whether rows keep the rules of their tables."""
     with closing(_connect(path, "rw")) as database:
