@@ -16,6 +16,7 @@ from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scene_numbers import COMPARISONS
 from ghostball.reports.page.scenes import ScenePart
 from ghostball.validation.baselines import Regression
+from ghostball.validation.checks.verdict import unfinished_text
 from ghostball.validation.results.store import CaseRecord, Results
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import scene_names
@@ -38,12 +39,12 @@ def failures_html(
 
 def _failures(results: Results, scenes: Mapping[str, ScenePart]) -> Iterator[dict[str, Any]]:
     """Yield every failure of a run, in the order of its cases."""
-    for case, check, words, _ in failures(results.cases):
+    for case, check, _, _ in failures(results.cases):
         yield {
             "case": case,
             "check": check,
             "limit": "" if check is None else COMPARISONS[check.limit_kind],
-            "words": words,
+            "unfinished": unfinished_text(case),
             "command": commands.simulate(case.scene, case.label, recorded=True),
             "why": explaining(case),
             "rests": list(_rests(case)),
