@@ -72,8 +72,10 @@ def benchmark(measure: M) -> M:
             make_folder(folder)
         with counting("measuring") as count:
             before = _progress.set(count)
-            measured = measure(**options)
-            _progress.reset(before)
+            try:
+                measured = measure(**options)
+            finally:
+                _progress.reset(before)
         stdout().print(measured.table)
         for folder in folders:
             stdout().print(f"written: {measured.save(folder)}", soft_wrap=True, markup=False)
