@@ -143,7 +143,13 @@ def names_of_facts() -> list[str]:
 
 
 def facts_of(name: str) -> Facts:
-    """Return the table of this name; see `names_of_facts`."""
+    """Return the table of this name.
+
+    Raises `FactsError` where there is none.
+    """
+    known = names_of_facts()
+    if name not in known:
+        raise FactsError(f'no facts called "{name}"; there are {", ".join(known)}')
     file = files("ghostball.validation.measured") / "facts" / f"{name}.toml"
     return parsed(file.read_text(encoding="utf-8"), f"{name}.toml")
 

@@ -24,6 +24,11 @@ def test_each_table_is_read_and_its_bins_rise(name):
     assert places == sorted(places)
 
 
+def test_a_name_that_is_not_there_is_refused_with_those_that_are():
+    with pytest.raises(FactsError, match=r'no facts called "none"; there are .*cushion-carom'):
+        facts_of("none")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
