@@ -19,8 +19,8 @@ from ghostball.reference_adapters.stepping.plane import ClosedForm, PlaneWorld, 
 class PlaneEngine(EngineBase):
     """An engine that a `PlaneWorld` stands for, with `SteppingSettings`.
 
-    The world is `World` in the module `world` of the engine's folder. Only this module imports the
-    engine itself, so that a list of engines doesn't.
+    Only the module of its world imports the engine itself, so that a list of engines doesn't; see
+    `world_class`.
     """
 
     CAPABILITIES: ClassVar[ByConfiguration]
@@ -58,11 +58,15 @@ class PlaneEngine(EngineBase):
 
     def world(self, scene: Scene) -> PlaneWorld:
         """Load the engine, and build the scene in it."""
-        world: PlaneWorld = self._world_class()(scene, self.settings)
+        world: PlaneWorld = self.world_class()(scene, self.settings)
         return world
 
     @classmethod
-    def _world_class(cls) -> Any:
+    def world_class(cls) -> Any:
+        """Return the class of its world; an adapter that lies elsewhere imports its own here.
+
+        By default `World` in the module `world` of the engine's folder in `reference_adapters`.
+        """
         return resolve_name(f"ghostball.reference_adapters.{cls.name}.world:World")
 
     def step(self, scene: Scene) -> float:  # noqa: ARG002

@@ -236,7 +236,7 @@ class SpaceEngine(PlaneEngine):
     def world(self, scene: Scene) -> SpaceWorld:
         """Load the engine, and build the scene in it."""
         own_cloth = self.own_cloth(scene)
-        world: SpaceWorld = self._world_class()(scene, self.settings, own_cloth=own_cloth)
+        world: SpaceWorld = self.world_class()(scene, self.settings, own_cloth=own_cloth)
         return world
 
     def stepper(self, scene: Scene, world: SpaceWorld) -> Stepper:
