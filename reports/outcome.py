@@ -22,7 +22,6 @@ from ghostball.validation.baselines.regression import (
     SceneChange,
 )
 from ghostball.validation.checks.verdict import (
-    FAILING,
     Verdict,
     is_unfinished,
     not_judged,
@@ -226,8 +225,3 @@ def failures(cases: Iterable[CaseRecord]) -> Iterator[Failure]:
             yield Failure(case, None, f"did not finish: {unfinished_text(case)}", "")
         for check in case.broken:
             yield Failure(case, check, check.sentence, check.reason)
-
-
-def bad_cases(results: Results) -> list[CaseRecord]:
-    """Return the cases that make a run fail, in its order."""
-    return [case for case in results.cases if verdict_of(case) in FAILING]

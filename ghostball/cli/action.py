@@ -23,7 +23,7 @@ from ghostball.cli.shared.options import AUTO, FailOnChoice, FigureChoice, Forma
 from ghostball.cli.shared.terminal import command
 from ghostball.model import GhostballError
 from ghostball.reports.ci.findings import note
-from ghostball.reports.outcome import CHANGES, bad_cases
+from ghostball.reports.outcome import CHANGES, failures
 from ghostball.reports.shift import growth
 from ghostball.validation.baselines import Regression, load_regressions
 from ghostball.validation.exit_status import ExitStatus, worst
@@ -102,7 +102,7 @@ def worst_scene(results: Results, compared: Sequence[Regression]) -> str:
     ]
     changes = [one for one in changes if one.failed or one.moved]
     changes.sort(key=lambda one: (not one.failed, order.index(one.change), -growth(one)))
-    scenes = [one.scene for one in changes] + [case.scene for case in bad_cases(results)]
+    scenes = [one.scene for one in changes] + [one.case.scene for one in failures(results.cases)]
     return scenes[0] if scenes else ""
 
 

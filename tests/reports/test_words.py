@@ -14,7 +14,7 @@ from ghostball.reference_adapters.registry import make_engine
 from ghostball.reports import shared_tables
 from ghostball.reports.outcome import (
     CHANGES,
-    bad_cases,
+    failures,
     kinds_text,
     of_comparison,
     of_limits,
@@ -192,7 +192,7 @@ def judged(small_folder):
 
 
 def test_a_run_fails_on_either_answer(judged):
-    bad = bad_cases(judged)
+    bad = [one.case for one in failures(judged.cases)]
     good = with_cases(judged, [case for case in judged.cases if case not in bad])
     assert (of_limits(judged).sign, of_limits(good).sign) == ("✗", "✓")
     found = {
@@ -211,7 +211,7 @@ def test_a_run_fails_on_either_answer(judged):
 
 
 def test_what_did_not_end_or_was_not_judged_is_no_pass(judged):
-    bad = bad_cases(judged)
+    bad = [one.case for one in failures(judged.cases)]
     good = [case for case in judged.cases if case not in bad]
     assert of_limits(with_cases(judged, good, state="interrupted")).word == "Not complete"
     assert of_limits(with_cases(judged, [])).word == "Nothing judged"

@@ -225,14 +225,23 @@ def likeness_table(found: Sequence[Likeness]) -> RenderableType:
     Where an error is known, by how many standard errors; where none is, in the figures' unit.
     """
     return Group(
-        *_likenesses(found, "Difference from real tables: typical (largest)", LIKENESS_KEY),
-        *_likenesses(found, "Typical difference from measurements without a known error"),
+        *_likenesses(
+            found,
+            "Difference from real tables: typical (largest)",
+            f"[dim]{LIKENESS_KEY}[/]\n",
+            grades=True,
+        ),
+        *_likenesses(
+            found, "Typical difference from measurements without a known error", grades=False
+        ),
     )
 
 
-def _likenesses(found: Sequence[Likeness], title: str, key: str = "") -> Iterator[RenderableType]:
-    """Yield a table of the families that grade, if `key` explains it, or of those that don't."""
-    chosen = [(one, [f for f in one.families if f.grades == bool(key)]) for one in found]
+def _likenesses(
+    found: Sequence[Likeness], title: str, key: str = "", *, grades: bool
+) -> Iterator[RenderableType]:
+    """Yield a table of the families that grade, or of those that don't, and what explains it."""
+    chosen = [(one, [f for f in one.families if f.grades is grades]) for one in found]
     rows = [
         (escape(one.label), *map(likeness_cell, families))
         for one, families in chosen
@@ -242,4 +251,4 @@ def _likenesses(found: Sequence[Likeness], title: str, key: str = "") -> Iterato
         heads = ("engine", *(family.short for family in chosen[0][1]))
         yield title
         yield table_of(heads, rows)
-        yield f"[dim]{key}[/]\n" if key else ""
+        yield key
