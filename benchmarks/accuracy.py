@@ -13,7 +13,7 @@ from rich.text import Text
 
 from benchmarks.frame import Count, benchmark, in_processes
 from benchmarks.measurements import Distribution, Shown, table_of
-from ghostball.cli.shared.options import AUTO, Jobs
+from ghostball.cli.options import AUTO, Jobs
 from ghostball.engine import simulate
 from ghostball.model import Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, certify

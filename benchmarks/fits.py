@@ -17,7 +17,7 @@ from benchmarks.frame import Count, benchmark, in_processes
 from benchmarks.measurements import Shown, table_of
 from benchmarks.stepped_tracks import Camera, SteppedTable, stepped_tracks
 from benchmarks.synthetic_tracks import POOL, synthetic_tracks
-from ghostball.cli.shared.options import AUTO, Jobs
+from ghostball.cli.options import AUTO, Jobs
 from ghostball.model import Physics
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.fit.fit import NORMAL, fit_table

@@ -34,7 +34,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 def in_this_process(monkeypatch):
     """Run engines in this process, where a test plants its own, instead of in ones of their own."""
     monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
-    monkeypatch.setattr("ghostball.cli.shared.options.processor_count", lambda: 1)  # `--jobs auto`
+    monkeypatch.setattr("ghostball.cli.options.processor_count", lambda: 1)  # `--jobs auto`
 
 
 @pytest.fixture

@@ -17,9 +17,9 @@ import typer
 
 from ghostball.cli.gate import regress
 from ghostball.cli.gate.commands import RegressOptions
+from ghostball.cli.options import AUTO, FailOnChoice, FigureChoice, Format, processors
 from ghostball.cli.shared import report
 from ghostball.cli.shared.config import FILE, ConfigError, load_config
-from ghostball.cli.shared.options import AUTO, FailOnChoice, FigureChoice, Format, processors
 from ghostball.cli.shared.terminal import command
 from ghostball.model import GhostballError
 from ghostball.reports.ci.findings import note

@@ -7,7 +7,7 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import Physics, Scene
-from ghostball.validation.stress.families.extremes import KINDS, bank, cut
+from ghostball.validation.stress.extremes import KINDS, bank, cut
 
 SIZES = (
     (0, 30, 0), (19, -13, 20), (-11, 30, -20), (0, -13, 0), (-11, 0, 0), (19, 0, 0),

@@ -15,7 +15,7 @@ from shots import R
 
 from ghostball.engine import simulate
 from ghostball.model import Result, Scene, Status
-from ghostball.validation.stress.families.pockets import wedge
+from ghostball.validation.stress.pockets import wedge
 
 MOST_WORK = 5 * 10**6
 """Units of work of a shot, of some 6 ns each."""

@@ -12,8 +12,8 @@ from rich.markup import escape
 
 from ghostball.cli.gate import diff
 from ghostball.cli.gate.commands import RegressOptions
+from ghostball.cli.options import Format, Plain
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.options import Format, Plain
 from ghostball.cli.shared.terminal import say
 from ghostball.model import GhostballError
 from ghostball.reports.words import many

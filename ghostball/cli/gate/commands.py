@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ghostball.cli.shared.calls import command
-from ghostball.cli.shared.options import (
+from ghostball.cli.options import (
     BaselineFolder,
     FailOnChoice,
     GuardedEngines,
@@ -20,6 +19,7 @@ from ghostball.cli.shared.options import (
     out_option,
     scene_argument,
 )
+from ghostball.cli.shared.calls import command
 
 app = typer.Typer()
 

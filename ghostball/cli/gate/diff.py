@@ -12,8 +12,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball.cli.gate.commands import DiffOptions
+from ghostball.cli.options import Plain
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.options import Plain
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.model import GhostballError

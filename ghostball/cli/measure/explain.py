@@ -15,8 +15,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ghostball.cli.measure.commands import ExplainOptions
+from ghostball.cli.options import Plain
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.options import Plain
 from ghostball.cli.shared.playing import check_plot, player, status_of
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import busy, stdout

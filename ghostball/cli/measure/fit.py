@@ -12,7 +12,7 @@ import typer
 from rich.console import Group, RenderableType
 
 from ghostball.cli.measure.commands import FitOptions
-from ghostball.cli.shared.options import Plain
+from ghostball.cli.options import Plain
 from ghostball.cli.shared.playing import check_plot, check_writable, player
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.tables import facts_table, table_of

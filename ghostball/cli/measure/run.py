@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.text import Text
 
 from ghostball.cli.measure.commands import RunOptions
-from ghostball.cli.shared.options import Plain, RecordChoice
+from ghostball.cli.options import Plain, RecordChoice
 from ghostball.cli.shared.playing import check_plot, player, status_of
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import busy, say, stdout

@@ -9,8 +9,8 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
+from ghostball.cli.options import Plain
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.options import Plain
 from ghostball.cli.shared.playing import check_plot
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.tables import table_of

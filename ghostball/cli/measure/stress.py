@@ -10,8 +10,8 @@ from rich.console import RenderableType
 from rich.markup import escape
 
 from ghostball.cli.measure.commands import StressOptions
+from ghostball.cli.options import Format
 from ghostball.cli.shared.config import load_config, named_engines
-from ghostball.cli.shared.options import Format
 from ghostball.cli.shared.report import print_for_programs
 from ghostball.cli.shared.running import run_cases, say_all_printed
 from ghostball.cli.shared.tables import table_of

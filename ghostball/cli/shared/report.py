@@ -10,7 +10,7 @@ from typing import Any
 import typer
 from rich.markup import escape
 
-from ghostball.cli.shared.options import Format
+from ghostball.cli.options import Format
 from ghostball.cli.shared.progress import DRAWING, Steps
 from ghostball.cli.shared.terminal import say
 from ghostball.reports import (

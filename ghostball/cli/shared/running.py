@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.markup import escape
 
-from ghostball.cli.shared.options import SuiteOptions
+from ghostball.cli.options import SuiteOptions
 from ghostball.cli.shared.progress import COMPILING, RUNNING, Steps
 from ghostball.cli.shared.terminal import say, say_printed
 from ghostball.reports.words import many

@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ghostball.cli.shared.calls import command
-from ghostball.cli.shared.options import (
+from ghostball.cli.options import (
     AUTO,
     FigureChoice,
     Figures,
@@ -25,6 +24,7 @@ from ghostball.cli.shared.options import (
     plot_option,
     scene_argument,
 )
+from ghostball.cli.shared.calls import command
 
 app = typer.Typer()
 

@@ -13,7 +13,7 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball.cli.shared.options import processor_count
+from ghostball.cli.options import processor_count
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.engine.library import cache, shipped
 from ghostball.engine.library.entry import COMPILED

@@ -9,8 +9,8 @@ from pathlib import Path
 import typer
 from rich.markup import escape
 
+from ghostball.cli.options import Plain
 from ghostball.cli.shared.calls import refuse_given
-from ghostball.cli.shared.options import Plain
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.cli.show.commands import ScenesOptions

@@ -14,8 +14,8 @@ import pytest
 import yaml
 
 from ghostball.cli.action import asked_by
+from ghostball.cli.options import FailOnChoice
 from ghostball.cli.shared.config import ConfigError
-from ghostball.cli.shared.options import FailOnChoice
 
 ROOT = Path(__file__).parents[3]
 ACTION = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))

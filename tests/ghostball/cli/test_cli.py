@@ -8,7 +8,7 @@ import pytest
 from commands import HEAD, ball, refused
 
 from ghostball.cli import PARTS, SECTIONS
-from ghostball.cli.shared.options import Format
+from ghostball.cli.options import Format
 
 
 @pytest.mark.parametrize("command", [("validate", "stop"), ("stress", "grazing")])

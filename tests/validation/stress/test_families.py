@@ -19,18 +19,25 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.law import asked_of
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.scenes.random_scenes import random_scene
-from ghostball.validation.stress import FAMILIES, Shot, Size, StressError, chosen_shots, path_of
-from ghostball.validation.stress.families import storms
-from ghostball.validation.stress.families.long_runs import galperin, galperin_shot
-from ghostball.validation.stress.families.pockets import wedge
-from ghostball.validation.stress.families.touching import (
+from ghostball.validation.stress import (
+    FAMILIES,
+    Shot,
+    Size,
+    StressError,
+    chosen_shots,
+    path_of,
+    storms,
+)
+from ghostball.validation.stress.long_runs import galperin, galperin_shot
+from ghostball.validation.stress.pockets import wedge
+from ghostball.validation.stress.shots import lasts, parameters_of
+from ghostball.validation.stress.touching import (
     EVENTS_PER_BALL,
     RADIUS,
     STEPS_PER_BALL,
     triangle,
 )
-from ghostball.validation.stress.families.tunnelling import crossing, passing
-from ghostball.validation.stress.shots import lasts, parameters_of
+from ghostball.validation.stress.tunnelling import crossing, passing
 from ghostball.validation.suite.case import plain_settings, run_case
 from ghostball.validation.suite.judge import Case
 from ghostball.validation.truth.scene_truth import Truth, truth_of

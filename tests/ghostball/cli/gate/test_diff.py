@@ -21,7 +21,7 @@ def runs(tmp_path_factory):
     place = tmp_path_factory.mktemp("runs")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
-        patch.setattr("ghostball.cli.shared.options.processor_count", lambda: 1)
+        patch.setattr("ghostball.cli.options.processor_count", lambda: 1)
         more = ("-e", "paper-discrete:dt=1e-3", "-e", "paper-discrete:dt=2e-3", "--no-report")
         cli("validate", "stop", "head-on", "-e", "ghostball", *more, "--out", place / "a")
         cli("validate", "stop", "-e", "ghostball", *more, "--out", place / "b")

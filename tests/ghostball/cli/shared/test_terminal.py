@@ -12,7 +12,7 @@ from likenesses import likeness
 from rich.console import Console
 
 from ghostball.cli.measure.verdicts import likeness_table
-from ghostball.cli.shared.options import (
+from ghostball.cli.options import (
     FailOnChoice,
     complete_engine,
     complete_scene,
@@ -88,7 +88,7 @@ def test_what_fails_a_gate_is_asked_for_as_comparisons_know_it():
 
 
 def test_jobs_are_a_number_or_all_processors(monkeypatch):
-    monkeypatch.setattr("ghostball.cli.shared.options.processor_count", lambda: 7)
+    monkeypatch.setattr("ghostball.cli.options.processor_count", lambda: 7)
     assert (processors("auto"), processors("3")) == (7, 3)
 
 

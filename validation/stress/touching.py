@@ -8,7 +8,6 @@ from itertools import product
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.stress.families.reversal import back_within
 from ghostball.validation.stress.possible import (
     ISOLATED,
     POSSIBLE,
@@ -16,6 +15,7 @@ from ghostball.validation.stress.possible import (
     bounded,
     symmetric,
 )
+from ghostball.validation.stress.reversal import back_within
 from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot, size_of
 
 RADIUS = 2.0**-5

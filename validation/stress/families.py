@@ -1,7 +1,7 @@
 """The families of shots, by name, in display order, and the choice of shots.
 
-A family is a module here with a constant `FAMILY`. Its shots vary a parameter. Each shot has a
-result that is known in advance, or limits that hold for every shot.
+A family is a module beside this one with a constant `FAMILY`. Its shots vary a parameter. Each shot
+has a result that is known in advance, or limits that hold for every shot.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from ghostball.validation.stress.families import (
+from ghostball.validation.stress import (
     extremes,
     grazing,
     long_runs,

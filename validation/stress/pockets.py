@@ -9,7 +9,7 @@ from typing import Any
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.stress.families.grazing import SHALLOWEST, SPEED, WAY, grazes
+from ghostball.validation.stress.grazing import SHALLOWEST, SPEED, WAY, grazes
 from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
 
 _RADIUS = Ball(id="any", position=(0.0, 0.0)).radius
