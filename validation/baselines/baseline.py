@@ -129,8 +129,11 @@ class Baseline(Model):
                 {"ball": wrong[0], "balls": f"{balls} (0 to {balls - 1})"},
             )
         rests = record.rest_positions
-        whole = math.isinf(log.until) and rests is not None
-        if whole and bits_hash(log.events, rests) != record.bits:
+        if (
+            rests is not None
+            and math.isinf(log.until)
+            and bits_hash(log.events, rests) != record.bits
+        ):
             raise PydanticCustomError(
                 "bits", "`record.bits` isn't the hash of its events and rest positions"
             )
