@@ -240,9 +240,7 @@ def _first_landing_error(run: RunAndTruth) -> float:
     if stated_error(run.resolution) == 0.0:
         raise NotMeasuredError("`event_time_error` compares all events of this engine")
     if landing is None:
-        raise NotMeasuredError(
-            "the certified shot doesn't begin with a flight that ends on the cloth"
-        )
+        raise NotMeasuredError("the certified shot has another contact first, or no landing")
     found = events_in(events_of(run.result), (EventKind.BALL_CLOTH,))
     times = [one.t for one in found if one.a == landing.a]
     if not found:
