@@ -32,7 +32,7 @@ STILL = 4e-9
 """A slip below this is held, by friction in proportion to it: so a contact sticks, gives way and
 slips without anybody having to decide it. A held contact moves by less than this."""
 
-_STEP_ERROR = 1e-9  # of the slips in one step, as estimated, where one of them is short
+_STEP_ERROR = 1e-10  # of the slips in one step, as estimated, where one of them is short
 _LONG = 16.0  # how much more per length of the shorter: neither is then near its end
 _ROUNDING = 2.0**-44  # of all speeds together: added to both
 _TURNED = 1e-8  # compression ends below this; the work then errs by the square of it
