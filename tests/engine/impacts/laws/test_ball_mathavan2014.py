@@ -169,7 +169,8 @@ def test_without_the_cloth_s_friction_the_normal_impulse_is_that_of_restitution(
     for e in (0.0, 0.5, 1.0):
         p = mathavan2014(i, laws(e, 0.06))
         assert p.normal == pytest.approx((1.0 + e) * i.a_vn, rel=4.0 * EPS)
-        assert p[3:] == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=2.0 * EPS)
+        # Each of some dozen steps rounds speeds of the size of the speed of approach.
+        assert p[3:] == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=8.0 * EPS)
 
 
 def test_a_speed_dependent_coefficient_is_that_of_the_slip_before():
