@@ -80,7 +80,7 @@ class SkipsMeasurement(Shown):
 
     @property
     def table(self) -> RenderableType:
-        """What each skip came to over the scenes; then each answer that isn't the same."""
+        """A row for each skip over all scenes; then each answer that a skip changes."""
         heads = ("skip", "used in", *EQUALITIES, "off / on", "bounds, off / on", "it leaves out")
         cells = []
         for skip in Skip:

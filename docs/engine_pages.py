@@ -30,7 +30,7 @@ def _parts(name: str) -> Iterator[str]:
     yield from _on_board(name)
     if rows := rebounds(name):
         yield (
-            "## Beside real tables\n\nHow near it comes to [rebounds of a match]"
+            "## Beside real tables\n\nDifference from the [rebounds of a match]"
             f"(../real-tables.md), in standard errors:\n\n{rows}"
         )
     found = sorted((DOCS / "findings").glob(f"{NAMED.get(name, name)}-*.md"))

@@ -147,7 +147,7 @@ def _error(point: PrecisionPoint) -> str:
 
 
 def rebounds(engine: str = "") -> str:
-    """Return how near each engine comes to the measured rebounds; with a name, that one alone."""
+    """Return the difference of each engine, or of a named one, from the measured rebounds."""
     best = measured(ReboundsMeasurement).best
     rows = [one.row for one in best if engine in ("", one.engine)]
     heads = ("engine", "law of cushions", "best coefficients", "typical", "most")

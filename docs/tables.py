@@ -113,7 +113,7 @@ def laws() -> str:
         for what, laws in (("two balls", BALL_LAWS), ("a cushion", CUSHION_LAWS))
         for law in laws
     )
-    return table(("law", "of", "what it is", "it uses"), rows)
+    return table(("law", "of", "source", "parameters"), rows)
 
 
 def fitted_example(path: str) -> str:

@@ -60,8 +60,8 @@ def _rub(world: World, c: int, duration: float) -> None:
     What leaves no slip of the surfaces at the step's end, if that is within Coulomb's limit; else
     the limit, against the slip at mid-step, or less where that ends it. Reached by projection: to
     set the direction from the last sweep's slip went round in circles where slip is small. A
-    cushion rubs at the height where its impact law has it touch the ball, from where its force
-    points to the ball's centre: FORCE is what of it is along the normal.
+    cushion rubs at the height where its impact law has it touch the ball. From there its force
+    points to the ball's centre; FORCE is the component along the normal.
     """
     laws, contacts = world.laws, world.contacts
     b = contacts.ends[c, st.SECOND]

@@ -141,7 +141,7 @@ def timing_html(results: Results) -> Markup:
 
 
 def _timed(case: CaseRecord | None) -> tuple[str, float | None]:
-    """Return the run time of a case as text, and what it is sorted by [s]."""
+    """Return the run time of a case as text, and as the number by which rows are sorted [s]."""
     if case is None:
         return "–", None
     return run_time_text(case, dated=case.reused), case.wall_time

@@ -226,11 +226,11 @@ class FitOptions(ShotOptions):
 class StressOptions(SuiteOptions):
     """Try to break engines; say where each fails.
 
-    Generated shots are judged like all other scenes: by the limits for every engine, and by limits
-    on numbers that are known for the shot. The first shot that an engine fails is saved as a scene,
-    and the report of the folder around has a section about the shots: `ghostball report out`. Exit
-    status as for `validate`, for the engines that `--engine` names, or for Ghostball's own if none
-    is named.
+    The limits for every engine apply to generated shots, too, and so do limits on numbers that are
+    known for each shot. The first shot that an engine fails is saved as a scene. `ghostball report
+    out` writes a report with a section about the shots. The exit status is the same as for
+    `validate`; it depends on the engines that `--engine` names, or on Ghostball's own if none is
+    named.
     """
 
     only: Annotated[
