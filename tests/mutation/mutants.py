@@ -34,7 +34,7 @@ START_LIMIT = 120.0
 TIME_LIMIT = 600.0
 """How long a shot may take [s], where it doesn't use the processor."""
 
-PROCESSOR_LIMIT = 40.0  # interpreted; `extremes/among-many-40` takes more than 10
+PROCESSOR_LIMIT = 10.0
 """Processor time [s] after which a shot is ended: four times that of the dearest without a bug."""
 
 OF_OTHERS = ("numba", "pydantic", "mpmath", "flint", "filelock", "lazy_loader", "pytest")

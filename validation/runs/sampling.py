@@ -250,13 +250,17 @@ def overlaps_of_balls(
     `here` (k, n): whether each ball is on the table, which one in a pocket isn't; None: all are.
     """
     # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.py.
-    centres = positions[:, :, : 3 if scene.physics.airborne else 2]
-    first, second = np.triu_indices(len(scene.balls), k=1)
-    reach = scene.radii[first] + scene.radii[second]
-    overlaps = reach - np.linalg.norm(centres[:, first] - centres[:, second], axis=2)
-    if here is not None:
-        overlaps[~(here[:, first] & here[:, second])] = -np.inf
-    deepest: FloatArray = np.max(overlaps, axis=1, initial=-np.inf)
+    columns = range(3 if scene.physics.airborne else 2)
+    axes = [np.ascontiguousarray(positions[:, :, axis].T) for axis in columns]
+    radii, present = scene.radii, None if here is None else here.T
+    deepest = np.full(len(positions), -np.inf)
+    # One ball against all that follow: the pairs of 100 balls at once would fill the memory.
+    for ball in range(len(radii) - 1):
+        squares = sum(np.square(axis[ball + 1 :] - axis[ball]) for axis in axes)
+        overlaps = (radii[ball] + radii[ball + 1 :])[:, np.newaxis] - np.sqrt(squares)
+        if present is not None:
+            overlaps[~(present[ball + 1 :] & present[ball])] = -np.inf
+        np.maximum(deepest, np.max(overlaps, axis=0), out=deepest)
     return deepest
 
 
