@@ -140,8 +140,8 @@ def make_all(
     # Sorted, those that take alike stand together: each process gets some of every kind.
     number = -(-len(missing) // count)
     groups = [missing[k::number] for k in range(number)]
-    # Those of shots take longest, longer with air or flight, and come first.
-    groups.sort(key=lambda group: -sum(len(one.name) for one in group if "shots" in one.name))
+    # Kernels of shots take longest to compile, so they come first.
+    groups.sort(key=lambda group: -sum(one.name.startswith("shots") for one in group))
 
     def make(group: list[Needed]) -> None:
         orders = []

@@ -146,8 +146,11 @@ _lowers(Reference)(_field_of)
 @intrinsic
 def by_reference(_: Any, value: Any, memory: Any) -> Any:
     """Write a named tuple of arrays into memory and return its address."""
-    if not all(isinstance(kind, types.Array) and kind.layout == "C" for kind in value.types):
-        return None
+    for name, kind in zip(value.fields, value.types, strict=True):
+        if not isinstance(kind, types.Array) or kind.layout != "C":
+            raise errors.TypingError(
+                f"the field `{name}` must be an array in one piece, got {kind}"
+            )
     reference = Reference(value)
     words = sum(5 + 2 * kind.ndim for kind in value.types)
     if words > REFERENCE_WORDS:
