@@ -163,14 +163,16 @@ def test_the_cloth_does_not_take_part_without_vertical_slip():
     assert mathavan2014(i, laws(0.9, 0.06)) == frictional(i, laws(0.9, 0.06))
 
 
-def test_without_the_cloth_s_friction_the_normal_impulse_is_that_of_restitution():
+@pytest.mark.parametrize("vt", [0.2, 0.4, 0.7])
+@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+def test_without_the_cloth_s_friction_the_normal_impulse_is_that_of_restitution(vt, e):
     smooth = (R, 0.17, 0.0)
-    i = impact_of(shot(0.4, 1.0, 1.0), ball_a=smooth, ball_b=smooth)
-    for e in (0.0, 0.5, 1.0):
-        p = mathavan2014(i, laws(e, 0.06))
-        assert p.normal == pytest.approx((1.0 + e) * i.a_vn, rel=4.0 * EPS)
-        # Each of some dozen steps rounds speeds of the size of the speed of approach.
-        assert p[3:] == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=8.0 * EPS)
+    i = impact_of(shot(vt, 1.0, 1.0), ball_a=smooth, ball_b=smooth)
+    p = mathavan2014(i, laws(e, 0.06))
+    assert p.normal == pytest.approx((1.0 + e) * i.a_vn, rel=4.0 * EPS)
+    # The law computes the cloth's impulse as a difference of two sums of up to 60 terms, each
+    # rounded by up to EPS / 2: a standard deviation of 4 EPS at most, twice which is allowed.
+    assert p[3:] == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=8.0 * EPS)
 
 
 def test_a_speed_dependent_coefficient_is_that_of_the_slip_before():
