@@ -55,8 +55,8 @@ END = 28
 class Block:
     """The arrays of a scene in one block.
 
-    `numbers` (k,) float64: all of them, each from a whole double on.
-    `offsets` (END + 1,) int64: COUNT ... END above.
+    `numbers` (k,) float64: what a shot begins with, each array from a whole double on.
+    `offsets` (END + 1,) int64: COUNT ... END above, for a room of `offsets[END]` doubles.
     """
 
     def __init__(self, balls: Balls, pairs: Pairs, cells: Cells | None, contacts: int) -> None:
@@ -64,7 +64,7 @@ class Block:
         air, n = balls.air, len(balls.own_kind)
         marks, integers = no_contacts(n, contacts)
         members = n * MEMBER_COLUMNS
-        # An array, or how many numbers of any value.
+        # An array, or a number of doubles. From SCRATCH on only the size counts.
         parts: list[NDArray[Any] | int | None] = [
             balls.state,
             balls.own_kind,
@@ -91,8 +91,8 @@ class Block:
         ]
         sizes = [_size_of(part) for part in parts]
         self.offsets: IntArray = np.array([n, *np.cumsum([0, *sizes])])
-        self.numbers: FloatArray = np.zeros(self.offsets[END])
-        for start, part in zip(self.offsets[1:], parts, strict=False):
+        self.numbers: FloatArray = np.zeros(self.offsets[SCRATCH])
+        for start, part in zip(self.offsets[STATE:SCRATCH], parts, strict=False):
             if isinstance(part, np.ndarray):
                 bytes_of = self.numbers[start:].view(np.uint8)
                 bytes_of[: part.nbytes] = np.ascontiguousarray(part).reshape(-1).view(np.uint8)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ghostball.engine.core import state as st
+from ghostball.engine.core.block import END
 from ghostball.engine.event_loop.play import START_COLUMNS, play
 from ghostball.engine.library.entry import COMPILED, Code, Needed
 from ghostball.engine.running.from_scene import Layout
@@ -70,13 +71,13 @@ class Room:
     """
 
     def __init__(self, layout: Layout) -> None:
-        self.numbers = np.empty_like(layout.block.numbers)
+        self.numbers = np.empty(layout.block.offsets[END])
         self._layout = layout
 
     def fits(self, layout: Layout) -> bool:
         """Whether another scene has as many balls, and blocks of this size."""
         same = layout.count == self._layout.count
-        return same and len(layout.block.numbers) == len(self.numbers)
+        return same and layout.block.offsets[END] == len(self.numbers)
 
     def turn_to(self, layout: Layout) -> None:
         """Play shots of another scene, which fits, from now on."""

@@ -19,7 +19,7 @@ def test_each_array_begins_where_the_one_before_ends(in_cells):
     cells = cells_of(scene) if in_cells else None
     made = Block(balls, pairs, cells, 1)
     offsets = made.offsets
-    assert (offsets[at.COUNT], offsets[at.STATE], offsets[at.END]) == (3, 0, len(made.numbers))
+    assert (offsets[at.COUNT], offsets[at.STATE], offsets[at.SCRATCH]) == (3, 0, len(made.numbers))
     sizes = np.diff(offsets[at.STATE :])
     assert sizes[at.CHANGED - 1] == 1  # three bytes
     assert sizes[at.TOUCHED - 1] == 2  # four numbers of 32 bits
