@@ -16,6 +16,7 @@ import yaml
 from ghostball.cli.action import asked_by
 from ghostball.cli.options import FailOnChoice
 from ghostball.cli.shared.config import ConfigError
+from ghostball.model.cache_folder import cache_folder
 
 ROOT = Path(__file__).parents[3]
 ACTION = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))
@@ -49,6 +50,14 @@ exec {} "$@"
 """
 
 
+def restore_libraries(temporary: Path) -> None:
+    """Do what the step with the cache does: bring the kernels that an earlier run compiled."""
+    restored = temporary / "ghostball" / "libraries"
+    if not restored.exists():
+        restored.parent.mkdir(parents=True, exist_ok=True)
+        restored.symlink_to(cache_folder("libraries"), target_is_directory=True)
+
+
 def run_action(repository: Path, temporary: Path, **inputs: str) -> Ended:
     """Run the steps of the action in a checkout, as a runner of GitHub does."""
     given = {name: str(one.get("default", "")) for name, one in ACTION["inputs"].items()}
@@ -63,6 +72,7 @@ def run_action(repository: Path, temporary: Path, **inputs: str) -> Ended:
     contexts = {f"inputs.{name}": value for name, value in given.items()}
     contexts |= {"github.action_path": str(ROOT), "runner.temp": str(temporary), "github.job": "x"}
     contexts |= {"strategy.job-index": "0"}
+    restore_libraries(temporary)
     environment = {name: one for name, one in os.environ.items() if not name.startswith("GITHUB_")}
     environment |= {name: str(file) for name, file in files.items()}
     environment |= {"CI": "true", "GITHUB_ACTIONS": "true", "GITHUB_WORKSPACE": str(repository)}

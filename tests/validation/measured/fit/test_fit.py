@@ -55,7 +55,9 @@ def test_chosen_fields_alone_are_fitted_and_the_rest_is_the_preset_s(found):
 @pytest.mark.slow
 def test_another_engine_is_fitted_without_what_it_lacks(found):
     few = Harvest(found.rolling[:10], found.cushion[:8], [], found.noise)
-    fit = fitted(few, "pybullet", fields=["rolling_friction", "cushion_restitution"])
+    # Long steps, for a fit plays a thousand shots.
+    engine = "pybullet:dt=1e-2"
+    fit = fitted(few, engine, fields=["rolling_friction", "cushion_restitution"])
     assert fit.laws.keys() <= {"frictional", "restitution"}
     assert fit.physics.rolling_friction_quadratic == 0.0
     # One number for all speeds: between what slow and fast balls have.
