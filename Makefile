@@ -131,7 +131,7 @@ lock:  ## write constraints.txt anew: the newest versions, in an environment of 
 # sweeps would ask for more. Checks are the same where the optimiser does less, and so is every bit: it
 # compiles in three quarters of the time.
 CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
-BOUNDED := impacts resting_contact scheduling sensitivity test_batch.py test_shot.py
+BOUNDED := impacts resting_contact scheduling test_batch.py test_shot.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 	$(CHECKED) $(COMPILE)

@@ -29,7 +29,7 @@ print(imported, flush=True)
 COMPILE = """\
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.scenes.library import select
-compile_kernels(select(), 2, tangents=True)
+compile_kernels(select(), 2)
 print(0.0, flush=True)
 """
 """Compiles what `make validate` needs of the kernels, in two processes."""

@@ -12,28 +12,24 @@ from itertools import product
 from ghostball.engine.library.entry import Needed
 from ghostball.engine.running import driver
 from ghostball.engine.running.variants import Variant, still_scene, variant_of
-from ghostball.engine.sensitivity import tangent_map
 from ghostball.engine.shot import MAX_EVENTS, check_request
 from ghostball.model import Scene
 from ghostball.model.errors import GhostballError
 
 
-def kernels_of(scenes: Iterable[Scene], *, tangents: bool = False) -> list[Needed]:
+def kernels_of(scenes: Iterable[Scene]) -> list[Needed]:
     """Return what `scenes` need of the kernels.
 
     `scenes`: one that this engine can't play needs nothing.
-    `tangents`: whether the kernels of the tangent map are needed too (`Result.sensitivity`).
     """
     shots: dict[Variant, None] = {}
-    needs_maps = False
     for scene in scenes:
         try:
             check_request(scene, "rest", MAX_EVENTS)
         except GhostballError:
             continue
         shots.setdefault(variant_of(scene))
-        needs_maps = needs_maps or (tangents and tangent_map.has_derivative(scene))
-    return [*map(driver.needed, shots), *(tangent_map.needed() if needs_maps else ())]
+    return [driver.needed(variant) for variant in shots]
 
 
 def warm_up(scenes: Iterable[Scene] = ()) -> None:
@@ -50,4 +46,4 @@ def every_kernel() -> list[Needed]:
     """Return all kernels that a scene may need; those that take longest to compile come first."""
     every = (Variant(*parts) for parts in product((False, True), repeat=len(Variant._fields)))
     variants = sorted(every, key=lambda variant: -sum(variant))
-    return [*map(driver.needed, variants), *tangent_map.needed()]
+    return [driver.needed(variant) for variant in variants]

@@ -1,11 +1,12 @@
 """How small changes of a shot grow: its tangent map, and until when it can be predicted.
 
-`tangent_map` is what Python calls, `propagate` the kernels that carry small changes along a shot.
+`tangent_map` is what Python calls; `motion` says how a change continues between events, `passages`
+what an event does to it, `laws` what an impact does, and `rounding` which changes rounding makes.
+All of it is computed from a recorded shot.
 """
 
-from ghostball.engine.sensitivity.state import PARTS
+from ghostball.engine.sensitivity.motion import PARTS
 from ghostball.engine.sensitivity.tangent_map import (
-    LANES,
     QUALITY,
     ROUNDING,
     TangentMap,
@@ -14,7 +15,6 @@ from ghostball.engine.sensitivity.tangent_map import (
 )
 
 __all__ = [
-    "LANES",
     "PARTS",
     "QUALITY",
     "ROUNDING",

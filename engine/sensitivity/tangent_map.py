@@ -14,31 +14,26 @@ or they may leave the cloth, none is known, and it is infinite from the start.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections import namedtuple
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from functools import cache
+from itertools import repeat
+from operator import itemgetter
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ghostball.engine.core import state as st
-from ghostball.engine.core.kernel import COMPILED
-from ghostball.engine.core.rows import OBSTACLE, ObstacleRow, rows_of
-from ghostball.engine.library.entry import Needed
+from ghostball.engine.core.rows import OBSTACLE, ObstacleRow
 from ghostball.engine.running.from_scene import laws_of, layout_of
 from ghostball.engine.running.skips import has_drag
-from ghostball.engine.running.variants import Variant, still_scene
-from ghostball.engine.sensitivity import state as ts
-from ghostball.engine.sensitivity.propagate import run_tangent, sample_growth, sample_tangent
+from ghostball.engine.sensitivity.motion import PARTS, VX, VY, FloatArray, Motion
+from ghostball.engine.sensitivity.passages import Passages, links_of, passages
+from ghostball.engine.sensitivity.rounding import Rounding
 from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.errors import GhostballError
-from ghostball.model.events import EVENT_DTYPE, OBSTACLE_KINDS, EventKind, Events
-
-FloatArray = NDArray[np.float64]
-
-LANES, PARTS = ts.LANES, ts.PARTS
-"""Changes that cost as much as one; numbers that a change of a ball has."""
+from ghostball.model.events import OBSTACLE_KINDS, EventKind, Events
 
 ROUNDING = 2.0**-53
 """Half the spacing of doubles at 1: the largest relative error of one rounding."""
@@ -46,30 +41,38 @@ ROUNDING = 2.0**-53
 QUALITY = 32.0
 """How many times the error of one rounding of the state at each event our engine stays within."""
 
+_Obstacle = namedtuple("_Obstacle", ObstacleRow.__annotations__)  # type: ignore[misc]
+"""A row of obstacles that is read in a tenth of the time that a row of the engine's takes."""
+
 _RUNS, _MOST_SEGMENTS = 4, 20_000
-"""How often LANES random signs are carried at most, and along how many segments in all: memory."""
+"""How often random signs are carried at most, and along how many segments in all: memory."""
 
 _BETWEEN = 4
 """Parts that a segment is cut into where growth is looked for."""
 
-_CHUNK = 16_384
+_CHUNK = 1024
 """Instants at which growth is computed at once: it grows, so most of a long run is never needed."""
+
+_MOST_NUMBERS = 2**20
+"""Numbers of changes that are looked at together: 8 MB."""
 
 
 @dataclass(frozen=True, eq=False)
 class TangentMap:
     """What becomes of m small changes of a shot's first state, to first order.
 
-    `count`: m.
     `t_end` [s]: last instant of the motion.
-    `balls`, `events`: how many the shot has.
     """
 
-    count: int
     t_end: float
-    balls: int
-    events: int
-    _runs: tuple[ts.Tangents, ...]  # none where no derivative is known
+    _motion: Motion
+    _starts: FloatArray  # (segments, PARTS, m): the changes at the starts of segments
+    _shifts: FloatArray  # (events, m) [s]
+
+    @property
+    def count(self) -> int:
+        """Number of changes."""
+        return int(self._starts.shape[2])
 
     def sample(self, times: ArrayLike) -> FloatArray:
         """Return the changes at `times`, (k, m, n, 7) float64.
@@ -80,47 +83,36 @@ class TangentMap:
         y [m/s] and angular velocity x, y, z [rad/s] at the same instant; not finite where no
         derivative exists.
         """
-        t, order = _increasing(times, self.t_end)
-        if not self._runs:
-            return np.full((len(t), self.count, self.balls, ts.PARTS), math.inf)
-        parts = []
-        for run in self._runs:
-            out = np.empty((len(t), len(run.at), ts.ROW_LENGTH))
+        t = self._within(times)
+        rows = self._motion.rows_at(t)
+        result = np.empty((len(t), self.count, rows.shape[1], PARTS))
+        for ball, its in enumerate(rows.T):
             with _growing():
-                sample_tangent(run, t, out)
-            parts.append(out.reshape(len(t), len(run.at), ts.PARTS, ts.LANES))
-        lanes = np.concatenate(parts, axis=3)[..., : self.count]
-        result = np.empty_like(lanes)
-        result[order] = lanes
-        return result.transpose(0, 3, 1, 2)
+                flows = self._motion.flows(its, t - self._motion.segments[its, st.EPOCH])
+                result[:, :, ball] = (flows @ self._starts[its]).transpose(0, 2, 1)
+        return result
 
     @property
     def event_shifts(self) -> FloatArray:
         """How much later each event comes [s], (events, m); NaN where no derivative exists."""
-        if not self._runs:
-            return np.full((self.events, self.count), math.nan)
-        shifts: FloatArray = np.concatenate(
-            [run.shift.reshape(-1, ts.LANES) for run in self._runs], axis=1
-        )
-        return shifts[:, : self.count]
+        return self._shifts
 
     def growth(self, times: ArrayLike) -> FloatArray:
         """Return how far each ball is displaced, (k, n) [m]: root mean square over the changes.
 
-        Over all LANES of them, unless there are fewer. Infinite where no derivative exists.
+        Infinite where no derivative exists.
         """
-        t, order = _increasing(times, self.t_end)
-        total = np.zeros((len(t), self.balls))
-        if not self._runs:
-            return np.full_like(total, math.inf)
-        for run in self._runs:
-            out = np.empty_like(total)
+        t = self._within(times)
+        rows = self._motion.rows_at(t)
+        sizes = np.empty(rows.shape)
+        step = max(1, _MOST_NUMBERS // (rows.shape[1] * PARTS * self.count))
+        for start in range(0, len(t), step):
+            some = rows[start : start + step]
+            s = t[start : start + step, np.newaxis] - self._motion.segments[some, st.EPOCH]
             with _growing():
-                sample_growth(run, t, out)
-            total = np.hypot(total, out)  # a square may overflow
-        result = np.empty_like(total)
-        result[order] = total * math.sqrt(ts.LANES / self.count)
-        return result
+                moved = self._motion.displacements(some.ravel(), s.ravel(), self._starts)
+                sizes[start : start + step] = _root_mean_square(moved).reshape(some.shape)
+        return sizes
 
     def horizon(self, instants: FloatArray, tolerance: float, error: float | None) -> float:
         """Return the first instant at which error times `growth` exceeds a tolerance [s].
@@ -142,6 +134,23 @@ class TangentMap:
                 return _first_beyond(self, float(times[first - 1]), float(times[first]), limit)
         return float("inf")
 
+    def _within(self, times: ArrayLike) -> FloatArray:
+        return np.minimum(np.atleast_1d(np.asarray(times, dtype=np.float64)), self.t_end)
+
+
+def _root_mean_square(moved: FloatArray) -> FloatArray:
+    """Return the root mean square length of displacements (2, m, lanes) over lanes, (m,) [m].
+
+    inf for a NaN. Scaled by the largest, for a square may overflow.
+    """
+    largest = np.max(np.abs(moved), axis=(0, 2))
+    finite = np.isfinite(largest)
+    scale = np.where(finite & (largest > 0.0), largest, 1.0)
+    parts = moved / scale[:, np.newaxis]
+    sizes = largest * np.sqrt(np.sum(parts * parts, axis=(0, 2)) / moved.shape[2])
+    found: FloatArray = np.where(finite, sizes, np.inf)
+    return found
+
 
 def tangent_of(
     scene: Scene, trajectory: ExactTrajectory, events: Events, directions: ArrayLike
@@ -160,21 +169,15 @@ def tangent_of(
     """
     n = len(scene.balls)
     given = np.asarray(directions, dtype=np.float64)
-    if given.ndim != 3 or given.shape[1:] != (n, ts.PARTS) or not len(given):
+    if given.ndim != 3 or given.shape[1:] != (n, PARTS) or not len(given):
         raise GhostballError(
-            f"`directions` must be of shape (m, {n}, {ts.PARTS}) with m at least 1, got "
+            f"`directions` must be of shape (m, {n}, {PARTS}) with m at least 1, got "
             f'{given.shape} (scene "{scene.name}" has {n} balls)'
         )
     if not np.all(np.isfinite(given)):
         raise GhostballError("`directions` must be finite, got NaN or infinity")
-    runs = []
     _check_recorded(scene, trajectory, events)
-    for start in range(0, len(given), ts.LANES) if has_derivative(scene) else ():
-        lanes = np.zeros((n, ts.PARTS, ts.LANES))
-        some = given[start : start + ts.LANES]
-        lanes[:, :, : len(some)] = some.transpose(1, 2, 0)
-        runs.append(_run(scene, trajectory, events, lanes))
-    return TangentMap(len(given), trajectory.t_end, n, len(events), tuple(runs))
+    return _carried(scene, trajectory, events, given.transpose(1, 2, 0))
 
 
 def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> TangentMap:
@@ -187,14 +190,9 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
     result, however its balls are numbered. Where balls move at less than some 1e-100 m/s, products
     of their speeds leave the range of doubles, and no derivative is found: infinite.
     """
-    n = len(scene.balls)
     _check_recorded(scene, trajectory, events)
-    count = max(1, min(_RUNS, _MOST_SEGMENTS // sum(len(one) for one in trajectory.segments)))
-    runs = []
-    for number in range(count) if has_derivative(scene) else ():
-        start = np.zeros((n, ts.PARTS, ts.LANES))
-        runs.append(_run(scene, trajectory, events, start, 1.0, number))
-    return TangentMap(ts.LANES * count, trajectory.t_end, n, len(events), tuple(runs))
+    runs = max(1, min(_RUNS, _MOST_SEGMENTS // sum(len(one) for one in trajectory.segments)))
+    return _carried(scene, trajectory, events, runs=runs)
 
 
 def has_derivative(scene: Scene) -> bool:
@@ -228,64 +226,82 @@ def _first_beyond(rounding: TangentMap, low: float, high: float, limit: float) -
             high = middle
 
 
-def _run(
+def _carried(
     scene: Scene,
     trajectory: ExactTrajectory,
     events: Events,
-    start: FloatArray,
-    rounding: float = 0.0,
-    signs: int = 0,
-) -> ts.Tangents:
-    """Carry perturbations (n, PARTS, LANES) at the start along a motion, and roundings of it."""
-    warm_up()
-    run = _arrays(scene, trajectory, events, rounding, signs)
-    # A ball that rests stops again at once, where the cloth slows it.
-    rests = (run.segments[run.first[:-1], st.PHASE] == st.RESTING) & (
-        run.state[:, st.ROLL_SLOWING] > 0.0
-    )
-    start[rests, ts.DVX // ts.LANES : ts.DVY // ts.LANES + 1] = 0.0
-    run.tangent.reshape(-1, ts.ROW_LENGTH)[run.first[:-1]] = start.reshape(-1, ts.ROW_LENGTH)
-    with _growing():
-        run_tangent(run)
-    return run
+    given: FloatArray | None = None,
+    runs: int = 0,
+) -> TangentMap:
+    """Carry changes along a motion.
+
+    `given` (n, PARTS, m): those of the first state; None: they are those of rounding.
+    `runs`: how often LANES ways of rounding are carried.
+    """
+    motion = _motion(scene, trajectory)
+    first = motion.first[:-1]
+    rounding = None
+    if given is None:
+        rounding = Rounding(motion, runs)
+        still = np.zeros((len(first), PARTS))
+        given = rounding.at_starts(first, still[:, 0], still)
+    else:
+        # A ball that rests stops again at once, where the cloth slows it.
+        rests = np.equal(motion.segments[first, st.PHASE], st.RESTING)
+        given = given.copy()
+        given[rests & (motion.state[:, st.ROLL_SLOWING] > 0.0), VX : VY + 1] = 0.0
+    starts = np.full((len(motion.segments), *given.shape[1:]), math.nan)
+    shifts = np.full((len(events), given.shape[2]), math.nan)
+    if has_derivative(scene):
+        links = links_of(motion, events)
+        starts[first] = given
+        starts[links.lost] = math.nan
+        with np.errstate(all="ignore"):
+            for some in passages(motion, events, links):
+                _pass(some, events["t"], starts, shifts, rounding)
+    return TangentMap(trajectory.t_end, motion, starts, shifts)
 
 
-def _arrays(
-    scene: Scene, trajectory: ExactTrajectory, events: Events, rounding: float, signs: int = 0
-) -> ts.Tangents:
-    n, m, layout = len(scene.balls), len(events), layout_of(scene)
-    laws = laws_of(scene)
-    lines = laws.obstacles
-    rows = lines.view(OBSTACLE)[:, 0] if COMPILED else rows_of(lines, ObstacleRow)
-    first = np.zeros(n + 1, dtype=np.int64)
-    np.cumsum([len(segments) for segments in trajectory.segments], out=first[1:])
-    rank = np.empty(n, dtype=np.int64)
-    rank[np.lexsort((layout.state[:, st.Y], layout.state[:, st.X]))] = np.arange(n)
-    what = np.empty((m, 3), dtype=np.int64)
-    what[:, 0], what[:, 1], what[:, 2] = events["kind"], events["a"], events["b"]
-    return ts.Tangents(
-        lanes=ts.LANES,
-        state=layout.state,
-        laws=laws._replace(obstacles=rows),
-        segments=np.concatenate(trajectory.segments),
-        first=first,
-        rank=rank,
-        time=np.ascontiguousarray(events["t"]),
-        what=what,
-        rounding=rounding,
-        signs=signs,
-        tangent=np.empty(int(first[-1]) * ts.ROW_LENGTH),
-        shift=np.empty(m * ts.LANES),
-        at=np.zeros(n, dtype=np.int64),
-        due=np.zeros(n, dtype=np.int64),
-        motion=np.zeros((2, ts.PRE_COLUMNS)),
-        work=np.zeros(ts.WORK),
-        law=np.zeros((ts.LAW_OUT, ts.LAW_IN)),
+def _pass(
+    some: list[Passages],
+    times: FloatArray,
+    starts: FloatArray,
+    shifts: FloatArray,
+    rounding: Rounding | None,
+) -> None:
+    """Carry changes through some events, in their order, to the segments that begin with them."""
+    steps: list[tuple[int, Passages, int, FloatArray | float]] = []
+    for each in some:
+        added: Iterable[FloatArray | float] = repeat(0.0)
+        if rounding is not None:
+            count = each.after.shape[1]
+            instants = np.repeat(times[each.number], count)
+            sizes = np.repeat(each.size, count, axis=0)
+            noise = rounding.at_starts(each.after.ravel(), instants, sizes)
+            added = noise.reshape(len(each.number), count * PARTS, -1)
+        numbers = each.number.tolist()
+        steps += zip(numbers, repeat(each), range(len(numbers)), added, strict=False)
+    lanes = starts.shape[2]
+    for number, of, k, more in sorted(steps, key=itemgetter(0)):
+        change = starts[of.before[k]].reshape(-1, lanes)
+        shifts[number] = of.later[k] @ change
+        starts[of.after[k]] = (of.matrix[k] @ change + more).reshape(-1, PARTS, lanes)
+
+
+def _motion(scene: Scene, trajectory: ExactTrajectory) -> Motion:
+    laws, layout = laws_of(scene), layout_of(scene)
+    first = np.cumsum([0, *(len(segments) for segments in trajectory.segments)])
+    return Motion(
+        scene,
+        laws._replace(obstacles=[_Obstacle(*row) for row in laws.obstacles.tolist()]),
+        layout.state,
+        np.concatenate(trajectory.segments),
+        first,
     )
 
 
 def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -> None:
-    """Refuse what can't be of the scene: the kernels would read beyond their arrays."""
+    """Refuse what can't be of the scene."""
     obstacles = layout_of(scene).obstacles  # checks the scene
     n = len(scene.balls)
     pairs = events["kind"] == EventKind.BALL_BALL
@@ -322,32 +338,3 @@ def _growing() -> AbstractContextManager[None]:
     A long chaotic motion does that to a derivative. Compiled kernels never warn; others would.
     """
     return np.errstate(over="ignore", invalid="ignore")
-
-
-def warm_up() -> None:
-    """Compile the kernels that tangent maps need, or load them; say so if compiled."""
-    for one in needed():
-        one.load()
-
-
-@cache
-def needed() -> tuple[Needed, ...]:
-    """Return the kernels of tangent maps, to be compiled or loaded."""
-    name = "sensitivity"
-    scene = still_scene(Variant(cells=False))
-    segments = (np.zeros((1, st.SEGMENT_COLUMNS)),) * len(scene.balls)
-    trajectory = ExactTrajectory(scene.radii, segments, 1.0, np.zeros(len(scene.balls)))
-    run = _arrays(scene, trajectory, np.empty(0, dtype=EVENT_DTYPE), 1.0)
-    samples, growth = np.empty((1, 1, ts.ROW_LENGTH)), np.empty((1, 1))
-    return (
-        Needed(run_tangent, (run,), name),
-        Needed(sample_tangent, (run, np.zeros(1), samples), f"{name}, samples"),
-        Needed(sample_growth, (run, np.zeros(1), growth), f"{name}, growth"),
-    )
-
-
-def _increasing(times: ArrayLike, t_end: float) -> tuple[FloatArray, NDArray[np.intp]]:
-    """Return instants in order, none past the end, and where each was."""
-    t = np.minimum(np.atleast_1d(np.asarray(times, dtype=np.float64)), t_end)
-    order = np.argsort(t, kind="stable")
-    return t[order], order

@@ -21,18 +21,13 @@ INTEGRATED = scene_of(
 )
 
 
-def names(*scenes, **options):
-    return [needed.name for needed in kernels_of(scenes, **options)]
+def names(*scenes):
+    return [needed.name for needed in kernels_of(scenes)]
 
 
 def test_scenes_that_need_the_same_kernel_name_it_once():
     assert names(ONE, TWO, INTEGRATED) == ["shots"]
     assert names(IN_AIR, ONE, IN_AIR) == ["shots with air", "shots"]
-
-
-def test_the_tangent_map_is_a_part_of_its_own():
-    maps = [f"sensitivity{part}" for part in ("", ", samples", ", growth")]
-    assert names(TWO, INTEGRATED, tangents=True) == ["shots", *maps]
 
 
 BEYOND = {"table": crowded_table()}
@@ -59,7 +54,7 @@ def test_what_is_warm_is_compiled():
 
 def test_every_kernel_is_each_of_those_of_scenes():
     every = every_kernel()
-    assert len({one.name for one in every}) == len(every) == 8 + 3
-    some = kernels_of([ONE, TWO, INTEGRATED], tangents=True)
+    assert len({one.name for one in every}) == len(every) == 8
+    some = kernels_of([ONE, TWO, INTEGRATED])
     assert {one.name for one in some} < {one.name for one in every}
     assert every[0].name == "shots with cells, air, flight"

@@ -11,7 +11,6 @@ from kernels import checks_bounds
 from ghostball.engine.library.entry import Needed, make_all
 from ghostball.engine.running import driver
 from ghostball.engine.running.driver import Variant
-from ghostball.engine.sensitivity import tangent_map
 from ghostball.reference_adapters.stepping.kernels import KERNELS
 
 # What fast tests run; what takes longest comes first.
@@ -36,7 +35,7 @@ CHECKED = [
 
 def needed(shots: list[Variant]) -> list[Needed]:
     """Return the kernels that tests call, with these variants of those of shots."""
-    return [*map(driver.needed, shots), *tangent_map.needed()]
+    return [driver.needed(variant) for variant in shots]
 
 
 def main(jobs: str, what: str = "fast") -> None:

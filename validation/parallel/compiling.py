@@ -22,13 +22,11 @@ def compile_kernels(
     jobs: int,
     *,
     labels: Iterable[str] = (),
-    tangents: bool = False,
     compiling: Progress[str] | None = None,
 ) -> Callable[[], None]:
     """Compile in `jobs` processes what `scenes` need of kernels.
 
     `labels`: engines that are run, whose adapters may have kernels too.
-    `tangents`: see `engine.needed_kernels.kernels_of`.
     `compiling`: called with how many variants are compiled, of how many, and the last one; first
         before the first of them. Left out, a log says it.
 
@@ -36,7 +34,7 @@ def compile_kernels(
 
     Raises `GhostballError` where one can't be compiled.
     """
-    needed = kernels_of(scenes, tangents=tangents)
+    needed = kernels_of(scenes)
     needed += adapter_kernels(labels)
     missing = [one for one in needed if not one.is_made]
     if missing:

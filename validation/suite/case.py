@@ -55,7 +55,6 @@ def prepare(
         scenes,
         jobs,
         labels=dict.fromkeys(label for _, label in pairs),
-        tangents=True,
         compiling=compiling,
     )
 

@@ -62,3 +62,9 @@ def test_derivatives_through_what_is_not_a_line(table, position, velocity, met, 
     named = {partner_name(EventKind(e["kind"]), e["b"]) for e in result.events if e["b"] >= 0}
     assert met <= named
     check_derivatives(scene)
+
+
+def test_derivatives_through_a_restitution_that_falls_with_speed():
+    scene = find_scene("three-cushions")
+    physics = scene.physics.model_copy(update={"rolling_friction_quadratic": 0.0})
+    check_derivatives(scene.model_copy(update={"physics": physics}))

@@ -1,0 +1,185 @@
+"""A recorded motion as arrays, and how a small change of a ball continues between two events.
+
+A change of a ball is one of its position, velocity and angular velocity at an instant, to first
+order: PARTS numbers. All segments of all balls stand one after the other, ball by ball.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine.core import state as st
+from ghostball.engine.core.state import Laws
+from ghostball.engine.sensitivity.replay import Replay
+from ghostball.model import Scene
+
+FloatArray = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+# Parts of a change of a ball.
+X, Y, VX, VY, WX, WY, WZ = range(7)
+PARTS = 7
+
+SPIN_OVER_RADIUS = 2.5
+"""Spin that an impulse through a ball's surface gives, over that impulse and 1 / (m R)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The recorded motion of n balls, in k segments.
+
+    `laws`: of the scene; its obstacles are rows that Python reads.
+    `state` (n, STATE_COLUMNS) float64: radius, mass and decelerations of the balls are used.
+    `segments` (k, SEGMENT_COLUMNS) float64.
+    `first` (n + 1,): the first segment of each ball, then k.
+    """
+
+    scene: Scene
+    laws: Laws
+    state: FloatArray
+    segments: FloatArray
+    first: Rows
+
+    @cached_property
+    def replay(self) -> Replay:
+        """What plays the balls from other states."""
+        return Replay(self.scene)
+
+    @cached_property
+    def ball(self) -> Rows:
+        """The ball that each segment is of, (k,)."""
+        return np.repeat(np.arange(len(self.state)), np.diff(self.first))
+
+    def of_balls(self, column: int) -> FloatArray:
+        """Return a number of its ball for each segment, (k,)."""
+        found: FloatArray = self.state[self.ball, column]
+        return found
+
+    @cached_property
+    def slides(self) -> NDArray[np.bool_]:
+        """Whether the ball slides, (k,)."""
+        return np.equal(self.segments[:, st.PHASE], st.SLIDING)
+
+    @cached_property
+    def slip(self) -> FloatArray:
+        """Slip at the start of a slide, else the velocity, (k, 2) [m/s]."""
+        lever = np.where(self.slides, self.of_balls(st.RADIUS), 0.0)
+        vx, vy, wx, wy = self.segments[:, [st.VX, st.VY, st.WX, st.WY]].T
+        turning = np.where(self.slides, wx, 0.0), np.where(self.slides, wy, 0.0)
+        return np.column_stack((vx - lever * turning[1], vy + lever * turning[0]))
+
+    @cached_property
+    def pull(self) -> FloatArray:
+        """Derivative of the acceleration by the slip, or by the velocity of a ball that rolls.
+
+        (k, 2, 2) [1/s]: -(c / |d|) (1 - d^ d^T), d the slip or the velocity and c what slows it.
+        """
+        slows = np.where(
+            self.slides, self.of_balls(st.SLIDE_SLOWING), self.of_balls(st.ROLL_SLOWING)
+        )
+        dx, dy = self.slip.T
+        square = dx * dx + dy * dy
+        over = np.zeros(len(square))
+        np.divide(-slows, square * np.sqrt(square), out=over, where=square > 0.0)
+        across = -over * dx * dy
+        return np.array([[over * dy * dy, across], [across, over * dx * dx]]).transpose(2, 0, 1)
+
+    def rows_at(self, times: FloatArray) -> Rows:
+        """Return the segment of each ball at some instants, (len(times), n); past events then."""
+        rows = np.empty((len(times), len(self.state)), dtype=np.intp)
+        for i, (start, end) in enumerate(zip(self.first[:-1], self.first[1:], strict=True)):
+            epochs = self.segments[start + 1 : end, st.EPOCH]
+            rows[:, i] = start + np.searchsorted(epochs, times, side="right")
+        return rows
+
+    def flows(self, rows: Rows, s: FloatArray) -> FloatArray:
+        """Return what becomes of a change in a time s [s] since the start of its segment.
+
+        (m, PARTS, PARTS), of m segments: a change of the velocity changes the acceleration a, too.
+        dv += s da, dx += s dv + s^2 da / 2; the spin of a slide follows the friction, that of a
+        ball that rolls its velocity.
+        """
+        flow = np.zeros((len(rows), PARTS, PARTS))
+        flow[:, range(PARTS), range(PARTS)] = 1.0
+        slides, radius = self.slides[rows], self.of_balls(st.RADIUS)[rows]
+        bent = np.zeros((len(rows), 2, PARTS))
+        bent[:, :, VX : VY + 1] = self.pull[rows]
+        lever = np.where(slides, radius, 0.0)[:, np.newaxis]
+        bent[:, :, WX] = lever * bent[:, :, VY]
+        bent[:, :, WY] = -lever * bent[:, :, VX]
+        along = s[:, np.newaxis]
+        flow[:, X, VX] = flow[:, Y, VY] = s
+        flow[:, X : Y + 1] += (0.5 * along * along)[:, :, np.newaxis] * bent
+        flow[:, VX : VY + 1] += along[:, :, np.newaxis] * bent
+        turn = (SPIN_OVER_RADIUS * s / radius)[:, np.newaxis]
+        flow[:, WX] = np.where(slides[:, np.newaxis], flow[:, WX] + turn * bent[:, 1], 0.0)
+        flow[:, WY] = np.where(slides[:, np.newaxis], flow[:, WY] - turn * bent[:, 0], 0.0)
+        over = np.where(slides, 0.0, 1.0 / radius)[:, np.newaxis]
+        flow[:, WX] -= over * flow[:, VY]
+        flow[:, WY] += over * flow[:, VX]
+        flow[self._spin_has_ended(rows, s), WZ] = 0.0
+        return flow
+
+    def displacements(self, rows: Rows, s: FloatArray, start: FloatArray) -> FloatArray:
+        """Return the first two parts of `flows` times the changes `start`, (2, m, lanes) [m].
+
+        `rows` (m,), `s` (m,) [s], `start` (k, PARTS, lanes).
+        """
+        of = start[rows]
+        lever = np.where(self.slides[rows], self.of_balls(st.RADIUS)[rows], 0.0)[:, np.newaxis]
+        ux, uy = of[:, VX] - lever * of[:, WY], of[:, VY] + lever * of[:, WX]
+        s = s[:, np.newaxis]
+        half = 0.5 * s
+        (pxx, pxy), (_, pyy) = self.pull[rows].transpose(1, 2, 0)[..., np.newaxis]
+        x = of[:, X] + s * (of[:, VX] + half * (pxx * ux + pxy * uy))
+        y = of[:, Y] + s * (of[:, VY] + half * (pxy * ux + pyy * uy))
+        return np.array([x, y])
+
+    def _spin_has_ended(self, rows: Rows, s: FloatArray) -> NDArray[np.bool_]:
+        rate = self.of_balls(st.SPIN_SLOWING)[rows]
+        ended: NDArray[np.bool_] = np.abs(self.segments[rows, st.WZ]) <= s * rate
+        ended &= (rate > 0.0) & self.laws.slides
+        return ended
+
+    def arrivals(self, rows: Rows, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how balls move just before events at some instants, in their segments `rows`.
+
+        The states, (m, PARTS), and the rates of change f- of these, (m, PARTS) [1/s].
+        """
+        of, radius = self.segments[rows], self.of_balls(st.RADIUS)[rows]
+        s, slides = times - of[:, st.EPOCH], self.slides[rows]
+        state, rate = np.zeros((2, len(rows), PARTS))
+        rate[:, VX : VY + 1] = of[:, st.AX : st.AY + 1]
+        velocity = of[:, st.VX : st.VY + 1] + s[:, np.newaxis] * rate[:, VX : VY + 1]
+        state[:, VX : VY + 1] = rate[:, X : Y + 1] = velocity
+        for w, v, sign, start, turning in (
+            (WX, VY, -1.0, st.WX, st.BX),
+            (WY, VX, 1.0, st.WY, st.BY),
+        ):
+            rate[:, w] = np.where(slides, of[:, turning], sign * rate[:, v] / radius)
+            slid = of[:, start] + s * of[:, turning]
+            state[:, w] = np.where(slides, slid, sign * state[:, v] / radius)
+        slowing = self.of_balls(st.SPIN_SLOWING)[rows]
+        left = np.maximum(np.abs(of[:, st.WZ]) - s * slowing, 0.0)
+        state[:, WZ] = np.copysign(left, of[:, st.WZ])
+        rate[:, WZ] = of[:, st.BZ] - np.copysign(slowing * (left > 0.0), of[:, st.WZ])
+        if not self.laws.slides:
+            rate[:, WX:] = 0.0
+        return state, rate
+
+    def departures(self, rows: Rows) -> FloatArray:
+        """Return the rates of change f+ of the states at the starts of segments, (m, PARTS)."""
+        of = self.segments[rows]
+        rate = np.zeros((len(rows), PARTS))
+        rate[:, X : Y + 1] = of[:, st.VX : st.VY + 1]
+        rate[:, VX : VY + 1] = of[:, st.AX : st.AY + 1]
+        if self.laws.slides:
+            slides = self.slides[rows, np.newaxis]
+            rate[:, WX : WY + 1] = np.where(slides, of[:, st.BX : st.BY + 1], 0.0)
+            slowing = self.of_balls(st.SPIN_SLOWING)[rows]
+            rate[:, WZ] = -np.sign(of[:, st.WZ]) * slowing
+        return rate

@@ -1,0 +1,390 @@
+"""What each event of a recorded shot does to small changes of its balls: a matrix.
+
+Between events a change follows the derivative of the closed form (`sensitivity.motion`). An event
+h = 0 comes later for it by dtau = -(grad h . dz) / (grad h . f), and takes it to
+dz+ = DG (dz- + f- dtau) - f+ dtau (saltation), f the rate of change before and after, DG the
+derivative of what the event does. Those of laws are central differences (`sensitivity.laws`).
+
+A matrix takes the changes at the starts of the segments that end with the event to those at the
+starts of the segments that begin with it, at the event's own instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine.core import state as st
+from ghostball.engine.impacts.laws.dispatch import is_ball_law_integrated, is_integrated
+from ghostball.engine.motion.obstacles import facing, row_at, turning
+from ghostball.engine.sensitivity.laws import (
+    SEEN,
+    VN,
+    VT,
+    WN,
+    WT,
+    WZ as ALONG_Z,
+    Law,
+    bounces_by_law,
+    differentiated,
+    impacts_by_law,
+    played,
+    steps_of_bounces,
+    steps_of_impacts,
+)
+from ghostball.engine.sensitivity.motion import (
+    PARTS,
+    VX,
+    VY,
+    WX,
+    WY,
+    WZ,
+    FloatArray,
+    Motion,
+    Rows,
+    X,
+    Y,
+)
+from ghostball.model.events import EventKind, Events
+
+_CHUNK = 1024
+"""Events whose matrices are in memory at once: some 2 kB each."""
+
+
+class Passages(NamedTuple):
+    """What m events of `count` balls each do to changes; d is `count` times PARTS.
+
+    `number` (m,): which events they are.
+    `before`, `after` (m, count): the segments that end and begin with them.
+    `matrix` (m, d, d): of what becomes of the changes.
+    `later` (m, d) [s]: by how much later they come, over a change at the starts of `before`.
+    `size` (m, PARTS): the largest size of velocity and angular velocity just before them.
+    """
+
+    number: Rows
+    before: Rows
+    after: Rows
+    matrix: FloatArray
+    later: FloatArray
+    size: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Links:
+    """Which segments each event ends and begins; an event of one ball has the first place alone.
+
+    `before`, `after` (events, 2): -1 where nothing is known of changes after an event.
+    `lost` (k,): whether no change is known at the start of a segment.
+    """
+
+    before: Rows
+    after: Rows
+    lost: NDArray[np.bool_]
+
+
+def links_of(motion: Motion, events: Events) -> Links:
+    """Return which segments each event ends and begins.
+
+    No change of first order exists where a ball has two collisions at one instant, whose order a
+    change would decide; nor where a segment begins without an event: it comes from sustained
+    contact, whose forces aren't recorded.
+    """
+    at, last = motion.first[:-1].tolist(), (motion.first[1:] - 1).tolist()
+    epochs = motion.segments[:, st.EPOCH].tolist()
+    before, after = np.full((2, len(events), 2), -1)
+    lost = np.zeros(len(epochs), dtype=np.bool_)
+    collisions = _collisions_at_once(events)
+
+    def reach(ball: int, t: float) -> bool:
+        """Bring a ball to its last segment before t, and return whether one begins then."""
+        while at[ball] < last[ball] and epochs[at[ball] + 1] < t:
+            at[ball] += 1
+            lost[at[ball]] = True
+        return bool(at[ball] < last[ball] and epochs[at[ball] + 1] == t)
+
+    rows = zip(events["t"].tolist(), *(events[name].tolist() for name in "ab"), strict=True)
+    of_pairs = (events["kind"] == EventKind.BALL_BALL).tolist()
+    for e, (t, *balls) in enumerate(rows):
+        if not of_pairs[e]:
+            balls.pop()
+        reached = [reach(ball, t) for ball in balls]
+        alone = all(reached) and all(collisions.get((t, ball), 0) < 2 for ball in balls)
+        for place, ball in enumerate(balls):
+            if alone:
+                before[e, place], after[e, place] = at[ball], at[ball] + 1
+            at[ball] += reached[place]
+            if not alone:
+                lost[at[ball]] = True
+    for ball, end in enumerate(last):
+        lost[at[ball] + 1 : end + 1] = True
+    return Links(before, after, lost)
+
+
+def _collisions_at_once(events: Events) -> dict[tuple[float, int], int]:
+    """Return how many collisions each ball has at each instant at which it has any."""
+    counts: dict[tuple[float, int], int] = {}
+    for t, kind, a, b in events.tolist():
+        if kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION):
+            counts[t, a] = counts.get((t, a), 0) + 1
+        if kind == EventKind.BALL_BALL:
+            counts[t, b] = counts.get((t, b), 0) + 1
+    return counts
+
+
+def passages(motion: Motion, events: Events, links: Links) -> Iterator[list[Passages]]:
+    """Yield what events do to changes, some at a time: of one ball, and of two balls."""
+    for start in range(0, len(events), _CHUNK):
+        number = np.arange(start, min(start + _CHUNK, len(events)))
+        number = number[links.before[number, 0] >= 0]
+        kind = events["kind"][number]
+        impacts, bounces = kind == EventKind.BALL_BALL, kind == EventKind.BALL_CUSHION
+        holes = kind == EventKind.POCKETED
+        found = []
+        for chosen, through in (
+            (impacts, _through_impacts),
+            (bounces, _through_bounces),
+            (holes, _into_pockets),
+            (~(impacts | bounces | holes), _through_own_ends),
+        ):
+            if np.any(chosen):
+                passed = through(_Crossing.of(motion, events, links, number[chosen]))
+                passed.matrix.reshape(*passed.after.shape, -1)[links.lost[passed.after]] = np.nan
+                found.append(passed)
+        yield found
+
+
+@dataclass(frozen=True, eq=False)
+class _Crossing:
+    """Events of one kind, of `count` balls each, and how their balls come to them.
+
+    `here`, `rate` (m, count, PARTS): the states just before, and their rates of change f-.
+    `arrived` (m, d, d): what has become of changes by then.
+    """
+
+    motion: Motion
+    number: Rows
+    times: FloatArray
+    partner: NDArray[np.int64]
+    before: Rows
+    after: Rows
+    here: FloatArray
+    rate: FloatArray
+    arrived: FloatArray
+
+    @classmethod
+    def of(cls, motion: Motion, events: Events, links: Links, number: Rows) -> _Crossing:
+        """Return some of the events."""
+        count = 2 if events["kind"][number[0]] == EventKind.BALL_BALL else 1
+        before, after = links.before[number, :count], links.after[number, :count]
+        times = np.repeat(events["t"][number], count)
+        rows = before.ravel()
+        here, rate = motion.arrivals(rows, times)
+        flows = motion.flows(rows, times - motion.segments[rows, st.EPOCH])
+        flows = flows.reshape(len(number), count, PARTS, PARTS)
+        arrived = np.zeros((len(number), count, PARTS, count, PARTS))
+        for k in range(count):
+            arrived[:, k, :, k] = flows[:, k]
+        size = count * PARTS
+        return cls(
+            motion,
+            number,
+            events["t"][number],
+            events["b"][number],
+            before,
+            after,
+            here.reshape(len(number), count, PARTS),
+            rate.reshape(len(number), count, PARTS),
+            arrived.reshape(len(number), size, size),
+        )
+
+    def of_balls(self, column: int) -> FloatArray:
+        """Return a number of each ball, (m, count)."""
+        found: FloatArray = self.motion.of_balls(column)[self.before]
+        return found
+
+    @property
+    def told(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What a law is told of each ball: radius, mass and friction of the cloth, (m, count)."""
+        radii, masses = self.of_balls(st.RADIUS), self.of_balls(st.MASS)
+        return radii, masses, self.of_balls(st.CLOTH_FRICTION)
+
+    def met(self, later: FloatArray) -> FloatArray:
+        """Return changes where and when each changed event is, (m, count, PARTS, d): + f- dtau."""
+        shifted = self.arrived + _outer(self.rate.reshape(self.arrived.shape[:2]), later)
+        return shifted.reshape(*self.rate.shape, -1)
+
+    def left(self, changed: FloatArray, later: FloatArray) -> Passages:
+        """Return what the events do, given changes just after them where and when they are.
+
+        Taken back to the events' own instants, - f+ dtau. A ball that an impact leaves without slip
+        rolls at once; a changed one slides first, for a time of the order of the change, in which
+        the cloth takes 2/7 of the slip. Likewise one that is left at rest stops again at once,
+        where the cloth slows it.
+
+        `changed` (m, count, PARTS, d).
+        `later` (m, d).
+        """
+        phase = self.motion.segments[self.after, st.PHASE]
+        radius = self.of_balls(st.RADIUS)
+        if self.motion.laws.slides:
+            ended = np.where(phase != st.SLIDING, 1.0 / 3.5, 0.0)[:, :, np.newaxis]
+            lever = radius[:, :, np.newaxis]
+            slip_x = changed[:, :, VX] - lever * changed[:, :, WY]
+            slip_y = changed[:, :, VY] + lever * changed[:, :, WX]
+            changed[:, :, VX] -= ended * slip_x
+            changed[:, :, VY] -= ended * slip_y
+        stops = np.equal(phase, st.RESTING) & (self.of_balls(st.ROLL_SLOWING) > 0.0)
+        changed[stops, VX : VY + 1] = 0.0
+        departing = self.motion.departures(self.after.ravel()).reshape(self.rate.shape)
+        matrix = changed.reshape(self.arrived.shape)
+        matrix = matrix - _outer(departing.reshape(matrix.shape[:2]), later)
+        size = np.max(np.abs(self.here), axis=1)
+        return Passages(self.number, self.before, self.after, matrix, later, size)
+
+
+def _outer(rates: FloatArray, later: FloatArray) -> FloatArray:
+    return rates[:, :, np.newaxis] * later[:, np.newaxis, :]
+
+
+def _through_impacts(at: _Crossing) -> Passages:
+    """Take changes of two balls each through their impact.
+
+    dtau is n . dr over the approach. The changed balls touch along a normal that is turned by
+    t . dr / |r|, and in its frame the law gives what it makes of what they bring to it.
+    """
+    motion, m = at.motion, len(at.number)
+    places = motion.segments[at.after, st.X : st.Y + 1]
+    apart = places[:, 1] - places[:, 0]
+    distance = np.sqrt(apart[:, 0] * apart[:, 0] + apart[:, 1] * apart[:, 1])
+    frame = _frames(apart / distance[:, np.newaxis])
+    toward = at.here[:, 0, VX : VY + 1] - at.here[:, 1, VX : VY + 1]
+    along_n, along_t = (frame @ toward[:, :, np.newaxis])[:, :, 0].T
+    arrived = at.arrived.reshape(m, 2, PARTS, -1)
+    moved = frame @ (arrived[:, 1, X : Y + 1] - arrived[:, 0, X : Y + 1])
+    later = moved[:, 0] / along_n[:, np.newaxis]
+    theta = (moved[:, 1] - along_t[:, np.newaxis] * later) / distance[:, np.newaxis]
+    if is_ball_law_integrated(motion.laws):
+        law = played(motion.replay, motion.ball[at.before], places, frame, [()] * m)
+    else:
+        law = impacts_by_law(motion.laws, *at.told)
+    return _through_law(at, law, steps_of_impacts, frame, later, theta)
+
+
+def _through_bounces(at: _Crossing) -> Passages:
+    """Take changes through bounces. An obstacle is like a ball that rests, or its side is flat."""
+    motion = at.motion
+    rows, frame, later, theta = _obstacles_met(at, takes_out=False)
+    if is_integrated(motion.laws, rows[0]):  # all have the law of the scene
+        places = motion.segments[at.after, st.X : st.Y + 1]
+        law = played(motion.replay, motion.ball[at.before], places, frame, [(row,) for row in rows])
+    else:
+        law = bounces_by_law(motion.laws, rows, *(one[:, 0] for one in at.told))
+    return _through_law(at, law, steps_of_bounces, frame, later, theta)
+
+
+def _through_law(
+    at: _Crossing,
+    law: Law,
+    steps: Callable[[FloatArray, FloatArray], FloatArray],
+    frame: FloatArray,
+    later: FloatArray,
+    theta: FloatArray,
+) -> Passages:
+    """Take changes through what a law makes of the balls in the frames of their contacts.
+
+    These turn by `theta` (m, d) for the changes, that is n by theta t and t by -theta n.
+    """
+    m, count = at.before.shape
+    changed = at.met(later)
+    local = _seen(frame, at.here)
+    radii = at.of_balls(st.RADIUS)
+    by = steps(local.reshape(m, -1), radii if count > 1 else radii[:, 0])
+    after, slopes = differentiated(law, local.reshape(m, -1), by)
+    seen = _seen_columns(frame, changed) + _turned_with(local, theta)
+    given = (slopes @ seen.reshape(m, count * SEEN, -1)).reshape(seen.shape)
+    given -= _turned_with(after.reshape(local.shape), theta)
+    back = frame.transpose(0, 2, 1)[:, np.newaxis]
+    changed[:, :, VX : VY + 1] = back @ given[:, :, VN : VT + 1]
+    changed[:, :, WX : WY + 1] = back @ given[:, :, WN : WT + 1]
+    changed[:, :, WZ] = given[:, :, ALONG_Z]
+    return at.left(changed, later)
+
+
+def _into_pockets(at: _Crossing) -> Passages:
+    """Take changes to where the centre enters a hole; there it stays."""
+    _, _, later, _ = _obstacles_met(at, takes_out=True)
+    changed = at.met(later)
+    changed[:, :, VX:] = 0.0
+    return at.left(changed, later)
+
+
+def _through_own_ends(at: _Crossing) -> Passages:
+    """Take changes through the end of a slide or a roll.
+
+    Of which the duration is |u| / (3.5 mu_s g), or |v| / (mu_r g): dtau follows from what they were
+    at the start of the segment.
+    """
+    rows = at.before[:, 0]
+    slides = at.motion.slides[rows]
+    slip, radius = at.motion.slip[rows], at.of_balls(st.RADIUS)[:, 0]
+    slows = np.where(
+        slides, 3.5 * at.of_balls(st.SLIDE_SLOWING)[:, 0], at.of_balls(st.ROLL_SLOWING)[:, 0]
+    )
+    by = slip / (slows * np.sqrt(slip[:, 0] * slip[:, 0] + slip[:, 1] * slip[:, 1]))[:, np.newaxis]
+    lever = np.where(slides, radius, 0.0)
+    later = np.zeros((len(rows), PARTS))
+    later[:, VX : VY + 1] = by
+    later[:, WX], later[:, WY] = lever * by[:, 1], -lever * by[:, 0]
+    return at.left(at.met(later), later)
+
+
+def _obstacles_met(
+    at: _Crossing, *, takes_out: bool
+) -> tuple[list[int], FloatArray, FloatArray, FloatArray]:
+    """Return the obstacles' rows, the frames of the contacts, and what changes do to these.
+
+    By how much later the balls meet them, (m, PARTS) [s], and how far the normals turn, (m, PARTS).
+    """
+    laws, rows = at.motion.laws, []
+    normals, turns = np.empty((len(at.number), 2)), np.empty((len(at.number), 1))
+    places = at.motion.segments[at.after[:, 0], st.X : st.Y + 1].tolist()
+    for k, (index, (x, y)) in enumerate(zip(at.partner.tolist(), places, strict=True)):
+        row = row_at(laws, index, takes_out, x, y)
+        inward = facing(laws, row, x, y)
+        normals[k] = -inward[0], -inward[1]
+        turns[k] = turning(laws, row, x, y)
+        rows.append(row)
+    frame = _frames(normals)
+    approach, along = (frame @ at.here[:, 0, VX : VY + 1, np.newaxis])[:, :, 0].T
+    moved = frame @ at.arrived[:, X : Y + 1]
+    later = -moved[:, 0] / approach[:, np.newaxis]
+    theta = -turns * (moved[:, 1] + along[:, np.newaxis] * later)
+    return rows, frame, later, theta
+
+
+def _frames(normals: FloatArray) -> FloatArray:
+    """Return what takes a vector to its parts along n and t = z x n, (m, 2, 2)."""
+    nx, ny = normals.T
+    return np.array([[nx, ny], [-ny, nx]]).transpose(2, 0, 1)
+
+
+def _seen(frame: FloatArray, here: FloatArray) -> FloatArray:
+    """Return velocities and angular velocities along n and t, (m, count, 5), of states."""
+    return _seen_columns(frame, here[..., np.newaxis])[..., 0]
+
+
+def _seen_columns(frame: FloatArray, columns: FloatArray) -> FloatArray:
+    turn = frame[:, np.newaxis]
+    velocity, turning = turn @ columns[:, :, VX : VY + 1], turn @ columns[:, :, WX : WY + 1]
+    return np.concatenate((velocity, turning, columns[:, :, WZ:]), axis=2)
+
+
+def _turned_with(local: FloatArray, theta: FloatArray) -> FloatArray:
+    """Return what states `local` (m, count, SEEN) gain as frames turn, (m, count, SEEN, d)."""
+    vn, vt, wn, wt, _ = np.moveaxis(local, 2, 0)
+    gained = np.stack((vt, -vn, wt, -wn, 0.0 * vn), axis=2)
+    return gained[..., np.newaxis] * theta[:, np.newaxis, np.newaxis]
