@@ -22,6 +22,7 @@ import numpy as np
 from ghostball.engine.core.tolerances import AT_THE_FRAME
 from ghostball.model import Scene
 from ghostball.model.errors import GhostballError
+from ghostball.model.scene.obstacles import distance_to_box
 
 MOST_PAIRED = 60
 """Balls up to which a bound for every pair is faster than cells; the results are the same."""
@@ -139,8 +140,8 @@ def is_uniform(scene: Scene) -> bool:
     if has_drag(scene):
         return False
     slides = scene.physics.motion == "sliding"
-    slowed = bool(np.any(scene.rolling_frictions > 0.0))
-    return not (slowed or (slides and bool(np.any(scene.sliding_frictions > 0.0))))
+    slowed = scene.rolling_frictions.any() or (slides and scene.sliding_frictions.any())
+    return not slowed
 
 
 def has_cushions(scene: Scene) -> bool:
@@ -156,13 +157,12 @@ def has_frame(scene: Scene) -> bool:
     if scene.physics.airborne:
         nose = scene.physics.cushion_height
         reach = np.sqrt(nose * (2.0 * reach - nose))
-    least, far = float(np.min(reach)), np.array([scene.table.length, scene.table.width])
-    for hole in scene.table.holes:
-        centre = np.array(hole.centre)
-        away = np.hypot(*(centre - np.clip(centre, least, far - least)))
-        if not away > hole.radius * (1.0 + AT_THE_FRAME):
-            return False
-    return True
+    least = float(np.min(reach))
+    low, high = (least, least), (scene.table.length - least, scene.table.width - least)
+    return all(
+        distance_to_box(hole.centre, low, high) > hole.radius * (1.0 + AT_THE_FRAME)
+        for hole in scene.table.holes
+    )
 
 
 def balls_rub(scene: Scene) -> bool:

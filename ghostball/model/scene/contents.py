@@ -86,19 +86,19 @@ class SceneContents(Part):
     def rolling_frictions(self) -> FloatArray:
         """Coefficients of rolling resistance, (n,) float64 [1]; a fresh array."""
         shared = self.physics.rolling_friction
-        return _own_or_shared((ball.rolling_friction for ball in self.balls), shared)
+        return _own_or_shared([ball.rolling_friction for ball in self.balls], shared)
 
     @property
     def sliding_frictions(self) -> FloatArray:
         """Coefficients of sliding friction, ball on cloth, (n,) float64 [1]; a fresh array."""
         shared = self.physics.sliding_friction
-        return _own_or_shared((ball.sliding_friction for ball in self.balls), shared)
+        return _own_or_shared([ball.sliding_friction for ball in self.balls], shared)
 
     @property
     def spinning_friction_rates(self) -> FloatArray:
         """Decelerations of vertical spin, (n,) float64 [rad/s^2]; a fresh array."""
         shared = self.physics.spinning_friction_rate
-        return _own_or_shared((ball.spinning_friction_rate for ball in self.balls), shared)
+        return _own_or_shared([ball.spinning_friction_rate for ball in self.balls], shared)
 
     @property
     def rolls(self) -> BoolArray:
@@ -139,5 +139,5 @@ def _with_fields(ball: Any, fields: Mapping[str, float]) -> Any:
     return {**fields, **ball} if isinstance(ball, dict) else ball
 
 
-def _own_or_shared(own: Iterable[float | None], shared: float) -> FloatArray:
+def _own_or_shared(own: list[float | None], shared: float) -> FloatArray:
     return np.array([shared if value is None else value for value in own], dtype=np.float64)

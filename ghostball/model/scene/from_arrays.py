@@ -38,7 +38,8 @@ def fields_of_balls(
     for name, values in arrays.items():
         vector = name in _COMPONENTS
         lists[name] = values.tolist() if vector else np.broadcast_to(values, n).tolist()
-    return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+    keys = tuple(lists)
+    return [dict(zip(keys, row)) for row in zip(*lists.values())]  # noqa: B905 - n of each
 
 
 def add_strikes(balls: list[dict[str, Any]], strikes: Mapping[int, Strike]) -> None:

@@ -57,7 +57,7 @@ def _check_laws_without_spin(scene: SceneContents) -> None:
 
 def _check_limits(scene: SceneContents) -> None:
     law = entry_of(BALL_LAWS, scene.physics.ball_impact)
-    if len(scene.balls) < 2:
+    if len(scene.balls) < 2 or not law.limits:
         return
     owners: list[tuple[str, tuple[str | int, ...], Physics | Ball]]
     owners = [("", ("physics",), scene.physics)]

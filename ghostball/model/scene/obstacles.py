@@ -168,3 +168,11 @@ def is_inside(outline: Sequence[Point], x: FloatArray, y: FloatArray) -> BoolArr
             beside = (y0 > y) != (y1 > y)
             inside ^= beside & (x > x0 + (y - y0) * ((x1 - x0) / (y1 - y0)))
     return inside
+
+
+def distance_to_box(place: Point, low: Point, high: Point) -> float:
+    """Return how far a place is from the box between two of its corners [m]; 0 inside of it."""
+    dx, dy = (
+        max(least - at, at - most, 0.0) for at, least, most in zip(place, low, high, strict=True)
+    )
+    return math.hypot(dx, dy)

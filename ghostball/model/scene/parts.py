@@ -72,18 +72,17 @@ class Ball(Part):
     )
 
     @model_validator(mode="after")
-    def _complete_vectors(self) -> Self:
+    def _complete(self) -> Self:
         # Frozen for everyone else; this is still construction.
         if len(self.position) == 2:
             object.__setattr__(self, "position", (*self.position, self.radius))
         if len(self.velocity) == 2:
             object.__setattr__(self, "velocity", (*self.velocity, 0.0))
+        if self.strike is not None:
+            self._set_in_motion(self.strike)
         return self
 
-    @model_validator(mode="after")
-    def _set_in_motion(self) -> Self:
-        if self.strike is None:
-            return self
+    def _set_in_motion(self, strike: Strike) -> None:
         # What is filled in below doesn't count as given, not in a copy either.
         for field in ("velocity", "angular_velocity"):
             value = getattr(self, field)
@@ -103,9 +102,8 @@ class Ball(Part):
                 "place of the strike",
                 at=("position",),
             )
-        stroke = stroke_of(self.strike, self.radius, self.mass)
+        stroke = stroke_of(strike, self.radius, self.mass)
         fill_in_motion(self, (*stroke.velocity[:2], 0.0), stroke.angular_velocity)
-        return self
 
     @model_serializer(mode="wrap")
     def _as_typed(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -115,6 +113,11 @@ class Ball(Part):
         for name in follows:
             fields.pop(name, None)
         return fields
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether it is the same in each scene: what a strike makes of it depends on the scene."""
+        return self.strike is None
 
     def without_strike(self) -> Ball:
         """Return the ball with its velocities in place of its strike; itself where it has none."""

@@ -28,12 +28,24 @@ from ghostball.model.scene.obstacles import (
     is_inside,
     obstacle_name,
 )
+from ghostball.model.scene.plain import begins_plainly
 from ghostball.model.scene.starts import Starts, starts_of
 from ghostball.model.scene.table import Table
 
 
 def check_scene(scene: SceneContents) -> None:
     """Check a scene whose fields are each in order.
+
+    Raises `PydanticCustomError` for the first rule that is broken.
+    """
+    if begins_plainly(scene):
+        check_laws_in_scene(scene)
+    else:
+        check_each_rule(scene)
+
+
+def check_each_rule(scene: SceneContents) -> None:
+    """Check the same by all rules, in order.
 
     Raises `PydanticCustomError` for the first rule that is broken.
     """

@@ -8,7 +8,6 @@ in `scene.rules`, and reading and writing TOML is in `scene.toml`.
 from __future__ import annotations
 
 import json
-import weakref
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
@@ -186,7 +185,6 @@ class Scene(SceneContents):
     def _consistent(self) -> Self:
         let_table_answer_strikes(self)
         check_scene(self)
-        _note_checked(self)
         return self
 
 
@@ -201,24 +199,12 @@ def made_after(make: Callable[[], Scene], engine: str) -> Scene:
         raise SceneError(f"after a shot on engine `{engine}`: {error}") from None
 
 
-_CHECKED: dict[int, weakref.ref[Scene]] = {}
-"""Scenes that are known to keep the rules. By identity, since pydantic copies all else: a field, or
-a private one, that said so would say so of a copy with other fields, too."""
-
-
-def _note_checked(scene: Scene) -> None:
-    key = id(scene)
-    _CHECKED[key] = weakref.ref(scene, lambda _: _CHECKED.pop(key, None))
-
-
 def check_whole(scene: Scene) -> None:
     """Check a scene anew, with all its parts, unless it was made by its checks.
 
-    `model_copy`, `model_construct`, `copy` and `pickle` make scenes past them.
     Raises `SceneError` where a rule is broken.
     """
-    kept = _CHECKED.get(id(scene))
-    if kept is not None and kept() is scene:
+    if scene.is_checked:
         return
     made = "The scene was made without its checks (by a copy, or by `model_construct`)"
     try:
@@ -227,7 +213,7 @@ def check_whole(scene: Scene) -> None:
         raise SceneError(f"{error} {made}") from None
     if checked != scene:
         raise refusal(f"{made}, which would have changed it. Make it by Scene(...)")
-    _note_checked(scene)
+    object.__setattr__(scene, "_checked", True)
 
 
 def json_schema() -> str:

@@ -50,8 +50,14 @@ def let_table_answer_strikes(scene: SceneContents) -> None:
 
 def starts_of(scene: SceneContents) -> Starts:
     """Return how the balls of a scene begin."""
-    each, radii, velocities = np.arange(len(scene.balls)), scene.radii, scene.velocities
+    balls = scene.balls
+    rows = np.array([(*ball.position, *ball.velocity, ball.radius) for ball in balls])
+    radii, velocities = rows[:, 6], rows[:, 3:6]
     rolling = rolling_angular_velocity(velocities, radii)
-    given = np.array([ball.angular_velocity is not None for ball in scene.balls])
-    spins = scene.angular_velocities if np.any(given) else rolling
-    return Starts(each, radii, scene.positions, velocities, spins, rolling, given)
+    turned = [k for k, ball in enumerate(balls) if ball.angular_velocity is not None]
+    given, spins = np.zeros(len(balls), dtype=np.bool_), rolling
+    if turned:
+        given[turned] = True
+        spins = rolling.copy()
+        spins[turned] = [balls[k].angular_velocity for k in turned]
+    return Starts(np.arange(len(balls)), radii, rows[:, :3], velocities, spins, rolling, given)

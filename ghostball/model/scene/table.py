@@ -26,7 +26,12 @@ from ghostball.model.scene.obstacles import (
 )
 from ghostball.model.scene.part import Part
 from ghostball.model.scene.parts import POOL_BALL_MASS, POOL_BALL_RADIUS
-from ghostball.model.scene.pockets import Pockets, obstacles_of_pockets, outline_of_pockets
+from ghostball.model.scene.pockets import (
+    Pockets,
+    leave_clear,
+    obstacles_of_pockets,
+    outline_of_pockets,
+)
 from ghostball.model.scene.sides import CUSHIONS, CushionName, Point, Side, side_of
 from ghostball.model.scene.table_rules import check_pockets, check_polygon, check_posts
 
@@ -229,6 +234,16 @@ class Table(Part):
         """Whether it is a rectangle without pockets, whose cushions are infinite lines."""
         return not self.vertices and self._pocketed is None
 
+    def is_clear(self, reach: float) -> bool:
+        """Whether balls meet nothing on it but what is along the lines of its four sides.
+
+        `reach`: how near to those lines their centres come [m]. True is sure; False may be not.
+        """
+        if self.vertices or self.posts:
+            return False
+        pocketed = self._pocketed
+        return pocketed is None or leave_clear(self.length, self.width, pocketed, reach)
+
     @property
     def has_cushions(self) -> bool:
         """Whether there is anything that a ball may bounce off."""
@@ -294,7 +309,8 @@ class Table(Part):
     @property
     def _pocketed(self) -> Pockets | None:
         """Its pockets; None also where none is given of those that there may be."""
-        return None if self.pockets == Pockets() else self.pockets
+        pockets = self.pockets
+        return None if pockets is None or pockets.corner is pockets.side is None else pockets
 
 
 @lru_cache(maxsize=32)
