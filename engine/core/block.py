@@ -97,6 +97,16 @@ class Block:
                 bytes_of = self.numbers[start:].view(np.uint8)
                 bytes_of[: part.nbytes] = np.ascontiguousarray(part).reshape(-1).view(np.uint8)
 
+    def begun(self, state: FloatArray, height: FloatArray | None) -> Block:
+        """Return a block whose balls begin otherwise: with these arrays of `Balls`."""
+        made = Block.__new__(Block)
+        made.offsets, made.numbers = self.offsets, self.numbers.copy()
+        made.numbers[self.offsets[STATE] : self.offsets[STATE] + state.size] = state.reshape(-1)
+        if height is not None:
+            start = self.offsets[HEIGHT]
+            made.numbers[start : start + height.size] = height.reshape(-1)
+        return made
+
 
 def _size_of(part: NDArray[Any] | int | None) -> int:
     """Return how many doubles an array takes, or a number of numbers."""

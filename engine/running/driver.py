@@ -52,6 +52,12 @@ def needed(variant: Variant) -> Needed:
     return room.needed(layout_of(still_scene(variant)), variant.name("shots"))
 
 
+@cache
+def _no_log(columns: int) -> Log:
+    """Return a log without room, which all runs that keep none share."""
+    return log_of(0, 0, columns)
+
+
 def _elastic_laws(physics: Physics) -> list[str]:
     """Return which laws let impacts take no energy, in words for a message."""
     found = []
@@ -84,12 +90,16 @@ class Run:
         self.size = n = len(layout.radii)
         self.variant = layout.variant
         self._room = Room(layout)
-        self._state = self._room.numbers[: n * STATE_COLUMNS].reshape(n, STATE_COLUMNS)
-        self._log = log_of(_FIRST_LOG if keep_log else 0, n, layout.columns)
+        self._log = log_of(_FIRST_LOG, n, layout.columns) if keep_log else _no_log(layout.columns)
         self._shots = shots_of(1, n, 3)
         self._clock, self._counters = self._shots.clocks[0], self._shots.counts[0]
         self._counters[st.STATUS] = st.RUN_CONTINUES
         self._logs: list[Log] = []
+
+    @property
+    def _state(self) -> st.FloatArray:
+        """`Balls.state` as it is now."""
+        return self._room.numbers[: self.size * STATE_COLUMNS].reshape(self.size, STATE_COLUMNS)
 
     @property
     def nbytes(self) -> int:

@@ -32,10 +32,8 @@ from ghostball.engine.library.entry import Last
 from ghostball.engine.running.skips import (
     Skip,
     balls_rub,
-    has_drag,
     has_frame,
     is_uniform,
-    uses_cells,
 )
 from ghostball.engine.running.variants import Variant, variant_of
 from ghostball.model import (
@@ -47,11 +45,14 @@ from ghostball.model import (
     Physics,
     Scene,
     Segment,
+    Table,
     UnsupportedSceneError,
 )
-from ghostball.model.features import check_supported
+from ghostball.model.features import Feature, check_supported, has_feature
 from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 from ghostball.model.scene import check_whole
+from ghostball.model.scene.contents import rolling
+from ghostball.model.scene.starts import starts_of
 
 _CELL_ROOM = 2.0**-20
 """What a cell is larger than the largest ball, in units of it: room for rounding."""
@@ -111,11 +112,18 @@ def admit(scene: Scene) -> None:
 
     Raises `SceneError` or `UnsupportedSceneError`.
     """
-    if not _is_laid_out(scene):
+    if not _is_admitted(scene):
         check_whole(scene)
-        check_supported("ghostball", CAPABILITIES, scene)
+        if _LACKS:
+            check_supported("ghostball", CAPABILITIES, scene)
         if scene.table is not None:
             _check_count(scene, len(scene.table.sides) + len(scene.table.obstacles))
+        key = id(scene)
+        _LAYOUTS[key] = (weakref.ref(scene, lambda _: _LAYOUTS.pop(key, None)), {})
+
+
+_LACKS = any(not has_feature(CAPABILITIES, feature) for feature in Feature)
+"""Whether there is a feature that a scene might need in vain."""
 
 
 def _check_count(scene: Scene, obstacles: int) -> None:
@@ -131,8 +139,8 @@ def _check_count(scene: Scene, obstacles: int) -> None:
         raise UnsupportedSceneError("ghostball", (lacks,))
 
 
-def _is_laid_out(scene: Scene) -> bool:
-    """Whether `layout_of` has made this scene's layout already, and so admitted it."""
+def _is_admitted(scene: Scene) -> bool:
+    """Whether `admit` has let this scene pass already."""
     kept = _LAYOUTS.get(id(scene))
     return kept is not None and kept[0]() is scene
 
@@ -144,19 +152,26 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
 
     Raises `SceneError` or `UnsupportedSceneError` as `admit`.
     """
-    if _is_laid_out(scene):
-        kept = _LAYOUTS[id(scene)][1].get(off)
-        if kept is not None:
-            return kept
     admit(scene)
-    radii, laws = scene.radii, laws_of(scene, off)
+    kept = _LAYOUTS[id(scene)][1]
+    if off not in kept:
+        kept[off] = _laid_out(scene, off)
+    return kept[off]
+
+
+def _laid_out(scene: Scene, off: frozenset[Skip]) -> Layout:
+    laws, n = laws_of(scene, off), len(scene.balls)
+    variant, radii = variant_of(scene, off), scene.radii
     radii.flags.writeable = False
-    many = uses_cells(scene, off)
-    balls = balls_of(scene, off)
-    pairs = pairs_of(0 if many else len(scene.balls))
-    cells = cells_of(scene) if many else None
-    layout = Layout(
-        block=Block(balls, pairs, cells, most_contacts(len(scene.balls))),
+    if variant.cells:
+        balls, cells = balls_of(scene, off), cells_of(scene)
+        block = Block(balls, pairs_of(0), cells, most_contacts(n))
+    else:
+        balls, cells = _blank_balls(n, variant.drag, variant.flight), None
+        height = height_of(scene) if variant.flight else None
+        block = _blank_block(n, variant.drag, variant.flight).begun(state_of(scene), height)
+    return Layout(
+        block=block,
         parts=(
             _flag_of(balls.higher),
             _flag_of(balls.air),
@@ -166,15 +181,19 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
         laws=np.array(laws[:-1], dtype=np.float64),
         obstacles=laws.obstacles,
         radii=radii,
-        smallest_radius=float(np.min(radii)),
-        variant=variant_of(scene, off),
+        smallest_radius=float(radii.min()),
+        variant=variant,
         columns=_columns_of(balls),
     )
-    key = id(scene)
-    if not _is_laid_out(scene):
-        _LAYOUTS[key] = (weakref.ref(scene, lambda _: _LAYOUTS.pop(key, None)), {})
-    _LAYOUTS[key][1][off] = layout
-    return layout
+
+
+@lru_cache(maxsize=8)
+def _blank_block(n: int, drags: bool, flies: bool) -> Block:
+    """Return the block of n balls, a bound for each pair of them, before it is known where each is.
+
+    Scenes of as many balls share what is the same in all.
+    """
+    return Block(_blank_balls(n, drags, flies), pairs_of(n), None, most_contacts(n))
 
 
 def _columns_of(balls: Balls) -> int:
@@ -197,26 +216,39 @@ _LAYOUTS: dict[int, tuple[weakref.ref[Scene], dict[frozenset[Skip], Layout]]] = 
 
 def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
     """Lay out the scene's balls, all marked: the kernel fills in accelerations and own events."""
-    n = len(scene.balls)
-    state = np.zeros((n, STATE_COLUMNS))
-    state[:, st.X : st.Y + 1] = scene.positions[:, :2]
-    state[:, st.VX : st.VY + 1] = scene.velocities[:, :2]
-    state[:, st.WX : st.WZ + 1] = scene.angular_velocities
+    variant = variant_of(scene, off)
+    balls = _blank_balls.__wrapped__(len(scene.balls), variant.drag, variant.flight)
+    return balls._replace(
+        state=state_of(scene), height=height_of(scene) if variant.flight else None
+    )
+
+
+def state_of(scene: Scene) -> FloatArray:
+    """Return `Balls.state` as the scene's balls begin, (n, STATE_COLUMNS)."""
+    start, gravity = starts_of(scene), scene.physics.gravity
+    state = np.zeros((len(scene.balls), STATE_COLUMNS))
+    state[:, st.X : st.Y + 1] = start.position[:, :2]
+    state[:, st.VX : st.VY + 1] = start.velocity[:, :2]
+    state[:, st.WX : st.WZ + 1] = start.spin
     state[:, st.OWN_TIME] = np.inf
-    state[:, st.RADIUS] = scene.radii
+    state[:, st.RADIUS] = start.radius
     state[:, st.MASS] = scene.masses
-    gravity = scene.physics.gravity
     state[:, st.ROLL_SLOWING] = scene.rolling_frictions * gravity
     state[:, st.CLOTH_FRICTION] = scene.sliding_frictions
     slides = scene.physics.motion == "sliding"
     state[:, st.SLIDE_SLOWING] = state[:, st.CLOTH_FRICTION] * gravity if slides else 0.0
     state[:, st.SPIN_SLOWING] = scene.spinning_friction_rates
-    rises = (scene.positions[:, 2] > scene.radii) | (scene.velocities[:, 2] > 0.0)
-    state[:, st.PHASE] = phases_of(scene.rolls, rises, slides)
-    drags = has_drag(scene) or Skip.DRAG in off
-    flies = scene.physics.airborne or Skip.FLIGHT in off
+    rises = (start.position[:, 2] > start.radius) | (start.velocity[:, 2] > 0.0)
+    rolls = ~start.given | rolling(start.velocity, start.spin, start.radius)
+    state[:, st.PHASE] = phases_of(rolls, rises, slides)
+    return state
+
+
+@lru_cache(maxsize=8)
+def _blank_balls(n: int, drags: bool, flies: bool) -> Balls:
+    """Return n balls, all marked, before it is known where each is."""
     return Balls(
-        state,
+        np.zeros((n, STATE_COLUMNS)),
         np.zeros(n, dtype=np.int64),
         np.ones(n, dtype=np.bool_),
         np.concatenate(([n], np.arange(n))).astype(np.int32),
@@ -232,7 +264,7 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
         )
         if drags
         else None,
-        height_of(scene) if flies else None,
+        np.zeros((n, st.HEIGHT_COLUMNS)) if flies else None,
     )
 
 
@@ -298,27 +330,37 @@ def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray
     away to be met. Posts follow, then what lies along the sides and behind them, in the table's
     order.
     """
-    table, law = scene.table, CUSHION_LAW_NAMES.index(scene.physics.cushion)
-    coefficients = coefficients_of(scene.physics)
+    return _rows_of(scene.table, scene.physics, Skip.CUSHIONS in off)
+
+
+@lru_cache(maxsize=32)
+def _rows_of(table: Table | None, physics: Physics, everywhere: bool) -> FloatArray:
+    """Return a table's obstacles, and with `everywhere` a cushion on each side; not to be changed.
+
+    Kept for the tables asked about last: with pockets there are dozens.
+    """
+    law, coefficients = CUSHION_LAW_NAMES.index(physics.cushion), coefficients_of(physics)
     rows: list[tuple[float, ...]] = []
     sides = {} if table is None else {side.name: side for side in table.sides}
     for index, name in enumerate(CUSHIONS):
         normal = INWARD[name]
         if name in sides:
             point = sides[name].point
-        elif Skip.CUSHIONS in off:
+        elif everywhere:
             point = (-_FAR * normal[0], -_FAR * normal[1])
         else:
             continue
         rows.append((st.LINE, *point, *normal, 0.0, law, index, *coefficients))
-    posts, others = _obstacles_in_order(scene)
+    posts, others = _obstacles_in_order(table)
     rows += [(*_place_of(one, law), *coefficients) for one in (*posts, *others)]
-    return np.array(rows, dtype=np.float64).reshape(-1, OBSTACLE_COLUMNS)
+    found = np.array(rows, dtype=np.float64).reshape(-1, OBSTACLE_COLUMNS)
+    found.flags.writeable = False
+    return found
 
 
-def _obstacles_in_order(scene: Scene) -> tuple[Sequence[Obstacle], Sequence[Obstacle]]:
+def _obstacles_in_order(table: Table | None) -> tuple[Sequence[Obstacle], Sequence[Obstacle]]:
     """Return a table's posts, and what else there is besides lines."""
-    obstacles = () if scene.table is None else scene.table.obstacles
+    obstacles = () if table is None else table.obstacles
     posts = [one for one in obstacles if isinstance(one, Disc) and one.inward is None]
     return posts, [one for one in obstacles if one not in posts]
 
@@ -330,7 +372,7 @@ def _outer_of(scene: Scene, count: int, off: frozenset[Skip]) -> int:
     """
     if not has_frame(scene) or Skip.FAR_OBSTACLES in off:
         return count
-    _, others = _obstacles_in_order(scene)
+    _, others = _obstacles_in_order(scene.table)
     return count - len(others)
 
 
