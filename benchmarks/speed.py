@@ -30,7 +30,7 @@ MEANINGS: Mapping[str, str] = {
     "over_no_air": "that over the same without air",
     "first_shot": "from the start of the process to the end of a shot",
     "every_variant": "what `make validate` needs of the kernels, compiled in two processes",
-    "import": "`import ghostball.engine` in a new process",
+    "import": "`from ghostball.engine import simulate` in a new process",
 }
 """Of each quantity that rows may have."""
 

@@ -5,7 +5,8 @@
     >>> simulate(scene).rest_time
     5.098...
 
-Importing this package compiles nothing and loads no compiler: that waits for the first `simulate`.
+Its names, listed in `__init__.pyi`, are imported when they are asked for. Importing them compiles
+nothing and loads no compiler: that waits for the first `simulate`.
 
 Geometry
 --------
@@ -55,24 +56,12 @@ for as long as they push, in steps that keep every gap within a tolerance
 (`engine/resting_contact/step.py`).
 """
 
-from ghostball.engine.batch import STATUSES, Batch, simulate_many
-from ghostball.engine.needed_kernels import warm_up
-from ghostball.engine.shot import simulate
-from ghostball.engine.starts import simulate_starts
-from ghostball.engine.sweep import simulate_sweep
-
-__all__ = [
-    "STATUSES",
-    "Batch",
-    "simulate",
-    "simulate_many",
-    "simulate_starts",
-    "simulate_sweep",
-    "warm_up",
-]
+import lazy_loader
 
 if not __name__.startswith("ghostball."):  # else there were two of each class
     raise ImportError(
         f"this package is part of ghostball: import `ghostball.{__name__}`, or "
         "`from ghostball import Scene, simulate`"
     )
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from ghostball.engine.sensitivity import rounding_of, tangent_of
 from ghostball.model import Events, ExactTrajectory, Scene
 from ghostball.model.trajectory import TangentMap
 
@@ -16,6 +15,9 @@ def tangents_of(
     scene: Scene, trajectory: ExactTrajectory, events: Events, directions: ArrayLike | None
 ) -> TangentMap:
     """Return what becomes of small changes of a shot; see `model.trajectory.Tangents`."""
+    # Most shots are never asked.
+    from ghostball.engine.sensitivity import rounding_of, tangent_of  # noqa: PLC0415
+
     if directions is None:
         return rounding_of(scene, trajectory, events)
     return tangent_of(scene, trajectory, events, directions)

@@ -15,8 +15,6 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from filelock import FileLock, Timeout
-
 from ghostball.model.cache_folder import cache_folder
 
 logger = logging.getLogger("ghostball.engine")
@@ -72,6 +70,8 @@ def use(path: Path) -> None:
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
     """Let nobody else make this library meanwhile."""
+    from filelock import FileLock  # noqa: PLC0415 - only where something is made
+
     path.parent.mkdir(parents=True, exist_ok=True)  # it may have been removed since
     with FileLock(path.with_suffix(".lock")):
         yield
@@ -82,6 +82,8 @@ def prune(folder: Path) -> None:
 
     Only what we made: a file that is named as one is, in a folder that has our marker.
     """
+    from filelock import FileLock, Timeout  # noqa: PLC0415 - only where something was made
+
     if not _is_ours(folder):
         return
     ours = [path for path in folder.iterdir() if _OURS.fullmatch(path.name)]

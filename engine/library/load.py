@@ -12,7 +12,6 @@ import sys
 import tempfile
 from collections.abc import Callable
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 from types import FunctionType
@@ -202,6 +201,8 @@ def _digest(function: FunctionType) -> str:
 @cache
 def _compiler() -> str:
     """Return what compiles: versions of numba and LLVM, and a hash of what asks them."""
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 - slow to import
+
     try:
         compilers = f"{version('numba')} {version('llvmlite')}"
     except PackageNotFoundError:

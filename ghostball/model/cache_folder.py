@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-import platformdirs
-
 CHOSEN = "GHOSTBALL_CACHE_DIR"
 """The variable of the environment that names another folder for all of them."""
 
@@ -18,4 +16,8 @@ def cache_folder(name: str) -> Path:
     nothing is written, and nothing removed, outside the folders of our own.
     """
     chosen = os.environ.get(CHOSEN)
-    return (Path(chosen) if chosen else Path(platformdirs.user_cache_dir("ghostball"))) / name
+    if chosen:
+        return Path(chosen) / name
+    from platformdirs import user_cache_path  # noqa: PLC0415 - not whenever an engine is imported
+
+    return user_cache_path("ghostball") / name

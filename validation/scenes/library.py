@@ -7,12 +7,11 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import cache
 from glob import glob
-from importlib.resources import files
 from pathlib import Path
 
 from ghostball.model import Scene, SceneError
 
-FOLDER = Path(str(files("ghostball.validation.scenes")))
+FOLDER = Path(__file__).parent
 """Where the shipped scenes lie; beside each, `NAME.expect.toml` holds its pass criteria."""
 
 CRITERIA_SUFFIX = ".expect.toml"

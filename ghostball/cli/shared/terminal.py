@@ -23,10 +23,8 @@ from rich.segment import Segment
 from rich.text import Text
 
 from ghostball.model import EngineFailedError, GhostballError, UnsupportedSceneError
-from ghostball.reference_adapters import engine_names
 from ghostball.reference_adapters.output import harmless
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.parallel.cluster import ClusterLostError
 
 P = ParamSpec("P")
 
@@ -152,6 +150,10 @@ def _console(*, stderr: bool) -> Console:
 
 def _explain(error: Exception) -> ExitStatus:
     """Print the error with its cause, and return the exit status."""
+    # Imported only here: a command that goes well doesn't wait for it.
+    from ghostball.reference_adapters import engine_names  # noqa: PLC0415
+    from ghostball.validation.parallel.cluster import ClusterLostError  # noqa: PLC0415
+
     if isinstance(error, EngineFailedError):
         if error.is_our_bug:
             return _our_bug(error.trace, error.reason)

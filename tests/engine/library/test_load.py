@@ -331,6 +331,6 @@ def test_code_for_any_processor_has_the_same_bits(anew, monkeypatch, tmp_path):
 
 def test_the_digest_says_which_compiler_it_is(monkeypatch):
     assert load._compiler.__wrapped__() == load._compiler()
-    monkeypatch.setattr(load, "version", lambda name: "0.1")
+    monkeypatch.setattr("importlib.metadata.version", lambda name: "0.1")
     assert load._compiler.__wrapped__() != load._compiler()
     assert Path(build.__file__).parent == Path(load.__file__).parent
