@@ -113,6 +113,12 @@ class Run:
             pass
         self.status = STATUS[code]
         self.t_end = float(self._clock[st.END])
+        if not self.status.complete:
+            self._say_why(code)
+        self._check_resolved()
+
+    def _say_why(self, code: int) -> None:
+        """Fill in why a run stopped early."""
         now = float(self._clock[st.NOW])
         if self.status in (Status.EVENT_LIMIT, Status.WORK_LIMIT):
             self.reason = f"{self._done()} by t = {now:.9g} s"
@@ -120,7 +126,6 @@ class Run:
             self.reason = f"{self._endless(code)}. Done were {self._done()} by t = {now:.9g} s"
         elif self.status is Status.FAILED:
             self.reason = f"{self._invalid(code)} at t = {now:.9g} s"
-        self._check_resolved()
 
     def _endless(self, code: int) -> str:
         """Say what continues without end, and what ends it."""

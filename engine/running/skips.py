@@ -19,10 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.engine.core.tolerances import AT_THE_FRAME
 from ghostball.model import Scene
 from ghostball.model.errors import GhostballError
-from ghostball.model.scene.obstacles import distance_to_box
 
 MOST_PAIRED = 60
 """Balls up to which a bound for every pair is faster than cells; the results are the same."""
@@ -157,12 +155,7 @@ def has_frame(scene: Scene) -> bool:
     if scene.physics.airborne:
         nose = scene.physics.cushion_height
         reach = np.sqrt(nose * (2.0 * reach - nose))
-    least = float(np.min(reach))
-    low, high = (least, least), (scene.table.length - least, scene.table.width - least)
-    return all(
-        distance_to_box(hole.centre, low, high) > hole.radius * (1.0 + AT_THE_FRAME)
-        for hole in scene.table.holes
-    )
+    return scene.table.has_holes_beyond(float(np.min(reach)))
 
 
 def balls_rub(scene: Scene) -> bool:

@@ -40,7 +40,7 @@ class Part(BaseModel):
     @classmethod
     def _once_checked(cls, value: Any, check: core_schema.ValidatorFunctionWrapHandler) -> Self:
         """Return a part as it is where it was checked; else what its checks make of a value."""
-        if type(value) is cls and value.is_checked and value.is_fixed:
+        if type(value) is cls and value.is_checked:
             return value
         made: Self = check(value)
         object.__setattr__(made, "_checked", True)
@@ -53,11 +53,6 @@ class Part(BaseModel):
         `model_copy`, `model_construct`, `copy` and `pickle` make parts past them.
         """
         return getattr(self, "_checked", False)
-
-    @property
-    def is_fixed(self) -> bool:
-        """Whether it is the same in each whole that it becomes part of."""
-        return True
 
     def __init__(self, /, **data: Any) -> None:
         try:

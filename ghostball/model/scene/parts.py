@@ -115,9 +115,9 @@ class Ball(Part):
         return fields
 
     @property
-    def is_fixed(self) -> bool:
-        """Whether it is the same in each scene: what a strike makes of it depends on the scene."""
-        return self.strike is None
+    def is_checked(self) -> bool:
+        """Whether it was made by its checks; False with a strike, which each scene has answered."""
+        return self.strike is None and super().is_checked
 
     def without_strike(self) -> Ball:
         """Return the ball with its velocities in place of its strike; itself where it has none."""

@@ -53,10 +53,12 @@ def _are_inside(x: Sequence[float], y: Sequence[float], radius: float, table: Ta
     """Whether balls no wider are between the lines of four cushions, with nothing else there."""
     if table is None:
         return True
+    if table.vertices or table.posts:
+        return False
     reach = radius * _BESIDE
     across = reach <= x[0] and x[-1] <= table.length - reach
     along = reach <= min(y) and max(y) <= table.width - reach
-    return across and along and table.is_clear(reach)
+    return across and along and table.has_holes_beyond(reach)
 
 
 def _are_apart(x: Sequence[float], y: Sequence[float], radii: Sequence[float]) -> bool:

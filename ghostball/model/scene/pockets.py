@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -16,15 +15,7 @@ from pydantic import AfterValidator, Field
 
 from ghostball.model.rounding import position_rounding
 from ghostball.model.scene.fields import NonNegative, Positive, Real, in_degrees, problem
-from ghostball.model.scene.obstacles import (
-    POCKETS,
-    Disc,
-    Hole,
-    Obstacle,
-    Segment,
-    distance_to_box,
-    is_inside,
-)
+from ghostball.model.scene.obstacles import POCKETS, Disc, Hole, Obstacle, Segment
 from ghostball.model.scene.part import Part
 from ghostball.model.scene.sides import CUSHIONS, Point
 from ghostball.model.sines import cosines_and_sines
@@ -37,10 +28,6 @@ def _cut_angle(value: float) -> float:
             f"must be an angle from pi / 2, and less than pi, got {value:g}. {in_degrees(value)}",
         )
     return value
-
-
-_SURELY = 2.0**-26
-"""What a distance is larger than a radius that no rounding makes it smaller."""
 
 
 class Pocket(Part):
@@ -282,27 +269,3 @@ def _rounded(pocket: Pocket, facing: Facing, is_corner: bool, arc: int) -> list[
         longer = pocket.jaw_radius / math.hypot(x, y)
         points.append((centre[0] + longer * x, centre[1] + longer * y))
     return points
-
-
-@lru_cache(maxsize=32)
-def leave_clear(length: float, width: float, pockets: Pockets, reach: float) -> bool:
-    """Whether a ball meets nothing of pockets while its centre is `reach` inside of all noses [m].
-
-    True is sure: rails, jaws and facings are along or behind one of the noses, no hole comes so
-    far, and the outline is farther out. Kept for the tables and radii asked about last.
-    """
-    low, high = (reach, reach), (length - reach, width - reach)
-    for one in obstacles_of_pockets(length, width, pockets):
-        if isinstance(one, Hole):
-            if distance_to_box(one.centre, low, high) <= one.radius * (1.0 + _SURELY):
-                return False
-            continue
-        ends = (one.start, one.end) if isinstance(one, Segment) else (one.centre,)
-        radius = 0.0 if isinstance(one, Segment) else one.radius
-        x, y = zip(*ends, strict=True)
-        outside = max(-max(x), min(x) - length, -max(y), min(y) - width)
-        if outside < radius:
-            return False
-    corners = np.array([low, (low[0], high[1]), high, (high[0], low[1])])
-    outline = outline_of_pockets(length, width, pockets)
-    return bool(np.all(is_inside(outline, corners[:, 0], corners[:, 1])))

@@ -20,24 +20,23 @@ from ghostball.model.scene.obstacles import (
     Disc,
     Hole,
     Obstacle,
+    distance_to_box,
     facing,
     obstacles_of_polygon,
     turns_about,
 )
 from ghostball.model.scene.part import Part
 from ghostball.model.scene.parts import POOL_BALL_MASS, POOL_BALL_RADIUS
-from ghostball.model.scene.pockets import (
-    Pockets,
-    leave_clear,
-    obstacles_of_pockets,
-    outline_of_pockets,
-)
+from ghostball.model.scene.pockets import Pockets, obstacles_of_pockets, outline_of_pockets
 from ghostball.model.scene.sides import CUSHIONS, CushionName, Point, Side, side_of
 from ghostball.model.scene.table_rules import check_pockets, check_polygon, check_posts
 
 _LATER_FIELDS = ("preset", "vertices", "pockets", "posts")
 
 _INCH = 0.0254  # [m]
+
+_BEYOND = 2.0**-26
+"""How much farther than its radius a hole's centre is, over it: the root of a rounding."""
 
 _DEGREE = math.pi / 180.0  # [rad]
 
@@ -234,15 +233,16 @@ class Table(Part):
         """Whether it is a rectangle without pockets, whose cushions are infinite lines."""
         return not self.vertices and self._pocketed is None
 
-    def is_clear(self, reach: float) -> bool:
-        """Whether balls meet nothing on it but what is along the lines of its four sides.
+    def has_holes_beyond(self, reach: float) -> bool:
+        """Whether no centre is in a hole that is `reach` or more inside of all sides [m].
 
-        `reach`: how near to those lines their centres come [m]. True is sure; False may be not.
+        Neither is such a ball beyond the outline, nor do jaws and facings come nearer than noses.
         """
-        if self.vertices or self.posts:
-            return False
-        pocketed = self._pocketed
-        return pocketed is None or leave_clear(self.length, self.width, pocketed, reach)
+        low, high = (reach, reach), (self.length - reach, self.width - reach)
+        return all(
+            distance_to_box(hole.centre, low, high) > hole.radius * (1.0 + _BEYOND)
+            for hole in self.holes
+        )
 
     @property
     def has_cushions(self) -> bool:

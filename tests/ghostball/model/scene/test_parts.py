@@ -8,8 +8,18 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from ghostball.model import Ball, Scene, SceneError, Strike, Table, rolling_angular_velocity
+from ghostball.model import (
+    Ball,
+    Physics,
+    Scene,
+    SceneError,
+    Strike,
+    Table,
+    rolling_angular_velocity,
+)
 from ghostball.model.scene import stroke_of
+
+SLIDES, CUE = Physics(motion="sliding"), Strike(speed=1.0, direction=0.0)
 
 
 def test_z_defaults_to_the_radius_and_vertical_velocity_to_zero():
@@ -86,3 +96,15 @@ class TestStrike:
         assert (moving.velocity, moving.angular_velocity) == (ball.velocity, ball.angular_velocity)
         assert Ball(**moving.model_dump()) == moving
         assert moving.without_strike() is moving
+
+
+def test_a_part_is_checked_once_and_a_copy_with_other_fields_again():
+    # Breaks where parts are checked in each scene anew, or a copy counts as checked.
+    still, struck = Ball(id="a", position=(0, 0)), Ball(id="b", position=(1, 0), strike=CUE)
+    scene = Scene(name="two", balls=[still, struck], physics=SLIDES)
+    assert scene.balls[0] is still
+    assert scene.physics is SLIDES
+    assert scene.balls[1] is not struck  # what it becomes depends on the scene
+    for copied in (still.model_copy(update={"radius": -1.0}), Ball.model_construct(id="c")):
+        with pytest.raises(SceneError, match=r"balls\[0\]"):
+            Scene(name="one", balls=[copied])
