@@ -37,7 +37,7 @@ def warm_up(scenes: Iterable[Scene] = ()) -> None:
 
     A compilation is announced. Without scenes: what a shot of one ball needs.
     """
-    scenes = tuple(scenes) or (still_scene(Variant(cells=False)),)
+    scenes = tuple(scenes) or (still_scene(Variant()),)
     for needed in kernels_of(scenes):
         needed.load()
 

@@ -312,8 +312,8 @@ class Log(NamedTuple):
 class World(NamedTuple):
     """All that a run works on.
 
-    Of `pairs` and `cells` one is None, by which the compiler knows the scheduler. The compiler
-    leaves out what follows `x is not None` where the type of an argument x is None: but not of a
+    Of `pairs` and `cells` one is empty, the other the scheduler's. The compiler leaves out what
+    follows `x is not None` where the type of an argument x is None: but not of a
     field, which is therefore passed along where a kernel asks that.
     """
 

@@ -8,7 +8,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, Cells, Contacts, Log, World
 from ghostball.engine.event_loop.record import is_full
-from ghostball.engine.motion.geometry import at_rest
+from ghostball.engine.motion.geometry import at_rest, has_cells
 from ghostball.engine.scheduling.due_pairs import Event, own_event, touching
 from ghostball.engine.scheduling.scheduler import earliest, update
 
@@ -27,11 +27,11 @@ _WORK_BY_CELLS = 128
 def find(world: World, limit: int) -> tuple[int, Event]:
     """Return RUN_CONTINUES and the next event; or why the run ends before it."""
     balls, log = world.balls, world.log
-    update(world, world.cells, log.clock[st.NOW])
+    update(world, log.clock[st.NOW])
     _unmark(balls)
     in_vain, turn = 0, _work_of_turn(world.cells, len(balls.own_kind))
     while True:
-        t, single, row = earliest(world, world.cells)
+        t, single, row = earliest(world)
         status = _status_at(world, t, single, row, limit)
         # After that, so that a run that continues after a pause does something before the next.
         log.counters[st.WORK] += turn
@@ -50,10 +50,10 @@ def find(world: World, limit: int) -> tuple[int, Event]:
 
 
 @kernel(inline=True)
-def _work_of_turn(cells: Cells | None, count: int) -> int:
+def _work_of_turn(cells: Cells, count: int) -> int:
     """Return the units of work that it takes to find what of `count` balls happens next."""
     work = 4 + count // _BALLS_A_UNIT
-    return work if cells is None else min(work, _WORK_BY_CELLS)
+    return min(work, _WORK_BY_CELLS) if has_cells(cells) else work
 
 
 @kernel(inline=True)

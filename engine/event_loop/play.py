@@ -66,7 +66,6 @@ def play(
     bends: int | None,
     drags: int | None,
     flies: int | None,
-    many: int | None,
     laws: FloatArray,
     obstacles: FloatArray,
 ) -> int:
@@ -83,7 +82,7 @@ def play(
         kept.
     `numbers`, `start`, `offsets`: a block of arrays to work in, the same as each shot begins with,
         and what lies where in them: `core.block`. `bends`, `drags` and `flies` are None where
-        `Balls` has no `higher`, `air` or `height`, `many` where `Pairs` schedule and not `Cells`.
+        `Balls` has no `higher`, `air` or `height`.
     `continues`: whether the shot `which[first]` continues from where it was left; else it begins.
     `max_events`, `max_work`: how many events and contact steps a shot may have; how much WORK.
     `budget`: WORK after which the kernel returns, so that an interrupt is heard. A shot that has
@@ -96,9 +95,7 @@ def play(
     lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
     rules = laws_from(laws, lines)
     contacts = contacts_from(numbers, offsets)
-    # One is None: see `World`.
-    pairs: Any = pairs_in(numbers, offsets) if many is None else None
-    cells: Any = None if many is None else cells_in(numbers, offsets)
+    pairs, cells = pairs_in(numbers, offsets), cells_in(numbers, offsets)
     left = budget
     for m in range(first, len(which)):
         k = which[m]

@@ -112,16 +112,17 @@ def pairs_in(numbers: FloatArray, offsets: IntArray) -> Pairs:
 
 @kernel(inline=True)
 def cells_in(numbers: FloatArray, offsets: IntArray) -> Cells:
-    """Return the `Cells` of a block, `first` with what fills its last double.
+    """Return the `Cells` of a block, `first` with what fills its last double; empty, or `Pairs` are.
 
     Contract: nothing of `numbers` is read, since a shot may not have begun in it.
     """
-    n = offsets[at.COUNT]
+    links = numbers[offsets[at.LINK] : offsets[at.SLOT]].view(np.int32)
+    slots = numbers[offsets[at.SLOT] : offsets[at.TREE]]
     return Cells(
         numbers[offsets[at.FRAME] : offsets[at.SIZE]],
         numbers[offsets[at.SIZE] : offsets[at.FIRST]].view(np.int64),
         numbers[offsets[at.FIRST] : offsets[at.LINK]].view(np.int32),
-        numbers[offsets[at.LINK] : offsets[at.SLOT]].view(np.int32).reshape(n, st.LINK_COLUMNS),
-        numbers[offsets[at.SLOT] : offsets[at.TREE]].reshape(n, st.SLOT_COLUMNS),
+        links.reshape(len(links) // st.LINK_COLUMNS, st.LINK_COLUMNS),
+        slots.reshape(len(slots) // st.SLOT_COLUMNS, st.SLOT_COLUMNS),
         numbers[offsets[at.TREE] : offsets[at.CONTACT_MARKS]],
     )

@@ -222,11 +222,17 @@ def stands_before(balls: Balls, i: int, j: int) -> bool:
     return bool(balls.state[i].x < balls.state[j].x or below)
 
 
+@kernel(inline=True)
+def has_cells(cells: Cells) -> bool:
+    """Whether the balls of a scene are scheduled by `Cells`, and not by `Pairs`."""
+    return len(cells.slot) > 0
+
+
 @kernel
-def list_near(balls: Balls, cells: Cells | None, i: int) -> int:
+def list_near(balls: Balls, cells: Cells, i: int) -> int:
     """Put in `balls.near` all balls that may touch ball i now; return how many."""
     count = 0
-    if cells is None:
+    if not has_cells(cells):
         for j in range(len(balls.own_kind)):
             if j != i:
                 balls.near[count] = j

@@ -260,7 +260,7 @@ class Run:
         ends = np.cumsum(np.bincount(ball, minlength=self.size))
         segments = np.split(motion[order], ends[:-1])
         spin_decelerations = self._state[:, st.SPIN_SLOWING].copy()
-        _, drags, flies, _ = self._layout.parts
+        _, drags, flies = self._layout.parts
         return ExactTrajectory(
             self._layout.radii,
             tuple(segments),

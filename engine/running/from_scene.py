@@ -34,6 +34,7 @@ from ghostball.engine.running.skips import (
     balls_rub,
     has_frame,
     is_uniform,
+    uses_cells,
 )
 from ghostball.engine.running.variants import Variant, variant_of
 from ghostball.model import (
@@ -70,7 +71,7 @@ class Layout:
     """What a scene is to the kernels when it begins. Nobody writes into it."""
 
     block: Block  # balls, and what their scheduler keeps, as each shot begins with them
-    parts: tuple[int | None, int | None, int | None, int | None]  # see `event_loop.play`
+    parts: tuple[int | None, int | None, int | None]  # see `event_loop.play`
     laws: FloatArray  # the numbers of its `Laws`, in their order: faster to hand over
     obstacles: FloatArray
     radii: FloatArray
@@ -163,11 +164,11 @@ def _laid_out(scene: Scene, off: frozenset[Skip]) -> Layout:
     laws, n = laws_of(scene, off), len(scene.balls)
     variant, radii = variant_of(scene, off), scene.radii
     radii.flags.writeable = False
-    if variant.cells:
-        balls, cells = balls_of(scene, off), cells_of(scene)
-        block = Block(balls, pairs_of(0), cells, most_contacts(n))
+    if uses_cells(scene, off):
+        balls = balls_of(scene, off)
+        block = Block(balls, pairs_of(0), cells_of(scene), most_contacts(n))
     else:
-        balls, cells = _blank_balls(n, variant.drag, variant.flight), None
+        balls = _blank_balls(n, variant.drag, variant.flight)
         height = height_of(scene) if variant.flight else None
         block = _blank_block(n, variant.drag, variant.flight).begun(state_of(scene), height)
     return Layout(
@@ -176,7 +177,6 @@ def _laid_out(scene: Scene, off: frozenset[Skip]) -> Layout:
             _flag_of(balls.higher),
             _flag_of(balls.air),
             _flag_of(balls.height),
-            _flag_of(cells),
         ),
         laws=np.array(laws[:-1], dtype=np.float64),
         obstacles=laws.obstacles,

@@ -4,28 +4,25 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ghostball.engine.running import skips
-from ghostball.engine.running.skips import Skip, has_drag, uses_cells
+from ghostball.engine.running.skips import Skip, has_drag
 from ghostball.model import Ball, Physics, Scene
 
 
 class Variant(NamedTuple):
     """What the compiled kernels contain, and what is left out of them."""
 
-    cells: bool  # the scheduler for many balls, else the one for few
     drag: bool = False  # motion that is no parabola, by air
     flight: bool = False  # balls that leave the cloth
 
     def name(self, what: str) -> str:
         """Return how a message calls the kernels of `what`."""
-        extras = ["cells"] * self.cells + ["air"] * self.drag + ["flight"] * self.flight
+        extras = ["air"] * self.drag + ["flight"] * self.flight
         return what + " with " * bool(extras) + ", ".join(extras)
 
 
 def variant_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Variant:
     """Return what the kernels need to contain for a scene, with the skips in `off` switched off."""
     return Variant(
-        uses_cells(scene, off),
         has_drag(scene) or Skip.DRAG in off,
         scene.physics.airborne or Skip.FLIGHT in off,
     )
@@ -38,6 +35,5 @@ def still_scene(variant: Variant) -> Scene:
         laws |= {"motion": "sliding", "airborne": True}
     if variant.drag:
         laws["rolling_friction_quadratic"] = 0.004
-    count = skips.MOST_PAIRED + 1 if variant.cells else 1
-    balls = tuple(Ball(id=f"still {k}", position=(float(k), 0.0)) for k in range(count))
+    balls = (Ball(id="still", position=(0.0, 0.0)),)
     return Scene(name="warm-up", balls=balls, physics=Physics(**laws))

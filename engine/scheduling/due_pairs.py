@@ -62,7 +62,7 @@ def touching(world: World, t: float, row: int) -> Event:
     them where impacts are sequential; or else all whose contact lasts. Return an event at inf where
     those bounds have moved on. More than there is room for leave NO_ROOM.
     """
-    if row >= 0 and list_due(world, world.cells, row, t) == 1:
+    if row >= 0 and list_due(world, row, t) == 1:
         partner = int(world.balls.near[0])
         return _judge_one(world, row, partner, t)
     return _judge_several(world, t)
@@ -71,8 +71,8 @@ def touching(world: World, t: float, row: int) -> Event:
 @kernel(inline=True)
 def _judge_one(world: World, i: int, j: int, t: float) -> Event:
     """Advance one pair from its bound t [s] until it touches, or something else comes first."""
-    balls, laws, cells, counters = world.balls, world.laws, world.cells, world.log.counters
-    until = min(set_aside(world, cells, i, j), laws.t_max)
+    balls, laws, counters = world.balls, world.laws, world.log.counters
+    until = min(set_aside(world, i, j), laws.t_max)
     end = min(meets_until(balls, i), meets_until(balls, j))
     verdict, bound, speed = NOT_YET, t, 0.0
     while True:
@@ -94,9 +94,9 @@ def _judge_one(world: World, i: int, j: int, t: float) -> Event:
             and not meets_in_space(balls.height, balls, i, j)
         ):
             tied = t + tie_rounding(balls, i, j, t) / speed
-            if until <= tied and more_due(world, cells, 1, t, tied):
+            if until <= tied and more_due(world, 1, t, tied):
                 count = _join_ties(world, t, tied, 1)
-    put_bound(world, cells, i, j, bound, t)
+    put_bound(world, i, j, bound, t)
     return Event(t if verdict != NOT_YET else math.inf, -1, count, verdict, 1)
 
 
@@ -109,13 +109,13 @@ def _judge_several(world: World, t: float) -> Event:
     line, not of its end over and over. Impacts of balls in the air, or of different size where they
     may fly, are sequential always, and come after those in the plane.
     """
-    balls, laws, cells = world.balls, world.laws, world.cells
+    balls, laws = world.balls, world.laws
     count, lasting, judged, fastest = 0, 0, 0, 0.0
     above, other, highest = st.NOWHERE, st.NOWHERE, 0.0
     last = balls.touching.shape[0]
-    i = next_due(world, cells, t, 0)
+    i = next_due(world, t, 0)
     while i != st.NOWHERE:
-        for c in range(list_due(world, cells, i, t)):
+        for c in range(list_due(world, i, t)):
             j = int(balls.near[c])
             if is_pair_listed(balls, 0, count, i, j):
                 continue
@@ -127,8 +127,8 @@ def _judge_several(world: World, t: float) -> Event:
                 world.log.counters[st.WORK] += 1
                 end = min(meets_until(balls, i), meets_until(balls, j))
                 bound = bound if bound <= end else math.inf
-                set_aside(world, cells, i, j)
-                put_bound(world, cells, i, j, bound, t)
+                set_aside(world, i, j)
+                put_bound(world, i, j, bound, t)
                 continue
             judged += 1
             if not has_room(world, count, lasting):
@@ -144,7 +144,7 @@ def _judge_several(world: World, t: float) -> Event:
                 count = count + 1 if laws.simultaneous else 1
                 fastest = max(speed, fastest)
                 list_pair(balls, count - 1, i, j)
-        i = next_due(world, cells, t, i + 1)
+        i = next_due(world, t, i + 1)
     if count == 0 and above != st.NOWHERE:
         list_pair(balls, 0, above, other)
         return Event(t, -1, 1, IMPACT, judged)
@@ -161,7 +161,7 @@ def _judge_several(world: World, t: float) -> Event:
     sort_pairs(balls, count)
     if laws.simultaneous:
         tied = when_tied(balls, count, t, fastest)
-        if more_due(world, cells, count, t, tied):
+        if more_due(world, count, t, tied):
             count = _join_ties(world, t, tied, count)
     return Event(t, -1, count, IMPACT, judged)
 
@@ -184,7 +184,7 @@ def _join_ties(world: World, t: float, until: float, listed: int) -> int:
                     continue
                 if meets_in_space(balls.height, balls, i, j):
                     continue
-                bound = bound_of(world, world.cells, i, j, t)
+                bound = bound_of(world, i, j, t)
                 if not t < bound <= until:
                     continue
                 verdict, _, _ = touch(balls, world.laws, i, j, t, tie_rounding(balls, i, j, t))

@@ -18,5 +18,5 @@ def test_a_still_scene_asks_for_the_variant_that_it_warms(variant):
 
 def test_each_variant_has_a_name_of_its_own():
     assert len({one.name("shots") for one in EVERY}) == len(EVERY)
-    assert Variant(cells=False).name("shots") == "shots"
-    assert Variant(cells=True, flight=True).name("sweeps") == "sweeps with cells, flight"
+    assert Variant().name("shots") == "shots"
+    assert Variant(drag=True, flight=True).name("sweeps") == "sweeps with air, flight"
