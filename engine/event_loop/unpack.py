@@ -112,7 +112,9 @@ def pairs_in(numbers: FloatArray, offsets: IntArray) -> Pairs:
 
 @kernel(inline=True)
 def cells_in(numbers: FloatArray, offsets: IntArray) -> Cells:
-    """Return the `Cells` of a block, `first` with what fills its last double; empty, or `Pairs` are.
+    """Return the `Cells` of a block, `first` with what fills its last double.
+
+    They are empty where `Pairs` schedule.
 
     Contract: nothing of `numbers` is read, since a shot may not have begun in it.
     """
