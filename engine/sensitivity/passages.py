@@ -97,7 +97,7 @@ def links_of(motion: Motion, events: Events) -> Links:
     epochs = motion.segments[:, st.EPOCH].tolist()
     before, after = np.full((2, len(events), 2), -1)
     lost = np.zeros(len(epochs), dtype=np.bool_)
-    collisions = _collisions_at_once(events)
+    collisions = collisions_at_once(events)
 
     def reach(ball: int, t: float) -> bool:
         """Bring a ball to its last segment before t, and return whether one begins then."""
@@ -124,7 +124,7 @@ def links_of(motion: Motion, events: Events) -> Links:
     return Links(before, after, lost)
 
 
-def _collisions_at_once(events: Events) -> dict[tuple[float, int], int]:
+def collisions_at_once(events: Events) -> dict[tuple[float, int], int]:
     """Return how many collisions each ball has at each instant at which it has any."""
     counts: dict[tuple[float, int], int] = {}
     for t, kind, a, b in events.tolist():

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ghostball.engine.core import state as st
 from ghostball.engine.core.state import FloatArray, Laws
 from ghostball.engine.running.driver import warm_up
 from ghostball.engine.running.from_scene import layout_of, log_of
@@ -18,8 +19,10 @@ from ghostball.model import Scene
 
 _T_MAX, _OUTER = Laws._fields.index("t_max"), Laws._fields.index("outer")
 
-_LIMITS = Limits(100_000, 10_000_000)
-"""No time between two events takes as much."""
+_LIMITS = Limits(10_000, 300_000)
+"""No time between two events takes as much: a millisecond or two."""
+
+_ENDS = st.RUN_RESTED, st.RUN_T_MAX
 
 
 class Replay:
@@ -59,5 +62,8 @@ class Replay:
         shots = shots_of(k, n, 3)._replace(starts=np.ascontiguousarray(starts))
         which, first = np.arange(k), 0
         while first < k:
-            first = self._room.play(shots, which, first, False, self._log, _LIMITS)
+            first = self._room.play(
+                shots, which, first, False, self._log, _LIMITS, budget=2 * _LIMITS.work
+            )
+        shots.ends[~np.isin(shots.counts[:, st.STATUS], _ENDS)] = np.nan
         return shots.ends

@@ -5,32 +5,32 @@
     >>> result.horizon(tolerance=1e-3)           # until when our engine tells where balls are [s]
     >>> result.tangent(directions).sample(times) # what becomes of given changes of the first state
 
-The derivative is that of the engine's own trajectory, and exact for its laws: each event also comes
-sooner or later. None exists past an instant at which one ball has several collisions, for any
-change decides their order, and past sustained contact: there it is infinite. Where air slows balls,
-or they may leave the cloth, none is known, and it is infinite from the start.
+The derivative is that of the engine's own trajectory: each event also comes sooner or later. On the
+cloth it is exact for the laws (`sensitivity.carried`), to 1e-9 of the largest change; in air and in
+flight it is half the difference of two runs begun a little aside (`sensitivity.replayed`), to some
+1e-7, and 1e-3 where all balls are slower than 1e-4 m/s. None exists past an instant at which one
+ball has several collisions, for any change decides their order, and past sustained contact: there
+it is infinite.
 """
 
 from __future__ import annotations
 
-import math
-from collections import namedtuple
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from itertools import repeat
-from operator import itemgetter
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ghostball.engine.core import state as st
-from ghostball.engine.core.rows import OBSTACLE, ObstacleRow
-from ghostball.engine.running.from_scene import laws_of, layout_of
+from ghostball.engine.core.rows import OBSTACLE
+from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.running.skips import has_drag
-from ghostball.engine.sensitivity.motion import PARTS, VX, VY, FloatArray, Motion
-from ghostball.engine.sensitivity.passages import Passages, links_of, passages
-from ghostball.engine.sensitivity.rounding import Rounding
+from ghostball.engine.sensitivity.carried import Carried
+from ghostball.engine.sensitivity.motion import PARTS, FloatArray
+from ghostball.engine.sensitivity.replayed import Replayed
+from ghostball.engine.sensitivity.rounding import LANES
 from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.errors import GhostballError
 from ghostball.model.events import OBSTACLE_KINDS, EventKind, Events
@@ -41,11 +41,11 @@ ROUNDING = 2.0**-53
 QUALITY = 32.0
 """How many times the error of one rounding of the state at each event our engine stays within."""
 
-_Obstacle = namedtuple("_Obstacle", ObstacleRow.__annotations__)  # type: ignore[misc]
-"""A row of obstacles that is read in a tenth of the time that a row of the engine's takes."""
-
 _RUNS, _MOST_SEGMENTS = 4, 20_000
 """How often random signs are carried at most, and along how many segments in all: memory."""
+
+_RUNS_PLAYED = 2
+"""The same where changes are played on, which takes longer."""
 
 _BETWEEN = 4
 """Parts that a segment is cut into where growth is looked for."""
@@ -53,26 +53,32 @@ _BETWEEN = 4
 _CHUNK = 1024
 """Instants at which growth is computed at once: it grows, so most of a long run is never needed."""
 
-_MOST_NUMBERS = 2**20
-"""Numbers of changes that are looked at together: 8 MB."""
+
+class Changes(Protocol):
+    """What becomes of m changes of the first state of n balls; NaN where no derivative exists."""
+
+    @property
+    def event_shifts(self) -> FloatArray:
+        """How much later each event comes [s], (events, m)."""
+
+    def known(self, times: FloatArray) -> FloatArray:
+        """Return the changes at some instants, (k, n, 7, m)."""
+
+    def moved(self, times: FloatArray) -> Iterable[FloatArray]:
+        """Return changes of places, (2 or 3, k, n, m) [m], some instants after the others."""
 
 
 @dataclass(frozen=True, eq=False)
 class TangentMap:
     """What becomes of m small changes of a shot's first state, to first order.
 
+    `count`: m.
     `t_end` [s]: last instant of the motion.
     """
 
+    count: int
     t_end: float
-    _motion: Motion
-    _starts: FloatArray  # (segments, PARTS, m): the changes at the starts of segments
-    _shifts: FloatArray  # (events, m) [s]
-
-    @property
-    def count(self) -> int:
-        """Number of changes."""
-        return int(self._starts.shape[2])
+    _changes: Changes
 
     def sample(self, times: ArrayLike) -> FloatArray:
         """Return the changes at `times`, (k, m, n, 7) float64.
@@ -83,36 +89,22 @@ class TangentMap:
         y [m/s] and angular velocity x, y, z [rad/s] at the same instant; not finite where no
         derivative exists.
         """
-        t = self._within(times)
-        rows = self._motion.rows_at(t)
-        result = np.empty((len(t), self.count, rows.shape[1], PARTS))
-        for ball, its in enumerate(rows.T):
-            with _growing():
-                flows = self._motion.flows(its, t - self._motion.segments[its, st.EPOCH])
-                result[:, :, ball] = (flows @ self._starts[its]).transpose(0, 2, 1)
-        return result
+        with _growing():
+            return self._changes.known(self._within(times)).transpose(0, 3, 1, 2)
 
     @property
     def event_shifts(self) -> FloatArray:
         """How much later each event comes [s], (events, m); NaN where no derivative exists."""
-        return self._shifts
+        return self._changes.event_shifts
 
     def growth(self, times: ArrayLike) -> FloatArray:
         """Return how far each ball is displaced, (k, n) [m]: root mean square over the changes.
 
         Infinite where no derivative exists.
         """
-        t = self._within(times)
-        rows = self._motion.rows_at(t)
-        sizes = np.empty(rows.shape)
-        step = max(1, _MOST_NUMBERS // (rows.shape[1] * PARTS * self.count))
-        for start in range(0, len(t), step):
-            some = rows[start : start + step]
-            s = t[start : start + step, np.newaxis] - self._motion.segments[some, st.EPOCH]
-            with _growing():
-                moved = self._motion.displacements(some.ravel(), s.ravel(), self._starts)
-                sizes[start : start + step] = _root_mean_square(moved).reshape(some.shape)
-        return sizes
+        with _growing():
+            moved = self._changes.moved(self._within(times))
+            return np.concatenate([_root_mean_square(some) for some in moved])
 
     def horizon(self, instants: FloatArray, tolerance: float, error: float | None) -> float:
         """Return the first instant at which error times `growth` exceeds a tolerance [s].
@@ -139,15 +131,15 @@ class TangentMap:
 
 
 def _root_mean_square(moved: FloatArray) -> FloatArray:
-    """Return the root mean square length of displacements (2, m, lanes) over lanes, (m,) [m].
+    """Return the root mean square length of displacements (d, k, n, m) over m, (k, n) [m].
 
     inf for a NaN. Scaled by the largest, for a square may overflow.
     """
-    largest = np.max(np.abs(moved), axis=(0, 2))
+    largest = np.max(np.abs(moved), axis=(0, 3))
     finite = np.isfinite(largest)
     scale = np.where(finite & (largest > 0.0), largest, 1.0)
-    parts = moved / scale[:, np.newaxis]
-    sizes = largest * np.sqrt(np.sum(parts * parts, axis=(0, 2)) / moved.shape[2])
+    parts = moved / scale[..., np.newaxis]
+    sizes = largest * np.sqrt(np.sum(parts * parts, axis=(0, 3)) / moved.shape[3])
     found: FloatArray = np.where(finite, sizes, np.inf)
     return found
 
@@ -177,29 +169,32 @@ def tangent_of(
     if not np.all(np.isfinite(given)):
         raise GhostballError("`directions` must be finite, got NaN or infinity")
     _check_recorded(scene, trajectory, events)
-    return _carried(scene, trajectory, events, given.transpose(1, 2, 0))
+    given = given.transpose(1, 2, 0)
+    changes = (Carried if has_closed_form(scene) else Replayed)(scene, trajectory, events, given)
+    return TangentMap(given.shape[2], trajectory.t_end, changes)
 
 
 def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> TangentMap:
     """Return what becomes of rounding the state at the start and at each event, over 2^-53.
 
     Each number that an event sets is changed by its size with a random sign, in 32 independent ways
-    (fewer where the balls have more than 5000 segments, 8 beyond 10 000). So it is a sample: its
-    standard error is some 12 % of the root mean square over all signs (25 % of 8).
+    (fewer where the balls have more than 5000 segments, 8 beyond 10 000; 16 in air and in flight).
+    So it is a sample: its standard error is some 12 % of the root mean square over all signs (18 %
+    of 16, 25 % of 8).
     The signs depend on where the balls began and on nothing else: the same shot has the same
     result, however its balls are numbered. Where balls move at less than some 1e-100 m/s, products
     of their speeds leave the range of doubles, and no derivative is found: infinite.
     """
     _check_recorded(scene, trajectory, events)
-    runs = max(1, min(_RUNS, _MOST_SEGMENTS // sum(len(one) for one in trajectory.segments)))
-    return _carried(scene, trajectory, events, runs=runs)
+    segments = sum(len(one) for one in trajectory.segments)
+    closed = has_closed_form(scene)
+    runs = max(1, min(_RUNS if closed else _RUNS_PLAYED, _MOST_SEGMENTS // segments))
+    changes = (Carried if closed else Replayed)(scene, trajectory, events, None, runs)
+    return TangentMap(LANES * runs, trajectory.t_end, changes)
 
 
-def has_derivative(scene: Scene) -> bool:
-    """Whether anything is known of how shots of a scene answer to small changes.
-
-    Nothing is where air slows balls or they may leave the cloth.
-    """
+def has_closed_form(scene: Scene) -> bool:
+    """Whether balls move in closed form: where no air slows them, nor may they leave the cloth."""
     return not (has_drag(scene) or scene.physics.airborne)
 
 
@@ -226,80 +221,6 @@ def _first_beyond(rounding: TangentMap, low: float, high: float, limit: float) -
             high = middle
 
 
-def _carried(
-    scene: Scene,
-    trajectory: ExactTrajectory,
-    events: Events,
-    given: FloatArray | None = None,
-    runs: int = 0,
-) -> TangentMap:
-    """Carry changes along a motion.
-
-    `given` (n, PARTS, m): those of the first state; None: they are those of rounding.
-    `runs`: how often LANES ways of rounding are carried.
-    """
-    motion = _motion(scene, trajectory)
-    first = motion.first[:-1]
-    rounding = None
-    if given is None:
-        rounding = Rounding(motion, runs)
-        still = np.zeros((len(first), PARTS))
-        given = rounding.at_starts(first, still[:, 0], still)
-    else:
-        # A ball that rests stops again at once, where the cloth slows it.
-        rests = np.equal(motion.segments[first, st.PHASE], st.RESTING)
-        given = given.copy()
-        given[rests & (motion.state[:, st.ROLL_SLOWING] > 0.0), VX : VY + 1] = 0.0
-    starts = np.full((len(motion.segments), *given.shape[1:]), math.nan)
-    shifts = np.full((len(events), given.shape[2]), math.nan)
-    if has_derivative(scene):
-        links = links_of(motion, events)
-        starts[first] = given
-        starts[links.lost] = math.nan
-        with np.errstate(all="ignore"):
-            for some in passages(motion, events, links):
-                _pass(some, events["t"], starts, shifts, rounding)
-    return TangentMap(trajectory.t_end, motion, starts, shifts)
-
-
-def _pass(
-    some: list[Passages],
-    times: FloatArray,
-    starts: FloatArray,
-    shifts: FloatArray,
-    rounding: Rounding | None,
-) -> None:
-    """Carry changes through some events, in their order, to the segments that begin with them."""
-    steps: list[tuple[int, Passages, int, FloatArray | float]] = []
-    for each in some:
-        added: Iterable[FloatArray | float] = repeat(0.0)
-        if rounding is not None:
-            count = each.after.shape[1]
-            instants = np.repeat(times[each.number], count)
-            sizes = np.repeat(each.size, count, axis=0)
-            noise = rounding.at_starts(each.after.ravel(), instants, sizes)
-            added = noise.reshape(len(each.number), count * PARTS, -1)
-        numbers = each.number.tolist()
-        steps += zip(numbers, repeat(each), range(len(numbers)), added, strict=False)
-    lanes = starts.shape[2]
-    for number, of, k, more in sorted(steps, key=itemgetter(0)):
-        change = starts[of.before[k]].reshape(-1, lanes)
-        shifts[number] = of.later[k] @ change
-        starts[of.after[k]] = (of.matrix[k] @ change + more).reshape(-1, PARTS, lanes)
-
-
-def _motion(scene: Scene, trajectory: ExactTrajectory) -> Motion:
-    laws, layout = laws_of(scene), layout_of(scene)
-    first = np.cumsum([0, *(len(segments) for segments in trajectory.segments)])
-    return Motion(
-        scene,
-        laws._replace(obstacles=[_Obstacle(*row) for row in laws.obstacles.tolist()]),
-        layout.state,
-        np.concatenate(trajectory.segments),
-        first,
-    )
-
-
 def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -> None:
     """Refuse what can't be of the scene."""
     obstacles = layout_of(scene).obstacles  # checks the scene
@@ -322,7 +243,7 @@ def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -
         )
     shapes = {segments.shape for segments in trajectory.segments}
     if any(
-        rows == 0 or (has_derivative(scene) and columns != st.SEGMENT_COLUMNS)
+        rows == 0 or (has_closed_form(scene) and columns != st.SEGMENT_COLUMNS)
         for rows, columns in shapes
     ):
         raise GhostballError(

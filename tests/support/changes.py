@@ -27,9 +27,13 @@ def moved(scene: Scene, change: np.ndarray) -> Scene:
     """Return the scene with the change of every ball's state (n, 7) added; rolling balls roll."""
     balls = []
     for one, rolls, d in zip(scene.balls, scene.rolls, change, strict=True):
-        position = np.add(one.position[:2], d[:2])
-        velocity = np.add(one.velocity[:2], d[2:4])
-        update = {"position": tuple(position), "velocity": tuple(velocity)}
+        update = {
+            name: (*np.add(vector[:2], by), *vector[2:])
+            for name, vector, by in (
+                ("position", one.position, d[:2]),
+                ("velocity", one.velocity, d[2:4]),
+            )
+        }
         if not rolls:
             update["angular_velocity"] = tuple(np.add(one.angular_velocity, d[4:]))
         balls.append({**one.model_dump(exclude_none=True), **update})

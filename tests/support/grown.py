@@ -18,15 +18,10 @@ def self_reported_growth(result: Result, proof: Certificate, until: float = math
     """Return what a run says of its own predictability that the proved motion contradicts.
 
     Its horizon, and how far rounding displaces its balls; as far as the shot is proved, and up to
-    an instant `until` [s]. No grade depends on them, but users do. In air and in flight our engine
-    says, as documented, that it knows no derivative, which contradicts nothing; along a proved
-    flight the grader follows none either.
+    an instant `until` [s]. No grade depends on them, but users do. Along a proved flight the
+    grader follows no derivative.
     """
     if float(np.max(np.linalg.norm(result.scene.velocities, axis=1))) < LEAST_SPEED:
-        return []
-    physics = result.scene.physics
-    slowed = physics.air_drag > 0.0 or physics.rolling_friction_quadratic > 0.0
-    if slowed and np.isinf(result.sensitivity([0.0])).all():
         return []
     if not is_differentiated(result.scene):
         return []

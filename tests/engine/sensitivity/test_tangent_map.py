@@ -56,19 +56,6 @@ def test_a_trajectory_must_be_of_the_scene():
         tangent_of(shot.scene, empty, shot.events, TWO)
 
 
-@pytest.mark.parametrize("name", ["air-rolls", "flight-jump"])
-def test_in_air_and_in_flight_nothing_is_known(name):
-    result = recorded(find_scene(name))
-    n, m = len(result.scene.balls), len(result.events)
-    assert np.all(np.isinf(result.sensitivity([0.0, 0.1])))
-    assert result.horizon() == 0.0
-    tangent = result.tangent(np.ones((3, n, 7)))
-    assert tangent.sample([0.0, 0.1]).shape == (2, 3, n, 7)
-    assert not np.isfinite(tangent.sample([0.0, 0.1])).any()
-    assert tangent.event_shifts.shape == (m, 3)
-    assert np.isnan(tangent.event_shifts).all()
-
-
 def test_horizon_is_where_the_error_passes_the_tolerance():
     result = recorded(find_scene("chaos-a"))
     horizon = result.horizon(tolerance=1e-3)

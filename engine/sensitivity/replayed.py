@@ -1,0 +1,293 @@
+"""Small changes of a shot in air or in flight, found by runs begun a little aside.
+
+From one instant to the next, each soon after an
+event, the balls are played on from their recorded states with the changes added and taken away,
+made so small that what becomes of them is proportional to them: half the difference is what becomes
+of the change. Where it isn't, the two are not on both sides of what was recorded: there is no
+derivative, and nothing is known of the ball from then on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.engine.core import state as st
+from ghostball.engine.core.state import FloatArray
+from ghostball.engine.event_loop import play
+from ghostball.engine.running.from_scene import phases_of
+from ghostball.engine.sensitivity.passages import collisions_at_once
+from ghostball.engine.sensitivity.replay import Replay
+from ghostball.engine.sensitivity.rounding import LANES
+from ghostball.model import ExactTrajectory, Scene
+from ghostball.model.events import EventKind, Events
+
+STATE = 9
+"""Numbers of a ball's state: position, velocity and angular velocity, three of each."""
+
+_KNOWN = [0, 1, 3, 4, 6, 7, 8]
+"""Those of a change that is given, or asked for: on the cloth the others are 0."""
+
+_STEP = 2.0**-20
+"""Of changes that are played, over radii and speeds. What is neglected grows with its square, and
+rounding is divided by it."""
+
+_NEAR = 2.0**-16
+"""Within so much of an event [s] changes aren't played up to an instant, for some have come to the
+event and others haven't, but up to beyond it, and taken back by their velocity."""
+
+_SOON, _LEAST_GAP = 2.0**-10, 2.0**-14
+"""How long after an event changes are measured [s], and how long no other may come for that."""
+
+_CURVED = 0.1
+"""Part of a change by which the mean of both runs may be off the recorded one."""
+
+_ROUNDING = 2.0**-40
+"""The same, in radii, of a change that is hardly more than rounding."""
+
+
+class Replayed:
+    """What becomes of changes of a shot's state at an instant, (n, STATE, m); see the module.
+
+    `at` (c,) float64 [s]: instants between which they are played.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        trajectory: ExactTrajectory,
+        events: Events,
+        given: FloatArray | None,
+        runs: int = 0,
+    ) -> None:
+        """Play changes on.
+
+        `given` (n, 7, m): those of the first state; None: they are those of rounding.
+        `runs`: how often LANES ways of rounding are played.
+        """
+        n, rounds = len(scene.balls), given is None
+        changes = np.zeros((n, STATE, LANES * runs if given is None else given.shape[2]))
+        if given is not None:
+            changes[:, _KNOWN] = given
+            rolls = scene.rolls
+            changes[rolls, 6:8] = (
+                changes[rolls, 4:2:-1] / scene.radii[rolls, np.newaxis, np.newaxis]
+            )
+            changes[rolls, 6] *= -1.0
+        self._scene, self._trajectory, self._events = scene, trajectory, events
+        self._replay = Replay(scene)
+        self._instants = np.unique(events["t"])
+        self.at = np.array([0.0, *self._measured()])
+        self._states, self._phases = _states(trajectory, self.at), trajectory.phases(self.at)
+        # What is recorded of the start is after the impacts of balls that touch there.
+        vectors = (scene.positions, scene.velocities, scene.angular_velocities)
+        self._states[0] = np.concatenate(vectors, axis=1)
+        rises = (scene.positions[:, 2] > scene.radii) | (scene.velocities[:, 2] > 0.0)
+        self._phases[0] = phases_of(scene.rolls, rises, scene.physics.motion == "sliding")
+        moves = np.any(scene.velocities != 0.0, axis=1)
+        self._phases[0, (self._phases[0] == st.ROLLING) & ~moves] = st.RESTING
+        self._kept = np.full((len(self.at), *changes.shape), np.nan)
+        self._rank = np.argsort(np.lexsort((scene.positions[:, 1], scene.positions[:, 0])))
+        self._rounded = np.zeros(n, dtype=np.int64)
+        lost = np.zeros(n, dtype=np.bool_)
+        if rounds:
+            changes = self._noise(0, np.arange(n), changes)
+        for j in range(len(self.at)):
+            if j > 0:
+                duration = self.at[j] - self.at[j - 1]
+                changes, curved = self._played(j - 1, duration, self._states[j])
+                its = events[(events["t"] > self.at[j - 1]) & (events["t"] <= self.at[j])]
+                lost |= curved
+                if j == 1:
+                    its = events[events["t"] <= self.at[j]]
+                _lose(its, lost)
+                if rounds:
+                    pairs = its["kind"] == EventKind.BALL_BALL
+                    balls = np.unique(np.append(its["a"], its["b"][pairs]))
+                    changes = self._noise(j, balls, changes)
+            still = (self._phases[j] == st.RESTING) & (scene.rolling_frictions > 0.0)
+            still |= self._phases[j] == st.GONE
+            changes[still, 3:6] = 0.0
+            changes[lost] = np.nan
+            self._kept[j] = changes
+
+    def sample(self, times: FloatArray) -> FloatArray:
+        """Return the changes at some instants, (k, n, STATE, m); NaN where there is none."""
+        found = np.empty((len(times), *self._kept.shape[1:]))
+        for k, t in enumerate(times.tolist()):
+            j = int(np.searchsorted(self.at, t, side="right")) - 1
+            found[k] = self._beside(j, t, self._side(j, t))
+        return found
+
+    def known(self, times: FloatArray) -> FloatArray:
+        """Return the changes at some instants as they are given, (k, n, 7, m)."""
+        return self.sample(times)[:, :, _KNOWN]
+
+    def moved(self, times: FloatArray) -> Iterator[FloatArray]:
+        """Yield changes of places, (3, k, n, m) [m]."""
+        yield np.moveaxis(self.sample(times)[:, :, :3], 2, 0)
+
+    @property
+    def event_shifts(self) -> FloatArray:
+        """How much later each event comes [s], (events, m): from the changes just before and after.
+
+        A change of the place jumps by what the velocity does, times the delay; where it goes on as
+        it is, that of the velocity by what the acceleration does. NaN where a ball has another
+        event soon.
+        """
+        shifts = np.full((len(self._events), self._kept.shape[3]), np.nan)
+        for k, (t, kind, a, b) in enumerate(self._events.tolist()):
+            balls = [a, b] if kind == EventKind.BALL_BALL else [a]
+            j = int(np.searchsorted(self.at, t, side="left")) - 1
+            near = self._events[np.abs(self._events["t"] - t) < 3.0 * _NEAR]
+            alone = np.count_nonzero(_has(near, balls)) == 1
+            if j < 0 or not alone:
+                continue
+            before, after = (self._beside(j, t, t + side * _NEAR)[balls] for side in (-1.0, 1.0))
+            sides = _states(self._trajectory, t + _NEAR * np.array([-2.0, -1.0, 1.0, 2.0]))
+            slower = (sides[1] - sides[2])[balls, 3:6]
+            jump = (after - before)[:, :3]
+            rates = (sides[1::2] - sides[::2])[:, balls, 3:6] / _NEAR
+            if np.max(np.abs(slower)) < 4.0 * _NEAR * np.max(np.abs(rates)):
+                slower, jump = rates[0] - rates[1], (after - before)[:, 3:6]
+            square = float(np.sum(slower * slower))
+            if square > 0.0:
+                shifts[k] = np.einsum("ij,ijm->m", slower, jump) / square
+        return shifts
+
+    def _measured(self) -> Iterator[float]:
+        """Yield when changes are measured: soon after events, where the state is known."""
+        ends = np.append(self._instants, self._trajectory.t_end)[1:]
+        unknown = self._low_bounces()
+        for t, end in zip(self._instants.tolist(), ends.tolist(), strict=True):
+            at = t + min(0.5 * (end - t), _SOON)
+            if end - t > _LEAST_GAP and not np.any((unknown[:, 0] < at) & (at < unknown[:, 1])):
+                yield at
+
+    def _low_bounces(self) -> FloatArray:
+        """Return when balls make bounces that the engine doesn't follow one by one, (k, 2) [s].
+
+        They end with an event on the cloth, to which the ball doesn't fly.
+        """
+        found = [(0.0, 0.0)]
+        for event in self._events[self._events["kind"] == EventKind.BALL_CLOTH]:
+            rows = self._trajectory.segments[event["a"]]
+            row = int(np.searchsorted(rows[:, st.EPOCH], event["t"], side="left")) - 1
+            if row >= 0 and rows[row, st.PHASE] != st.FLYING:
+                found.append((float(rows[row, st.EPOCH]), float(event["t"])))
+        return np.array(found)
+
+    def _side(self, j: int, t: float) -> float:
+        """Return up to when changes are played for an instant: not where an event is near."""
+        k = int(np.searchsorted(self._instants, t, side="right"))
+        if k > 0 and t - self._instants[k - 1] < _NEAR:
+            return float(self._instants[k - 1] + _NEAR)
+        if k < len(self._instants) and self._instants[k] - t < _NEAR:
+            return float(max(self._instants[k] - _NEAR, self.at[j]))
+        return t
+
+    def _beside(self, j: int, t: float, side: float) -> FloatArray:
+        """Return the changes at an instant t, as they are at another one, `side`, but for that."""
+        if side <= self.at[j]:
+            changes = self._kept[j].copy()
+            side = self.at[j]
+        else:
+            (state,) = _states(self._trajectory, np.array([side]))
+            changes, curved = self._played(j, side - self.at[j], state)
+            changes[curved] = np.nan
+        back: FloatArray = changes
+        back[:, :3] += (t - side) * back[:, 3:6]
+        return back
+
+    def _played(
+        self, j: int, duration: float, end: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return what becomes of the changes at instant j in a time, (n, STATE, m).
+
+        And of which balls none is known. `end` (n, STATE): how the balls move then.
+        """
+        state, kept = self._states[j], self._kept[j]
+        lost = ~np.all(np.isfinite(kept), axis=(1, 2))
+        if np.all(lost):
+            return kept.copy(), lost
+        changes = np.where(lost[:, np.newaxis, np.newaxis], 0.0, kept)
+        largest = np.max(np.abs(changes) / self._scales(j)[:, :, np.newaxis], axis=(0, 1))
+        sizes = _STEP / np.where(largest > 0.0, largest, 1.0)
+        by = np.moveaxis(changes * sizes, 2, 0)
+        starts = np.zeros((2, len(sizes), *state.shape[:1], play.START_COLUMNS))
+        starts[..., :STATE] = state
+        starts[..., play.START_RISE] -= self._scene.radii
+        starts[0, ..., :STATE] += by
+        starts[1, ..., :STATE] -= by
+        phase = self._phases[j].astype(np.float64)
+        starts[..., play.START_PHASE] = np.where(phase == st.RESTING, st.ROLLING, phase)
+        ends = self._replay.after(starts.reshape(-1, *starts.shape[2:]), duration)
+        ends = ends.transpose(0, 2, 1, 3).reshape(*starts.shape[:3], STATE)
+        half, middle = 0.5 * (ends[0] - ends[1]), 0.5 * (ends[0] + ends[1])
+        size = np.max(np.abs(half[..., :3]), axis=(1, 2))[:, np.newaxis]
+        off = np.max(np.abs(middle - end)[..., :3], axis=2)
+        allowed = _CURVED * size + _ROUNDING * self._scene.radii
+        curved = lost | np.any(~(off <= allowed), axis=0)
+        changes = np.moveaxis(half, 0, 2) / sizes
+        return changes, curved
+
+    def _scales(self, j: int) -> FloatArray:
+        """Return of what size changes must be small, (n, STATE): radii, and speeds that turn."""
+        state, phase, radius = self._states[j], self._phases[j], self._scene.radii
+        speed = np.linalg.norm(state[:, 3:6], axis=1)
+        fastest = np.max(np.maximum(speed, radius * np.linalg.norm(state[:, 6:], axis=1)))
+        fastest = fastest if fastest > 0.0 else 1.0
+        slip = np.hypot(state[:, 3] - radius * state[:, 7], state[:, 4] + radius * state[:, 6])
+        turns = np.where(phase == st.SLIDING, slip, np.where(phase == st.ROLLING, speed, fastest))
+        turns = np.where(turns > 0.0, turns, fastest)
+        scales: FloatArray = np.empty_like(state)
+        scales[:, :3] = radius[:, np.newaxis]
+        scales[:, 3:6] = turns[:, np.newaxis]
+        scales[:, 6:8] = (turns / radius)[:, np.newaxis]
+        spin = np.abs(state[:, 8])
+        scales[:, 8] = np.where(spin > 0.0, spin, fastest / radius)
+        return scales
+
+    def _noise(self, j: int, balls: NDArray[np.intp], changes: FloatArray) -> FloatArray:
+        """Return changes with what rounding the states of balls at instant j might add to them."""
+        state, radius = self._states[j, balls], self._scene.radii[balls]
+        size = np.abs(state)
+        place = size[:, :3] + radius[:, np.newaxis] + self.at[j] * size[:, 3:6]
+        size[:, :3] = np.where(size[:, 3:6] > 0.0, place, 0.0)
+        turns = np.isin(self._phases[j, balls], (st.SLIDING, st.FLYING))
+        size[~turns, 6:8] = 0.0
+        added = changes.copy()
+        for ball, its in zip(balls.tolist(), size, strict=True):
+            seed = (int(self._rank[ball]), int(self._rounded[ball]))
+            signs = np.random.default_rng(seed).integers(0, 2, added.shape[1:])
+            added[ball] += its[:, np.newaxis] * (1.0 - 2.0 * signs)
+            self._rounded[ball] += 1
+        return added
+
+
+def _has(events: Events, balls: Sequence[int]) -> NDArray[np.bool_]:
+    """Return which events are of some of the balls."""
+    pairs = events["kind"] == EventKind.BALL_BALL
+    found: NDArray[np.bool_] = np.isin(events["a"], balls) | (pairs & np.isin(events["b"], balls))
+    return found
+
+
+def _states(trajectory: ExactTrajectory, times: FloatArray) -> FloatArray:
+    """Return the recorded states at some instants, (k, n, STATE)."""
+    sampled = trajectory.sample(np.clip(times, 0.0, trajectory.t_end))
+    states: FloatArray = np.concatenate(sampled, axis=2)
+    return states
+
+
+def _lose(events: Events, lost: NDArray[np.bool_]) -> None:
+    """Note of which balls nothing is known after some events, as of those that they meet then.
+
+    Of one that has two collisions at one instant: any change decides their order.
+    """
+    counts = collisions_at_once(events)
+    for t, kind, a, b in events.tolist():
+        balls = [a, b] if kind == EventKind.BALL_BALL else [a]
+        if any(lost[ball] or counts.get((t, ball), 0) > 1 for ball in balls):
+            lost[balls] = True

@@ -1,0 +1,115 @@
+"""Small changes in air and in flight, which are played on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from changes import check_derivatives, directions_of, moved, recorded
+from same.images import shuffled
+from shots import ball, scene_of
+
+from ghostball.engine.sensitivity.carried import Carried
+from ghostball.engine.sensitivity.replayed import Replayed
+from ghostball.model import EventKind
+from ghostball.validation.scenes.library import find_scene
+
+SCENES = (
+    "air-curves",
+    "air-drop",
+    "air-paper",
+    "air-rolls",
+    "cloth-quadratic-sliding",
+    "flight-bounces",
+    "flight-jaw",
+    "flight-leaves",
+    "flight-throw",
+    "pocket-jump",
+    "three-cushions",
+)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", SCENES)
+def test_derivatives_in_air_and_in_flight_agree_with_central_differences(name):
+    scene = find_scene(name)
+    struck = any(one.strike is not None for one in scene.balls)
+    check_derivatives(recorded(scene).at(0.0, name=name) if struck else scene)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", ["break-7", "masse", "pocket-draw", "throw-slip", "unequal-balls"])
+def test_on_the_cloth_runs_begun_aside_say_the_same_as_closed_forms(name):
+    """Two ways that share no formula."""
+    result = recorded(find_scene(name))
+    shot = (result.scene, result.trajectory, result.events)
+    given = directions_of(result.scene, 3).transpose(1, 2, 0)
+    exact, found = Carried(*shot, given), Replayed(*shot, given)
+    times = np.linspace(0.03, 0.97, 9) * result.rest_time
+    for right, close in zip(exact.known(times), found.known(times), strict=True):
+        np.testing.assert_allclose(
+            close[:, :2], right[:, :2], rtol=0.0, atol=1e-6 * np.max(np.abs(right[:, :2]))
+        )
+    shifts = exact.event_shifts
+    moving = np.isfinite(found.event_shifts)
+    assert np.mean(moving) > 0.8
+    allowed = 1e-4 * np.max(np.abs(shifts), axis=1, keepdims=True)
+    assert np.all((np.abs(found.event_shifts - shifts) <= allowed)[moving])
+
+
+@pytest.mark.compiled
+def test_event_shifts_in_flight_say_when_events_come():
+    scene = find_scene("flight-throw")
+    result = recorded(scene)
+    change, size = directions_of(scene, 1), 1e-6
+    shifts = result.tangent(change).event_shifts[:, 0]
+    after, before = (recorded(moved(scene, sign * size * change[0])) for sign in (1, -1))
+    difference = (after.events["t"] - before.events["t"]) / (2 * size)
+    known = np.isfinite(shifts)
+    assert {EventKind.BALL_CLOTH, EventKind.ROLL_TO_REST} <= set(result.events["kind"][known])
+    assert difference[known] == pytest.approx(
+        shifts[known], rel=1e-3, abs=1e-4 * np.max(np.abs(difference))
+    )
+
+
+def test_what_has_a_derivative_on_one_side_alone_has_none():
+    """A ball that starts at a cushion, towards it, can only be moved away from it."""
+    scene = find_scene("rail-into")
+    physics = scene.physics.model_copy(update={"air_drag": 0.01})
+    result = recorded(scene.model_copy(update={"physics": physics}))
+    assert result.events["t"][0] == 0.0
+    tangent = result.tangent(np.ones((1, 1, 7)))
+    assert not np.isfinite(tangent.sample([0.5 * result.rest_time])).any()
+    assert np.isinf(tangent.growth([0.5 * result.rest_time])).all()
+    assert np.isnan(tangent.event_shifts[0]).all()
+
+
+def test_nothing_is_predicted_past_several_collisions_of_one_ball_in_air():
+    scene = find_scene("three-ball-symmetric")
+    physics = scene.physics.model_copy(update={"air_drag": 0.01})
+    result = recorded(scene.model_copy(update={"physics": physics}))
+    t = float(result.events["t"][0])
+    assert np.all(np.isfinite(result.sensitivity(t * (1 - 1e-9))))
+    assert np.all(np.isinf(result.sensitivity(t + 0.01)))
+    assert result.horizon() <= t + 1e-3
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", ["air-curves", "flight-bounces"])
+def test_the_numbering_of_the_balls_does_not_matter_in_air(name):
+    result = recorded(find_scene(name))
+    order = list(range(len(result.scene.balls)))[::-1]
+    other = recorded(shuffled(result.scene, order))
+    times = np.linspace(0.0, 1.0, 5) * result.rest_time
+    assert other.sensitivity(times) == pytest.approx(result.sensitivity(times)[:, order], rel=1e-4)
+
+
+def test_a_shot_without_events_has_a_tangent_map():
+    scene = scene_of(ball((0.3, 0.5), (0.5, 0.1)), air_drag=0.01, table=None, t_max=0.1)
+    result = recorded(scene)
+    assert len(result.events) == 0
+    change = np.zeros((1, 1, 7))
+    change[0, 0, 0] = 1.0
+    assert result.tangent(change).sample([0.1])[0, 0, 0, :2] == pytest.approx([1.0, 0.0], abs=1e-7)
+    assert result.horizon() == math.inf
