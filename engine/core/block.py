@@ -46,10 +46,9 @@ NEAR = 21
 TURNING = 22
 RISING = 23
 SERIES = 24
-NODES = 25
-TRACK = 26
-CONTACTS = 27
-END = 28
+TRACK = 25
+CONTACTS = 26
+END = 27
 
 
 class Block:
@@ -85,7 +84,6 @@ class Block:
             air and air.turning,
             air and air.rising,
             air and air.series,
-            air and air.nodes,
             pairs.track,
             REFERENCE_WORDS,
         ]

@@ -76,7 +76,6 @@ class Air(NamedTuple):
     # the second power of the time [m/s^2], with the third, and so on
     rising: FloatArray
     series: FloatArray  # (SERIES_ROWS, SERIES_TERMS) the power series of the piece at hand
-    nodes: FloatArray  # (NODES_ROWS, NODES_TERMS) where it is found at nodes: `motion.turn`
 
 
 # Columns of `Balls.height`.
@@ -100,8 +99,6 @@ HEIGHT_COLUMNS = 16
 
 SERIES_TERMS = 26
 SERIES_ROWS = 8
-NODES_TERMS = 20
-NODES_ROWS = 4
 MOST_POWERS = 2 * 23
 """Columns of `Air.turning`, and of the powers of `Balls.higher` there."""
 

@@ -56,6 +56,9 @@ without friction each inelastic impulse leaves a ball in a corner 1e-16 of its s
 SLIP_ROUNDING = 4.0 * EPS
 """Slip, in units of the speeds that it is the difference of, that is but their rounding."""
 
+SLIDE_ERROR = 2.0**-40
+"""TODO"""
+
 ONE_INSTANT = 2.0**-28
 """Time, in units of the clock, within which impacts of a ball count as one series.
 

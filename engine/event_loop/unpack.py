@@ -85,8 +85,7 @@ def _air_in(numbers: FloatArray, offsets: IntArray, drags: int | None) -> Air | 
     return Air(
         numbers[start:middle].reshape(n, (middle - start) // n),
         numbers[middle:end].reshape(n, (end - middle) // n),
-        numbers[end : offsets[at.NODES]].reshape(st.SERIES_ROWS, st.SERIES_TERMS),
-        numbers[offsets[at.NODES] : offsets[at.TRACK]].reshape(st.NODES_ROWS, st.NODES_TERMS),
+        numbers[end : offsets[at.TRACK]].reshape(st.SERIES_ROWS, st.SERIES_TERMS),
     )
 
 

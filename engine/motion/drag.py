@@ -7,9 +7,8 @@ rounding of the state. A piece that ends is no event.
 
 One scalar is enough for a ball that goes straight on: p' = -(a + b p^2), whose series has the
 recurrence (n + 1) p_{n+1} = -(a [n = 0] + b sum p_i p_{n-i}). Of a slide with a slip along the way
-that is so, too. Any other slide turns: in pieces that are found at nodes (`motion.turn`). Where
-that fails, as where the velocity all but vanishes or the air does as much as the cloth, they are
-power series by two recurrences more: of |u| and of u / |u|, u the slip.
+that is so, too. Any other slide turns: its power series takes two recurrences more, of |u| and of
+u / |u|, u the slip.
 
 The slip's direction turns like a power of the slip that is left, so that the series of a slide
 converges no farther than to its end, and pieces get shorter towards it (`PART_OF_SERIES`). The
@@ -28,7 +27,7 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Air, Balls, FloatArray, Laws
-from ghostball.engine.core.tolerances import EPS, TIME_ROUNDING
+from ghostball.engine.core.tolerances import EPS, SLIDE_ERROR, TIME_ROUNDING
 from ghostball.engine.motion.air import felt_drag
 from ghostball.engine.motion.geometry import speed_of
 from ghostball.engine.motion.series import (
@@ -44,7 +43,6 @@ from ghostball.engine.motion.series import (
     shorter,
     straight_series,
 )
-from ghostball.engine.motion.turn import turn_piece
 
 _STILL = 2.0**-18
 """Speed, in units of the slip, below which air does nothing that a double could tell, as long as it
@@ -83,10 +81,6 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
     if duration > 0.0:
         balls.own_kind[i] = st.OWN_ROLL
         return duration
-    if speed > _STILL * size:
-        duration = turn_piece(higher, air, balls, i, laws.air_drag, ux, uy, size, speed)
-        if duration > 0.0:
-            return duration
     return _turn(higher, air, balls, i, laws.air_drag, ux, uy, size, speed)
 
 
@@ -188,7 +182,7 @@ def _last_piece(
     left: float = size / slows
     place = max(abs(ball.x) + abs(ball.y), ball.radius)
     most = speed + size / 3.5
-    if 2.0 * k * most * most * left * left > 7.0 * LEFT_OUT * place:
+    if 2.0 * k * most * most * left * left > 7.0 * SLIDE_ERROR * place:
         return 0.0
     # The drag at the middle of it.
     x, y = ball.vx - ux / 7.0, ball.vy - uy / 7.0
@@ -231,7 +225,7 @@ def _turn(
         longest = min(longest, _STILL * size / friction)
     row[_VX, 0], row[_VY, 0], row[_UX, 0], row[_UY, 0] = ball.vx, ball.vy, ux, uy
     row[_SLIP, 0], row[_EX, 0], row[_EY, 0], row[_SPEED, 0] = size, ux / size, uy / size, speed
-    allowed = LEFT_OUT * (speed + size)
+    allowed = SLIDE_ERROR * (speed + size)
     degree, small, scale, last = DEGREE, 0, 1.0, 0.0
     for n in range(DEGREE):
         if n > 0:

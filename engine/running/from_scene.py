@@ -260,7 +260,6 @@ def _blank_balls(n: int, drags: bool, flies: bool) -> Balls:
             np.zeros((n, st.MOST_POWERS)),
             np.zeros((n, st.MOST_POWERS // 2 + 1 if flies else 0)),
             np.zeros((st.SERIES_ROWS, st.SERIES_TERMS)),
-            np.zeros((st.NODES_ROWS, st.NODES_TERMS)),
         )
         if drags
         else None,

@@ -19,6 +19,7 @@ from flint import arb
 from ghostball.model import EventKind, Phase
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
+    UndecidedError,
     Vector,
     exactly,
     length,
@@ -26,8 +27,10 @@ from ghostball.reference_adapters.certified.arithmetic import (
     unit,
 )
 from ghostball.reference_adapters.certified.drag import Roll
+from ghostball.reference_adapters.certified.integrated_slide import IntegratedSlide, Integrator
 from ghostball.reference_adapters.certified.problem import BallNumbers, Problem
-from ghostball.reference_adapters.certified.slide import Slide
+
+UNCOVERED = "how a ball moves that slides in air: no proof covers a slide in air"
 
 EXACT_ENOUGH = 1e-13
 """Relative width of a state up to which a search in doubles may stand for it; see `contacts`."""
@@ -49,6 +52,7 @@ class Constants(NamedTuple):
     gravity: arb  # [m/s^2]
     cloth_friction: arb  # coefficient of sliding friction
     table_restitution: arb
+    slide: Integrator | None = None  # of a slide in air; None: none is covered
 
 
 class Doubles(NamedTuple):
@@ -78,7 +82,7 @@ class Body:
     `ax`, `ay` [m/s^2]: as the phase begins, and, but for one in air, all through it.
     `roll`: of a ball that rolls in air, or where the cloth slows fast balls more; or that slides in
         air without friction.
-    `slide`: of one that slides in air.
+    `slide`: of one that slides in air, where the shot is integrated.
     `duration` [s]: how long the phase lasts, if nothing acts on the ball; None is without end.
     """
 
@@ -123,7 +127,7 @@ class Body:
         self.ax = self.ay = ZERO
         self.duration: arb | None = None
         self.roll: Roll | None = None
-        self.slide: Slide | None = None
+        self.slide: IntegratedSlide | None = None
         self.phase = self._start()
         self.end = math.inf if self.duration is None else float((t + self.duration).upper())
         self.doubles = self._in_doubles()
@@ -142,7 +146,9 @@ class Body:
                     self._start_roll(ZERO, constants.drag)
             elif not constants.drag.is_zero():
                 u, v = (self.ux, self.uy), (self.vx, self.vy)
-                self.slide = Slide(v, u, constants.sliding, constants.drag)
+                if constants.slide is None:
+                    raise UndecidedError(UNCOVERED, exact=True)
+                self.slide = constants.slide(v, u, constants.sliding, constants.drag)
                 self.ax, self.ay = self.slide.slowed(v, u)
                 self.duration = self.slide.duration
             else:
@@ -328,7 +334,9 @@ def decayed(spin: arb, loss: arb) -> arb:
     return bottom.union(top)
 
 
-def constants_of(ball: BallNumbers, problem: Problem) -> Constants:
+def constants_of(
+    ball: BallNumbers, problem: Problem, slide: Integrator | None = None
+) -> Constants:
     """Return the constants of a ball; products in the precision at hand."""
     gravity = arb(problem.gravity)
     # Of the air's drag the cloth's friction takes 2/7, but none where a ball is a rolling point.
@@ -344,13 +352,14 @@ def constants_of(ball: BallNumbers, problem: Problem) -> Constants:
         gravity=gravity,
         cloth_friction=arb(ball.sliding_friction),
         table_restitution=arb(problem.table_restitution),
+        slide=slide,
     )
 
 
-def body_at_start(ball: BallNumbers, problem: Problem) -> Body:
+def body_at_start(ball: BallNumbers, problem: Problem, slide: Integrator | None = None) -> Body:
     """Return a ball on the cloth at t = 0."""
     return Body(
-        constants_of(ball, problem),
+        constants_of(ball, problem, slide),
         (arb(ball.x), arb(ball.y)),
         (arb(ball.vx), arb(ball.vy)),
         slip_at_start(ball),

@@ -26,6 +26,7 @@ from ghostball.reference_adapters.certified.certificate import (
     Choice,
     Ending,
 )
+from ghostball.reference_adapters.certified.integrated_slide import Integrator
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.problem import Problem
 from ghostball.reference_adapters.certified.recorded import recorded
@@ -45,11 +46,17 @@ class _Stop(NamedTuple):
 
 
 def prove(
-    problem: Problem, ids: tuple[str, ...], settings: CertifiedSettings, *, motion: bool
+    problem: Problem,
+    ids: tuple[str, ...],
+    settings: CertifiedSettings,
+    *,
+    motion: bool,
+    slide: Integrator | None = None,
 ) -> Certificate:
     """Prove what happens in a problem whose balls have these names, as far as it can be proved.
 
-    With `motion` the motion between events is kept, too.
+    With `motion` the motion between events is kept, too. With `slide`, which integrates slides in
+    air, the shot is integrated: what is returned has the form of a proof, and is none.
 
     Raises `UnsupportedSceneError` where it can't be decided how a ball starts.
     """
@@ -62,7 +69,7 @@ def prove(
         first = bits == settings.start_precision
         with working_precision(bits), computing_until(math.inf if first else deadline):
             try:
-                new = Run(problem, bits)
+                new = Run(problem, bits, slide)
             except UndecidedError as error:
                 if error.exact or bits == settings.max_precision or time.perf_counter() > deadline:
                     raise _refused(error.what) from None

@@ -15,7 +15,7 @@ from ghostball.reference_adapters.certified.arithmetic import ZERO, unit
 from ghostball.reference_adapters.certified.certificate import segment_columns
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.run import Run
-from ghostball.reference_adapters.certified.slide_piece import Piece
+from ghostball.reference_adapters.certified.integrated_slide import SlidePiece
 
 POWERS = 20
 """Powers of the time in the displacement of a ball that air slows."""
@@ -105,19 +105,19 @@ def _sliding(body: Body, lasts: float) -> list[Row]:
     assert body.slide is not None
     rows: list[Row] = []
     for piece in body.slide.pieces:
-        t = piece.start.t
+        t = piece.start
         if float(body.slide.duration - t) < _NO_LONGER or (rows and float(t) >= lasts):
             break
         rows.append(_slid(body, piece))
     return rows or [_parabola(body)]
 
 
-def _slid(body: Body, piece: Piece) -> Row:
+def _slid(body: Body, piece: SlidePiece) -> Row:
     spin = (piece.slip[0] - piece.velocity[0], piece.slip[1] - piece.velocity[1])
     displacement = [(piece.displacement[0][n], piece.displacement[1][n]) for n in range(POWERS + 1)]
     displacement[0] = (body.x + displacement[0][0], body.y + displacement[0][1])
     return _row(
-        body, piece.start.t, displacement, [(spin[0][n], spin[1][n]) for n in range(POWERS)]
+        body, piece.start, displacement, [(spin[0][n], spin[1][n]) for n in range(POWERS)]
     )
 
 

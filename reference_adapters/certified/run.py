@@ -29,6 +29,7 @@ from ghostball.reference_adapters.certified.flight import (
 from ghostball.reference_adapters.certified.gaps import PairGap, level_reach
 from ghostball.reference_adapters.certified.impacts import Impacts
 from ghostball.reference_adapters.certified.impacts_in_space import ImpactsInSpace
+from ghostball.reference_adapters.certified.integrated_slide import Integrator
 from ghostball.reference_adapters.certified.joint_impacts import JointImpacts
 from ghostball.reference_adapters.certified.meetings import Meeting, meeting_again
 from ghostball.reference_adapters.certified.motion import Body, body_at_start
@@ -61,7 +62,7 @@ class Run:
     `ended`: whether the run reached its natural end.
     """
 
-    def __init__(self, problem: Problem, bits: int) -> None:
+    def __init__(self, problem: Problem, bits: int, slide: Integrator | None = None) -> None:
         self.bits = bits
         self.now = ZERO
         self.order = 0
@@ -76,8 +77,10 @@ class Run:
         self._contacts = Contacts(problem, self._pieces)
         law = ImpactsInSpace if problem.airborne else JointImpacts
         self._impacts: Impacts = law(problem, self._contacts)
-        start = body_in_space_at_start if problem.airborne else body_at_start
-        self.bodies = [start(ball, problem) for ball in problem.balls]
+        if problem.airborne:
+            self.bodies = [body_in_space_at_start(ball, problem) for ball in problem.balls]
+        else:
+            self.bodies = [body_at_start(ball, problem, slide) for ball in problem.balls]
         self.segments = list(enumerate(self.bodies))
         at_once = self._impacts.act_at_once
         self._order = Order(problem, self._agenda, self.bodies, act_at_once=at_once)

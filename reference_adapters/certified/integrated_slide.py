@@ -1,0 +1,97 @@
+"""A slide in air as pieces of polynomials: what a ball's motion needs of one that was integrated.
+
+A slide in air has no closed form, and no proof covers it. Who runs a shot with an integrator of
+slides (`prove`) gets a shot that is integrated, which is no proof (`validation.truth.integration`).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable
+from operator import attrgetter
+from typing import NamedTuple
+
+from flint import arb, arb_poly
+
+from ghostball.reference_adapters.certified.arithmetic import ZERO, UndecidedError, Vector, unit
+from ghostball.reference_adapters.certified.arithmetic import length as length_of
+
+_START = attrgetter("start")
+
+
+class SlidePiece(NamedTuple):
+    """Polynomials of the time since `start` [s]: displacement, velocity and slip, x and y each."""
+
+    start: arb
+    displacement: tuple[arb_poly, arb_poly]
+    velocity: tuple[arb_poly, arb_poly]
+    slip: tuple[arb_poly, arb_poly]
+
+
+class IntegratedSlide(NamedTuple):
+    """A slide in air from an instant on, and a little beyond its end.
+
+    `friction`, `drag` [m/s^2] and [1/m]: of the cloth, and the air's k.
+    `pieces`: the last one goes straight on after the end: a search may look a little farther.
+    `duration` [s]: until the ball rolls.
+    `end` (x, y) [m]: how far it has come then.
+    `final_velocity` (vx, vy) [m/s].
+    """
+
+    friction: arb
+    drag: arb
+    pieces: list[SlidePiece]
+    duration: arb
+    end: Vector
+    final_velocity: Vector
+
+    def displacement(self, s: arb) -> Vector:
+        """Return how far the ball has come after a time s; of a ball of times, the range [m]."""
+        return self._range(s, 1)
+
+    def velocity(self, s: arb) -> Vector:
+        """Return its velocity after a time s [m/s]."""
+        return self._range(s, 2)
+
+    def slip(self, s: arb) -> Vector:
+        """Return its slip after a time s [m/s]."""
+        return self._range(s, 3)
+
+    def acceleration(self, s: arb) -> Vector:
+        """Return its acceleration after a time s, before the end [m/s^2]."""
+        return self.slowed(self.velocity(s), self.slip(s))
+
+    def slowed(self, v: Vector, u: Vector) -> Vector:
+        """Return its acceleration at a velocity and a slip [m/s^2]."""
+        air = self.drag * length_of(*v)
+        try:
+            e = unit(*u, "where it slips to")
+        except UndecidedError:
+            x, y = (ZERO if part.is_zero() else arb(0, 1) for part in u)
+            e = (x, y)
+        return (-self.friction * e[0] - air * v[0], -self.friction * e[1] - air * v[1])
+
+    def _range(self, s: arb, what: int) -> Vector:
+        low, high = s.lower(), s.upper()
+        first = max(bisect_right(self.pieces, low, key=_START) - 1, 0)
+        last = max(bisect_left(self.pieces, high, key=_START) - 1, first)
+        ranges: list[Vector] = []
+        for k in range(first, last + 1):
+            since, part = self.pieces[k].start, s
+            if first < last:
+                until = high if k == last else self.pieces[k + 1].start
+                part = (low if k == first else since).union(until)
+            x, y = self.pieces[k][what]
+            ranges.append((x(part - since), y(part - since)))
+        x, y = ranges[0]
+        for other in ranges[1:]:
+            x, y = _union(x, other[0]), _union(y, other[1])
+        return (x, y)
+
+
+def _union(a: arb, b: arb) -> arb:
+    return a if a.is_zero() and b.is_zero() else a.union(b)
+
+
+Integrator = Callable[[Vector, Vector, arb, arb], IntegratedSlide]
+"""Velocity [m/s], slip [m/s], friction of the cloth [m/s^2] and drag [1/m] -> the slide."""
