@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
+import numpy as np
 from pydantic import Field, field_validator
 
 from ghostball.engine import simulate
 from ghostball.engine.capabilities import CAPABILITIES
+from ghostball.engine.core.tolerances import slide_resolution
 from ghostball.engine.running.skips import chosen_skips
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK
 from ghostball.model import Record, Result, Scene
 from ghostball.model.features import Capabilities
-from ghostball.reference_adapters.base import EngineBase, EngineSettings
+from ghostball.reference_adapters.base import EngineBase, EngineSettings, resolution_of_step
 
 
 class GhostballSettings(EngineSettings):
@@ -43,9 +45,15 @@ class GhostballEngine(EngineBase):
         """How each feature of a scene is represented; the same with all settings."""
         return CAPABILITIES
 
-    def resolution(self, scene: Scene) -> float:  # noqa: ARG002
-        """Return 0: it errs by rounding alone."""
-        return 0.0
+    def resolution(self, scene: Scene) -> float:
+        """Return 0: it errs by rounding alone; but where balls may slide in air, what that errs."""
+        physics = scene.physics
+        slides = physics.motion == "sliding" and bool(np.any(scene.sliding_frictions > 0.0))
+        if not slides or physics.air_drag == 0.0:
+            return 0.0
+        slowing = physics.gravity * float(np.min(scene.rolling_frictions))
+        fastest = resolution_of_step(1.0, scene)
+        return slide_resolution(fastest, slowing, physics.air_drag, scene.t_max)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `engine.simulate`."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from ghostball.model import Scene, UnsupportedSceneError
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature, check_supported
 from ghostball.reference_adapters.certified import cache
@@ -45,14 +47,24 @@ CAPABILITIES: Capabilities = {
 """What can be certified, feature by feature: each is named, so that a new one is not."""
 
 
-def check_certified(scene: Scene) -> None:
-    """Refuse a scene whose physics isn't certified.
+def check_certified(scene: Scene, *, integrates: bool = False) -> None:
+    """Refuse a scene whose physics isn't certified; slides in air are, where `integrates` says so.
 
     Raises `UnsupportedSceneError`.
     """
     check_supported(NAME, CAPABILITIES, scene)
     if scene.physics.airborne and scene.physics.air_drag > 0.0:
         raise UnsupportedSceneError(NAME, ("no air drag of balls that leave the cloth",))
+    if not integrates and any(_slides_in_air(scene)):
+        raise UnsupportedSceneError(NAME, ("no slides in air: they have no closed form",))
+
+
+def _slides_in_air(scene: Scene) -> Iterator[bool]:
+    """Yield of each ball whether the shot begins with its slide in air."""
+    problem = problem_of(scene)
+    for ball in problem.balls:
+        slips = problem.slides and not ball.rolls and ball.sliding_friction > 0.0
+        yield slips and problem.air_drag > 0.0
 
 
 def certify(

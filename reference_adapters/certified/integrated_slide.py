@@ -13,8 +13,13 @@ from typing import NamedTuple
 
 from flint import arb, arb_poly
 
-from ghostball.reference_adapters.certified.arithmetic import ZERO, UndecidedError, Vector, unit
-from ghostball.reference_adapters.certified.arithmetic import length as length_of
+from ghostball.reference_adapters.certified.arithmetic import (
+    ZERO,
+    UndecidedError,
+    Vector,
+    length as length_of,
+    unit,
+)
 
 _START = attrgetter("start")
 

@@ -334,9 +334,7 @@ def decayed(spin: arb, loss: arb) -> arb:
     return bottom.union(top)
 
 
-def constants_of(
-    ball: BallNumbers, problem: Problem, slide: Integrator | None = None
-) -> Constants:
+def constants_of(ball: BallNumbers, problem: Problem, slide: Integrator | None = None) -> Constants:
     """Return the constants of a ball; products in the precision at hand."""
     gravity = arb(problem.gravity)
     # Of the air's drag the cloth's friction takes 2/7, but none where a ball is a rolling point.

@@ -13,9 +13,9 @@ from ghostball.model import Phase
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified.arithmetic import ZERO, unit
 from ghostball.reference_adapters.certified.certificate import segment_columns
+from ghostball.reference_adapters.certified.integrated_slide import SlidePiece
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.run import Run
-from ghostball.reference_adapters.certified.integrated_slide import SlidePiece
 
 POWERS = 20
 """Powers of the time in the displacement of a ball that air slows."""
@@ -116,9 +116,7 @@ def _slid(body: Body, piece: SlidePiece) -> Row:
     spin = (piece.slip[0] - piece.velocity[0], piece.slip[1] - piece.velocity[1])
     displacement = [(piece.displacement[0][n], piece.displacement[1][n]) for n in range(POWERS + 1)]
     displacement[0] = (body.x + displacement[0][0], body.y + displacement[0][1])
-    return _row(
-        body, piece.start, displacement, [(spin[0][n], spin[1][n]) for n in range(POWERS)]
-    )
+    return _row(body, piece.start, displacement, [(spin[0][n], spin[1][n]) for n in range(POWERS)])
 
 
 def _row(

@@ -27,7 +27,13 @@ from ghostball.validation.grading.gradable import Gradable
 from ghostball.validation.grading.grading import position_errors
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import EPS, ROUNDINGS, TIE, UNIT_ROUNDOFF
-from ghostball.validation.results.records import CERTIFIED, Accuracy, AccuracyKind, BrokenBy
+from ghostball.validation.results.records import (
+    CERTIFIED,
+    INTEGRATION,
+    Accuracy,
+    AccuracyKind,
+    BrokenBy,
+)
 from ghostball.validation.runs.sampling import (
     energy_series,
     events_of,
@@ -80,6 +86,8 @@ def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -
             return Accuracy("another shot", at=parts_at, agree=agree, of=len(truth.collisions))
     if within is not None and math.isfinite(predictable):
         return _at_the_horizon(result, truth, within)
+    if truth.kind == INTEGRATION and math.isfinite(truth.shot_horizon):
+        return None  # what rounding alone makes of its end isn't known
     errors = RunAndTruth(result, truth).ball_errors
     return Accuracy(_kind(errors, _rounding(result, truth, within)), error=float(np.max(errors)))
 

@@ -38,8 +38,9 @@ Claim = Literal["rounding", "exact", "less"]
 """What an engine claims of itself in a scene, by its capabilities and its `resolution`.
 
 "rounding": every feature is exact, and it states that balls are off by rounding alone. "exact":
-every feature is exact, and it states nothing of how far off balls may be. "less": it states a step,
-or that it represents a feature approximately.
+every feature is exact, and it states nothing of how far off balls may be, or that it has no step
+and they are off by less than 1 um. "less": it states a step, or that it represents a feature
+approximately.
 """
 
 CLAIMS: tuple[Claim, ...] = get_args(Claim)

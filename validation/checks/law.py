@@ -21,11 +21,13 @@ from ghostball.model import Scene
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of, stated_error
 from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.checks.accuracy import UP_TO
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule
 from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.step_limits import STEP_METRICS, step_criteria, touching, travel
 from ghostball.validation.grading.grading import Grade
+from ghostball.validation.runs.ladder import step_of
 from ghostball.validation.truth.scene_truth import Truth
 
 Named = tuple[str, Mapping[str, Any]]
@@ -153,9 +155,14 @@ def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
 def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:
     """Return what an engine claims of itself in a scene."""
     stated = resolution_of(engine, scene)
-    if approximations_of(engine, scene) or stated not in (None, 0.0, "proved"):
+    if approximations_of(engine, scene):
         return "less"
-    return "exact" if stated is None else "rounding"
+    if stated is None:
+        return "exact"
+    if stated in (0.0, "proved"):
+        return "rounding"
+    fine = step_of(engine) is None and stated_error(stated) < UP_TO["nanometres"]
+    return "exact" if fine else "less"
 
 
 def is_unstated(engine: ReferenceEngine, scene: Scene) -> bool:

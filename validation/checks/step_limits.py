@@ -82,6 +82,7 @@ from ghostball.validation.grading.gradable import proved_motion
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact
 from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.results.records import INTEGRATION
 from ghostball.validation.runs.ladder import step_of
 from ghostball.validation.truth.scene_truth import Truth
 
@@ -156,6 +157,7 @@ def step_criteria(
         )
         for metric, limit, reason in (
             *(tuple(_outcome(shot)) or _beginning(shot)),
+            *_integrated(shot),
             *_of_motion(shot),
             *_of_landing(shot),
         )
@@ -206,6 +208,18 @@ def _outcome(shot: SteppedShot) -> Iterator[_Limit]:
     if all_separate:
         reason = f"{late}: the collisions of this shot are farther apart in time."
         yield "matching_events", {"equals": len(truth.collisions)}, reason
+
+
+def _integrated(shot: SteppedShot) -> Iterator[_Limit]:
+    """Yield the limit on the end of a shot without collisions that is integrated, not proved.
+
+    Of an engine without a step. A ball that nothing hits ends as far off as the engine states.
+    """
+    truth = shot.truth
+    if truth.kind != INTEGRATION or math.isfinite(shot.longest) or truth.collisions:
+        return
+    reason = f"The engine states that balls are off by at most {shot.resolution:.3g} m."
+    yield "rest_error_max", {"at_most": LEAST + shot.resolution}, reason
 
 
 def _beginning(shot: SteppedShot) -> Iterator[_Limit]:
@@ -328,7 +342,7 @@ def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:
 def _of_motion(shot: SteppedShot) -> Iterator[_Limit]:
     """Yield the limits that hold for every path of the balls."""
     scene, resolution, noise = shot.scene, shot.resolution, shot.rule.energy_noise
-    if scene.physics.motion == "sliding":
+    if scene.physics.motion == "sliding" and math.isfinite(shot.longest):
         noise = max(noise, SLIDING_NOISE)
     yield (
         "energy_rise",

@@ -4,10 +4,7 @@ A slide in air has no closed form. With the velocity v, the slip u and its direc
 
     v' = -a e - k |v| v,   u' = -(7/2) a e - k |v| v,   e = u / |u|,   a = mu_s g.
 
-The equations are solved as they stand, by collocation at Gauss's points (Hairer, Norsett and Wanner
-1993, section II.7). A step takes a part of the time in which the slip or the velocity could vanish,
-where the motion is singular. The last of the slip ends by a constant drag D, of which
-((7/2) a |u| - D.u)' = D^2 - (7/2)^2 a^2 is true. Events and impacts are what the package
+The equations are solved as they stand (`collocation`). Events and impacts are what the package
 `certified` makes of such a motion, by closed formulas. Nothing is our engine's.
 """
 
@@ -16,47 +13,45 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from flint import arb, arb_mat, arb_poly
+from flint import arb
 
 from ghostball.model import Scene, UnsupportedSceneError
-from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
-from ghostball.reference_adapters.certified import cache as kept
-from ghostball.reference_adapters.certified.arithmetic import (
-    ZERO,
-    UndecidedError,
-    Vector,
-    length,
-    working_precision,
-)
-from ghostball.reference_adapters.certified.integrated_slide import IntegratedSlide, SlidePiece
+from ghostball.reference_adapters.certified import Certificate, CertifiedSettings, cache
+from ghostball.reference_adapters.certified.api import check_certified
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.prove import prove
-
-HOW = "the largest difference from a second integration, with fewer points and other steps"
-"""How the error of an integration is estimated."""
-
-_BITS = 192
-"""Of all numbers: 40 digits, and as many again for the powers of the time in a step."""
+from ghostball.validation.truth import collocation
+from ghostball.validation.truth.collocation import BITS, Collocation
+from ghostball.validation.truth.proof import explained
 
 _RUNS = ((20, arb((1, -2))), (18, arb((3, -4))))
 """Of both runs: points of a step; its length, in units of the time to where it is singular."""
 
-_SMALL = arb((1, -50))
-"""Part of slip and speed below which a slip ends by a constant drag, and a ball feels none."""
+_SOURCES = tuple(Path(str(path)).read_text("utf-8") for path in (__file__, collocation.__file__))
+"""What is kept is of this code."""
 
-
-_SETTLED = arb((1, -120))
-"""Change of the rates in a turn of a step's iteration, in units of friction's, that ends it."""
-
-_TURNS = 200
-"""Turns of it, at most: each gains one or two digits."""
+MOST_ERROR = 1e-20
+"""Largest estimated error of what is called integrated [m], [s]."""
 
 
 class Integration(NamedTuple):
-    """An integrated shot, in the form of a proof, and the estimated error of it [m], [s]."""
+    """An integrated shot, in the form of a proof, and its estimated error [m], [s].
+
+    `error`: the largest difference from a second integration, with fewer points and other steps.
+    """
 
     shot: Certificate
     error: float
+
+
+def may_be_integrated(scene: Scene) -> bool:
+    """Whether balls may slide in air in a scene, all else of which has closed formulas."""
+    physics = scene.physics
+    try:
+        check_certified(scene, integrates=True)
+    except UnsupportedSceneError:
+        return False
+    return physics.motion == "sliding" and physics.air_drag > 0.0 and not physics.airborne
 
 
 def integrated(scene: Scene) -> tuple[Integration | None, str]:
@@ -64,8 +59,10 @@ def integrated(scene: Scene) -> tuple[Integration | None, str]:
 
     An integration is kept on the disk, as a proof is.
     """
+    words = f'integrating scene "{scene.name}" takes a while; it is kept for the next run'
     try:
-        one, other = (_kept(scene, run) for run in range(len(_RUNS)))
+        with explained(words):
+            one, other = (_kept(scene, run) for run in range(len(_RUNS)))
     except UnsupportedSceneError as error:
         return None, "; ".join(error.features)
     for shot in (one, other):
@@ -77,81 +74,19 @@ def integrated(scene: Scene) -> tuple[Integration | None, str]:
     pairs += [(a.t, b.t) for a, b in zip(one.events, other.events, strict=True)]
     for places in zip(one.positions, other.positions, strict=True):
         pairs += zip(*places, strict=True)
-    return Integration(one, max(float(abs(a.mid - b.mid)) for a, b in pairs)), ""
+    error = max(float(abs(a.mid - b.mid)) for a, b in pairs)
+    if error > MOST_ERROR:
+        return None, f"its estimated error is {error:.1e}"
+    return Integration(one, error), ""
 
 
 def _kept(scene: Scene, run: int) -> Certificate:
-    """Return one of the runs, from the disk where it is kept."""
+    """Return one of the runs, from the disk where it is cache."""
     problem, ids = problem_of(scene), tuple(ball.id for ball in scene.balls)
-    settings = CertifiedSettings(start_precision=_BITS, max_precision=_BITS, width=1.0)
-    key = kept.key_of(problem, (*ids, str(run), Path(__file__).read_text()), settings, True)
-    shot = kept.read(key)
+    settings = CertifiedSettings(start_precision=BITS, max_precision=BITS, width=1.0)
+    key = cache.key_of(problem, (*ids, str(run), *_SOURCES), settings, True)
+    shot = cache.read(key)
     if shot is None:
-        shot = prove(problem, ids, settings, motion=True, slide=_Steps(*_RUNS[run]))
-        kept.write(key, shot)
+        shot = prove(problem, ids, settings, motion=True, slide=Collocation(*_RUNS[run]))
+        cache.write(key, shot)
     return shot
-
-
-class _Steps:
-    """A slide in air, step by step; called with how it begins (`integrated_slide.Integrator`)."""
-
-    def __init__(self, points: int, part: arb) -> None:
-        self._points, self._part = points, part
-        every = range(points)
-        with working_precision(4 * _BITS):  # of the inverse three in four digits are lost
-            nodes = [(1 - arb.legendre_p_root(points, j)) / 2 for j in every]
-            powers = arb_mat([[node**m for m in every] for node in nodes]).inv()
-            up_to = arb_mat([[node ** (m + 1) / (m + 1) for m in every] for node in nodes])
-            self._to_integrals, self._to_powers = (up_to * powers).mid(), powers.mid()
-
-    def __call__(self, v: Vector, u: Vector, friction: arb, drag: arb) -> IntegratedSlide:
-        """Return the slide."""
-        a, k, c = friction.mid(), drag.mid(), 3.5 * friction.mid()
-        pieces: list[SlidePiece] = []
-        t, r, y = ZERO, (ZERO, ZERO), [number.mid() for number in (*v, *u)]
-        least = _SMALL * length(y[2], y[3])
-        still = least + _SMALL * length(y[0], y[1])
-
-        def go_on(polys: list[arb_poly], h: arb) -> None:
-            """Add a piece of velocities and slips that lasts so long."""
-            nonlocal t, r, y
-            x, z = (p.integral() + start for p, start in zip(polys, r, strict=False))
-            pieces.append(SlidePiece(t, (x, z), (polys[0], polys[1]), (polys[2], polys[3])))
-            t, r, y = (t + h).mid(), (x(h).mid(), z(h).mid()), [p(h).mid() for p in polys]
-
-        while (size := length(y[2], y[3])) > least:
-            speed = length(y[0], y[1])
-            pull = a + k * speed * speed
-            h = self._part * arb.min(size / (c + pull), speed / pull).mid()
-            if not speed > still:
-                h = self._part * arb.min(size / c, still / a).mid()
-            rates = self._solved(y, h, a, k if speed > still else ZERO)
-            powers, over = (self._to_powers * rates).mid(), arb_poly([0, 1 / h])
-            each = [[powers[m, j] for m in range(self._points)] for j in range(4)]
-            go_on([arb_poly(each[j])(over).integral() + y[j] for j in range(4)], h)
-        drags = [k * length(y[0], y[1]) * part for part in y[:2]]
-        lasts = c * length(y[2], y[3]) - drags[0] * y[2] - drags[1] * y[3]
-        lasts = (lasts / (c * c - drags[0] * drags[0] - drags[1] * drags[1])).mid()
-        final = [(y[j] - y[j + 2] / 3.5 - lasts * drags[j] / 1.4).mid() for j in range(2)]
-        ends = [*final, ZERO, ZERO]
-        go_on([arb_poly([w, (e - w) / lasts]) for w, e in zip(y, ends, strict=True)], lasts)
-        duration, end = t, r
-        go_on([arb_poly([w]) for w in ends], ZERO)
-        return IntegratedSlide(friction, drag, pieces, duration, end, (final[0], final[1]))
-
-    def _solved(self, y: list[arb], h: arb, a: arb, k: arb) -> arb_mat:
-        """Return the rates of velocity and slip at the points of a step, (points, 4)."""
-
-        def rates_at(vx: arb, vy: arb, ux: arb, uy: arb) -> list[arb]:
-            cloth, air = a / length(ux, uy), k * length(vx, vy)
-            dx, dy = -air * vx, -air * vy
-            return [dx - cloth * ux, dy - cloth * uy, dx - cloth * 3.5 * ux, dy - cloth * 3.5 * uy]
-
-        rates = arb_mat([rates_at(*y)] * self._points)
-        for _ in range(_TURNS):
-            moved, before = (self._to_integrals * rates * h).mid().tolist(), rates
-            states = [[w + d for w, d in zip(y, row, strict=True)] for row in moved]
-            rates = arb_mat([rates_at(*state) for state in states]).mid()
-            if all(abs(x) < _SETTLED * a for x in (rates - before).entries()):
-                return rates
-        raise UndecidedError("how a slide in air continues", exact=True)

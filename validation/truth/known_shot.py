@@ -17,15 +17,17 @@ from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.truth.closed_forms import closed_form
+from ghostball.validation.truth.integration import integrated, may_be_integrated
 from ghostball.validation.truth.proof import proof_of
 from ghostball.validation.truth.scene_truth import truth_of
 
-KnownBy = Literal["certified", "closed form", "our engine"]
+KnownBy = Literal["certified", "closed form", "integration", "our engine"]
 """Who vouches for a motion; a closed form vouches for its end, the rest is our engine's."""
 
 ENGINES: dict[KnownBy, str] = {
     "certified": "certified",
     "closed form": "ghostball",
+    "integration": "integration",
     "our engine": "ghostball",
 }
 """Name of the engine whose motion it is."""
@@ -98,4 +100,9 @@ def known_shot(scene: Scene) -> KnownShot:
         truth = truth_of(scene, "closed-form", parts={"rest"})
         assert truth.rest_positions is not None  # what a closed form is about
         return KnownShot("closed form", ours, truth.rest_positions, why)
+    if may_be_integrated(scene):
+        integration, _ = integrated(scene)
+        if integration is not None:
+            motion = result_of(scene, integration.shot, CertifiedSettings(), "trajectory")
+            return KnownShot("integration", motion, motion.rest_positions, why)
     return KnownShot("our engine", ours, ours.rest_positions, why)

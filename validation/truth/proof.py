@@ -28,7 +28,7 @@ def proof_of(
     """
     if why := refused_features(scene):
         return None, why
-    with _explained(
+    with explained(
         f'proving scene "{scene.name}" in ball arithmetic takes a while; the proof is kept for '
         "the next run"
     ):
@@ -45,7 +45,7 @@ def refused_features(scene: Scene) -> str:
 
 
 @contextmanager
-def _explained(message: str) -> Iterator[None]:
+def explained(message: str) -> Iterator[None]:
     """Log a message once the block has taken longer than `PATIENCE`."""
     timer = threading.Timer(PATIENCE, logger.warning, (message,))
     timer.daemon = True

@@ -1,9 +1,10 @@
 """What a scene's runs are compared with, and whether that is independent of our engine.
 
 The closed form where the scene has one, else the certified truth where the whole shot is proved,
-else our own engine. A closed form says where and when the balls end and in which order they
-collide; the energy curve and the times of the collisions come from the proof, where there is one;
-else from our engine, so that those parts are not independent of it.
+else an integration where a ball slides in air, which no proof covers; else our own engine. A closed
+form says where and when the balls end and in which order they collide; the energy curve and the
+times of the collisions come from the proof or the integration, where there is one; else from our
+engine, so that those parts are not independent of it.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ from ghostball.validation.grading.horizon import (
 )
 from ghostball.validation.grading.lateness import Lateness, lateness_of
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
-from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
+from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, INTEGRATION, OUR_ENGINE
 from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.closed_forms import (
@@ -53,12 +54,13 @@ from ghostball.validation.truth.closed_forms import (
     has_closed_form,
     may_have_closed_form,
 )
+from ghostball.validation.truth.integration import integrated, may_be_integrated
 from ghostball.validation.truth.proof import proof_of, refused_features
 
 TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
 """What a metric may be measured against; "proof" is what is proved, be it of a part of the shot."""
 
-WantedTruth = Literal["closed-form", "certified", "engine", "none"]
+WantedTruth = Literal["closed-form", "certified", "integration", "engine", "none"]
 """What a scene's criteria may ask for; "none": no limit of the scene needs a reference."""
 
 PARTS: frozenset[TruthPart] = frozenset(get_args(TruthPart))
@@ -87,8 +89,8 @@ class Truth:
     `collisions`: in order of time, the lower ball first.
     `collision_times` (m,) float64 [s]: when they come; empty where a closed form gives their order
         alone.
-    `motion`: the whole shot, whose energy is the true one: proved, else our engine's; None where
-        there is none, or no part that needs it was asked for.
+    `motion`: the whole shot, whose energy is the true one: proved, else integrated, else our
+        engine's; None where there is none, or no part that needs it was asked for.
     `proved`: the whole shot as it is proved; None where that isn't done, or no part "proof" was
         asked for.
     `certificate`: what is proved of the shot, with its motion; also where that isn't all of it.
@@ -169,7 +171,12 @@ def check_truth(scene: Scene, wanted: WantedTruth | None) -> None:
     if wanted == "certified" and (why := refused_features(scene)):
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "certified", but it can\'t be '
-            f'proved: {why}. Write `truth` = "engine"'
+            f'proved: {why}. Write `truth` = "engine", or "integration" where balls slide in air'
+        )
+    if wanted == "integration" and not may_be_integrated(scene):
+        raise TruthError(
+            f'scene "{scene.name}": its criteria say `truth` = "integration", but no ball slides '
+            'in air, or balls may fly. Write `truth` = "certified" or "engine"'
         )
 
 
@@ -232,20 +239,34 @@ def truth_of(
             f"be: {partial}. Write `proved` = {len(proof.events)} into its "
             "criteria if no more can be proved"
         )
+    integration, no_integration = None, ""
+    if needed and proved is None and wanted != "engine" and may_be_integrated(scene):
+        integration, no_integration = integrated(scene)
+    if wanted == "integration" and integration is None:
+        raise TruthError(
+            f'scene "{scene.name}": its criteria say `truth` = "integration", but it can\'t be '
+            f'integrated: {no_integration or "it is proved"}. Write `truth` = "engine"'
+        )
+    # The motion of the whole shot that owes nothing to our engine.
+    known = proved
+    if integration is not None:
+        known = result_of(scene, integration.shot, CertifiedSettings(), "trajectory")
     ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
     if form is not None:
-        truth = _from_form(scene, form, ours, proved, missing)
+        truth = _from_form(scene, form, ours, known, missing)
     elif proof is not None and proved is not None and wanted != "engine":
         truth = _from_proof(proof, proved)
+    elif integration is not None and known is not None:
+        truth = replace(_from_proof(integration.shot, known), kind=INTEGRATION)
     elif ours is not None:
         truth = _from_run(ours)
     else:
         truth = Truth(None, missing=missing)
     meetings, graded, graded_steps, predictable, ends = None, None, None, math.inf, math.inf
     rounding = None
-    run = ours if proved is None else proved
+    run = ours if known is None else known
     if truth.kind != CLOSED_FORM and run is not None:
-        growth = growth_along(scene, proof, run)
+        growth = growth_along(scene, proof if integration is None else integration.shot, run)
         meetings, ends = meetings_of(growth, run), growth.derivative_ends
         predictable = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
     # How errors grow takes longer to compute than many a run: once is enough for all engines.
@@ -288,7 +309,7 @@ def _from_run(run: Result) -> Truth:
 
 
 def _from_proof(proof: Certificate, proved: Result) -> Truth:
-    """Return a whole proof as the truth; `proved` is its motion."""
+    """Return a whole proof, or an integration, as the truth; `proved` is its motion."""
     high, low = np.zeros((2, len(proved.scene.balls), 3))
     high[:, 2] = proved.scene.radii
     for k, place in enumerate(proof.positions):
@@ -307,10 +328,13 @@ def _from_proof(proof: Certificate, proved: Result) -> Truth:
 
 
 def _from_form(
-    scene: Scene, form: ClosedForm, ours: Result | None, proved: Result | None, missing: str
+    scene: Scene, form: ClosedForm, ours: Result | None, known: Result | None, missing: str
 ) -> Truth:
-    """Return a closed form; what it leaves open is from a whole proof, else from our engine."""
-    rest = ours if proved is None else proved
+    """Return a closed form; what it leaves open is `known`, else from our engine.
+
+    `known`: the whole motion, proved or integrated.
+    """
+    rest = ours if known is None else known
     with mpmath.workdps(DIGITS):
         high, low = _split(
             [[*xy, r] for xy, r in zip(form.rest_positions, scene.radii, strict=True)]
@@ -324,7 +348,7 @@ def _from_form(
     independent: set[TruthPart] = {"rest", "time", "events", "conditioning", "proof"}
     return Truth(
         CLOSED_FORM,
-        independent=frozenset(independent if proved is None else independent | {"energy"}),
+        independent=frozenset(independent if known is None else independent | {"energy"}),
         missing=missing,
         rest_positions=high,
         rest_positions_low=low,

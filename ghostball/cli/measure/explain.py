@@ -44,6 +44,7 @@ LEVELS = " ▁▂▃▄▅▆▇█"
 TRUTHS = {
     "certified": "the certified shot",
     "closed form": "the closed form's end, with our engine's way to it",
+    "integration": "an integration in 40 digits, which is no proof",
     "our engine": "our own engine, which is not independent",
 }
 """What a shot is compared with."""

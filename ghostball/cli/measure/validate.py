@@ -41,7 +41,7 @@ from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.verdict import Verdict, is_nothing_judged, not_judged, verdict_of
 from ghostball.validation.exit_status import ExitStatus, worst
-from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, OUR_ENGINE
+from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, INTEGRATION, OUR_ENGINE
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import BOARD, CRITERIA_SUFFIX, FULL, scene_names, select
@@ -205,6 +205,7 @@ def _show(
 _TRUTHS = {
     CLOSED_FORM: "its closed form",
     CERTIFIED: "a proof of it, event by event",
+    INTEGRATION: "an integration in 40 digits, which is no proof; estimated error below 1e-20 m",
     OUR_ENGINE: "the engine `ghostball` alone, which is no independent truth",
 }
 

@@ -1,0 +1,146 @@
+"""Shots with slides in air, integrated: against worked numbers, closed forms and our engine."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from flint import arb
+from proofs import engine_keys, in_air, keys
+from shots import R, ball, random_cloth_shot, scene_of
+
+from ghostball.engine import simulate
+from ghostball.model import Scene
+from ghostball.reference_adapters.certified.arithmetic import UndecidedError, working_precision
+from ghostball.reference_adapters.certified.integrated_slide import IntegratedSlide
+from ghostball.reference_adapters.ghostball import GhostballEngine
+from ghostball.validation.results.records import INTEGRATION
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth import integration
+from ghostball.validation.truth.collocation import BITS, Collocation
+from ghostball.validation.truth.integration import MOST_ERROR, integrated, may_be_integrated
+from ghostball.validation.truth.scene_truth import TruthError, truth_of
+
+K = 0.0041
+POOL = {"preset": "pool", "air_drag": K, "gravity": 9.81, "sliding_friction": 0.2}
+
+Plane = tuple[float, float]
+
+
+def slide_of(v: Plane, u: Plane, drag: float = K, friction: str = "0.2") -> IntegratedSlide:
+    with working_precision(BITS):
+        both = [(arb(x), arb(y)) for x, y in (v, u)]
+        return Collocation(12, arb((1, -2)))(*both, arb(friction) * arb("9.81"), arb(drag))
+
+
+@pytest.mark.parametrize(
+    ("spin", "time", "place", "velocity"),
+    [
+        ((0.0, 0.0), 0.43514440820822335, (1.1168116256280046, 0.0), (2.1343833222613356, 0.0)),
+        (
+            (-50.0, 60.0),
+            0.27906760072226945,
+            (0.78488866111409261, 0.056830779037561494),
+            (2.6262173230896689, 0.40775401791915693),
+        ),
+    ],
+)
+def test_a_slide_ends_where_worked_numbers_say(spin, time, place, velocity):
+    wx, wy = spin
+    slide = slide_of((3.0, 0.0), (3.0 - R * wy, R * wx))
+    found = (slide.duration, *slide.end, *slide.final_velocity)
+    for number, worked in zip(found, (time, *place, *velocity), strict=True):
+        assert float(number) == pytest.approx(worked, rel=1e-15)
+
+
+def test_polynomials_of_a_slide_continue_each_other():
+    """Also where a ball that is drawn back stands still for an instant."""
+    for v, u in (((2.0, 0.25), (1.5, -1.75)), ((1.5, 0.0), (6.9, 0.0)), ((0.0, 0.0), (-3.0, 1.0))):
+        slide = slide_of(v, u)
+        with working_precision(BITS):
+            for one, after in zip(slide.pieces, slide.pieces[1:], strict=False):
+                for what in ("displacement", "velocity", "slip"):
+                    for p, q in zip(getattr(one, what), getattr(after, what), strict=True):
+                        assert abs(p(after.start - one.start) - q[0]) < 1e-40
+            # Friction alone turns the ball: u - v changes by (5/2) of what the cloth takes.
+            for s in (0.3, 0.9):
+                t = slide.duration * s
+                (vx, vy), (ux, uy) = slide.velocity(t), slide.slip(t)
+                ax, ay = slide.slowed((vx, vy), (ux, uy))
+                h = arb("1e-12")
+                later = slide.velocity(t + h)
+                assert abs((later[0] - vx) / h - ax) < 1e-9
+                assert abs((later[1] - vy) / h - ay) < 1e-9
+
+
+def test_what_air_slows_too_much_is_refused():
+    with pytest.raises(UndecidedError, match="by more than it can roll with"):
+        slide_of((100.0, 0.0), (1.0, 0.0), 0.01)
+
+
+def test_an_integration_agrees_with_closed_forms():
+    """Straight slides have one; the estimate of its error is far below what it may be."""
+    scene = find_scene("air-drag-sliding")
+    found, why = integrated(scene)
+    assert why == ""
+    assert found is not None
+    assert 0.0 < found.error < 1e-28
+    truth = truth_of(scene, "closed-form", {"rest"})
+    for k, place in enumerate(found.shot.positions):
+        for axis, number in enumerate(place):
+            exact = float(truth.rest_positions[k, axis])
+            assert float(number) == pytest.approx(exact, rel=2.0**-52)
+
+
+def swerve() -> Scene:
+    return scene_of(
+        ball((0.0, 0.0), (3.0, 0.0), angular_velocity=(60.0, -40.0, 30.0)),
+        ball((0.8, -0.05)), **POOL
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+def test_our_engine_plays_every_integrated_event():
+    """Sliding balls, with spin about any axis, meet balls and cushions and each other."""
+    scene = in_air(random_cloth_shot(12), air_drag=1.0)
+    found, why = integrated(scene)
+    assert why == ""
+    assert found is not None
+    assert keys(found.shot) == engine_keys(scene)
+    rest = np.array([[float(x) for x in place] for place in found.shot.positions])
+    assert np.abs(rest - simulate(scene).rest_positions[:, :2]).max() < 1e-10
+
+
+def test_the_truth_of_a_slide_in_air_is_its_integration(tmp_path, monkeypatch):
+    """And it is called no proof; what is kept of it is read again."""
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path))
+    scene = swerve()
+    truth = truth_of(scene)
+    assert truth.kind == INTEGRATION
+    assert "not a proof" in INTEGRATION
+    assert f"{MOST_ERROR:g}" in INTEGRATION
+    assert truth.certificate is None
+    assert "no slides in air" in truth.no_certificate
+    assert {"rest", "time", "events", "energy"} <= truth.independent
+    ours = simulate(scene)
+    assert np.abs(truth.rest_positions - ours.rest_positions).max() < 1e-11
+    assert math.isfinite(float(truth.meetings.largest[0]))
+    calls = []
+    monkeypatch.setattr(integration, "prove", lambda *_, **__: calls.append(1))
+    assert integrated(scene)[0] is not None
+    assert calls == []
+
+
+def test_what_has_no_slides_in_air_is_not_integrated():
+    assert not may_be_integrated(scene_of(ball((0.0, 0.0), (1.0, 0.0)), preset="pool"))
+    assert not may_be_integrated(scene_of(ball((0.0, 0.0), (1.0, 0.0)), **POOL, airborne=True))
+    with pytest.raises(TruthError, match="no ball slides in air"):
+        truth_of(scene_of(ball((0.0, 0.0), (1.0, 0.0)), preset="pool"), "integration")
+
+
+def test_our_engine_states_its_resolution_where_balls_slide_in_air():
+    engine = GhostballEngine()
+    assert 1e-13 < engine.resolution(swerve()) < 1e-11
+    assert engine.resolution(find_scene("air-paper")) == 0.0
+    assert engine.resolution(find_scene("masse")) == 0.0
