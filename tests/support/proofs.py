@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from flint import arb
 from mpmath import mpf
 from shots import random_break, random_cloth_shot, random_shot, scene_of
 
@@ -15,7 +16,10 @@ from ghostball.reference_adapters.certified import (
     Enclosure,
     certify,
 )
+from ghostball.reference_adapters.certified.problem import problem_of
+from ghostball.reference_adapters.certified.prove import prove
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
+from ghostball.validation.truth.collocation import BITS, Collocation
 
 
 def proved(scene: Scene, *, motion: bool = False, **settings: float) -> Certificate:
@@ -23,6 +27,14 @@ def proved(scene: Scene, *, motion: bool = False, **settings: float) -> Certific
     certificate = certify(scene, CertifiedSettings(**settings), motion=motion, cached=False)
     assert certificate.proved, certificate.reason
     return certificate
+
+
+def integrated_once(scene: Scene) -> Certificate:
+    """Return a shot with slides in air, integrated to some 20 digits, in the form of a proof."""
+    settings = CertifiedSettings(start_precision=BITS, max_precision=BITS, width=1.0)
+    ids = tuple(ball.id for ball in scene.balls)
+    slide = Collocation(10, arb((1, -2)))
+    return prove(problem_of(scene), ids, settings, motion=True, slide=slide)
 
 
 def keys(certificate: Certificate) -> list[tuple[int, int, int]]:

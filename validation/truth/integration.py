@@ -63,8 +63,8 @@ def integrated(scene: Scene) -> tuple[Integration | None, str]:
     try:
         with explained(words):
             one, other = (_kept(scene, run) for run in range(len(_RUNS)))
-    except UnsupportedSceneError as error:
-        return None, "; ".join(error.features)
+    except UnsupportedSceneError as refused:
+        return None, "; ".join(refused.features)
     for shot in (one, other):
         if not shot.proved:
             return None, f"{shot.ending}: {shot.reason}"

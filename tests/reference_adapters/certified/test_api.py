@@ -28,8 +28,10 @@ NO_FORM_TO_COMPARE = {
     "push-line",
     "push-unequal",
     "wedged",
-    # In the air with drag: refused by name.
+    # In the air with drag, or sliding in air: refused by name.
     "air-drop",
+    "air-drag-sliding",
+    "air-slides",
     # Thousands of impacts.
     "galperin-3",
 }

@@ -101,12 +101,6 @@ def test_a_file_that_cannot_be_read_is_computed_anew(proofs, kept_here, caplog, 
 
 IN_AIR = {
     "rolls": scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.1, table=None),
-    "slides": scene_of(
-        ball((0.0, 0.0), (1.0, 0.3), angular_velocity=(5.0, -7.0, 3.0)),
-        preset="pool",
-        air_drag=0.1,
-        table=None,
-    ),
 }
 
 

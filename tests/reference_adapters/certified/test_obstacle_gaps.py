@@ -6,7 +6,7 @@ import math
 
 import pytest
 from mpmath import mp, mpf
-from proofs import ELL, flying, met, middle, proved
+from proofs import ELL, flying, integrated_once, met, middle, proved
 from shots import R, ball, scene_of
 
 from ghostball.model import EventKind, Table
@@ -57,7 +57,8 @@ def test_a_ball_bounces_off_a_post(slip: float, air: float):
         air_drag=air,
     )
     post_then_left = ["ball-cushion post-1", "ball-cushion left"]
-    assert met(proved(scene))[:3] == [*post_then_left, "ball-cushion post-1"]
+    known = integrated_once(scene) if air > 0.0 else proved(scene)
+    assert met(known)[:3] == [*post_then_left, "ball-cushion post-1"]
 
 
 G = 9.81

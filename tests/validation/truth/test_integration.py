@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 from flint import arb
-from proofs import engine_keys, in_air, keys
+from mpmath import workdps
+from proofs import engine_keys, in_air, integrated_once, keys, middle
 from shots import R, ball, random_cloth_shot, scene_of
 
 from ghostball.engine import simulate
@@ -18,6 +19,7 @@ from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.validation.results.records import INTEGRATION
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth import integration
+from ghostball.validation.truth.closed_forms import closed_form
 from ghostball.validation.truth.collocation import BITS, Collocation
 from ghostball.validation.truth.integration import MOST_ERROR, integrated, may_be_integrated
 from ghostball.validation.truth.scene_truth import TruthError, truth_of
@@ -79,18 +81,29 @@ def test_what_air_slows_too_much_is_refused():
         slide_of((100.0, 0.0), (1.0, 0.0), 0.01)
 
 
-def test_an_integration_agrees_with_closed_forms():
-    """Straight slides have one; the estimate of its error is far below what it may be."""
-    scene = find_scene("air-drag-sliding")
+@pytest.mark.parametrize("name", ["air-drag-sliding", "air-slides"])
+def test_an_integration_agrees_with_closed_forms(name):
+    """Straight slides have one."""
+    scene = find_scene(name)
+    form = closed_form(scene)
+    shot = integrated_once(scene)
+    with workdps(40):
+        for place, expected in zip(shot.positions, form.rest_positions, strict=True):
+            for number, exact in zip(place, expected, strict=True):
+                assert abs(middle(number) - exact) < 1e-24
+
+
+def test_the_error_of_an_integration_is_estimated_by_a_second_one(monkeypatch):
+    scene = scene_of(ball((0.0, 0.0), (2.0, 0.5), angular_velocity=(0.0, 0.0, 0.0)), **POOL)
     found, why = integrated(scene)
     assert why == ""
     assert found is not None
     assert 0.0 < found.error < 1e-28
-    truth = truth_of(scene, "closed-form", {"rest"})
-    for k, place in enumerate(found.shot.positions):
-        for axis, number in enumerate(place):
-            exact = float(truth.rest_positions[k, axis])
-            assert float(number) == pytest.approx(exact, rel=2.0**-52)
+    monkeypatch.setattr(integration, "_RUNS", ((4, arb((1, -2))), (3, arb((1, -2)))))
+    monkeypatch.setattr(integration, "_SOURCES", ("with few points",))
+    found, why = integrated(scene)
+    assert found is None
+    assert "its estimated error is" in why
 
 
 def swerve() -> Scene:
