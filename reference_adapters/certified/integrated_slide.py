@@ -52,15 +52,15 @@ class IntegratedSlide(NamedTuple):
 
     def displacement(self, s: arb) -> Vector:
         """Return how far the ball has come after a time s; of a ball of times, the range [m]."""
-        return self._range(s, 1)
+        return self._range(s, 0)
 
     def velocity(self, s: arb) -> Vector:
         """Return its velocity after a time s [m/s]."""
-        return self._range(s, 2)
+        return self._range(s, 1)
 
     def slip(self, s: arb) -> Vector:
         """Return its slip after a time s [m/s]."""
-        return self._range(s, 3)
+        return self._range(s, 2)
 
     def acceleration(self, s: arb) -> Vector:
         """Return its acceleration after a time s, before the end [m/s^2]."""
@@ -86,8 +86,9 @@ class IntegratedSlide(NamedTuple):
             if first < last:
                 until = high if k == last else self.pieces[k + 1].start
                 part = (low if k == first else since).union(until)
-            x, y = self.pieces[k][what]
-            ranges.append((x(part - since), y(part - since)))
+            piece = self.pieces[k]
+            path = (piece.displacement, piece.velocity, piece.slip)[what]
+            ranges.append((path[0](part - since), path[1](part - since)))
         x, y = ranges[0]
         for other in ranges[1:]:
             x, y = _union(x, other[0]), _union(y, other[1])
