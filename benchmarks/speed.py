@@ -25,6 +25,8 @@ MEANINGS: Mapping[str, str] = {
     "per_event": "the simulation alone, per event",
     "collisions_per_second": "impacts of two balls in a second",
     "scene_of_16": "`Scene.from_arrays` of 16 balls",
+    "scene_of_balls": "`Scene(balls=...)` of 16 `Ball` objects",
+    "first_call_extra": "the first call of simulate() on a scene of 16 balls, over the simulation",
     "begun": "from arrays of 100 000 balls until their simulation has begun",
     "slide": "the simulation alone of a slide in air, and the roll after it",
     "over_no_air": "that over the same without air",
