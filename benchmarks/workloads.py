@@ -13,8 +13,9 @@ import numpy as np
 
 from benchmarks.processes import prepare_cold_start, prepare_start
 from benchmarks.scenes import POOL_TABLE, random_rack, run
+from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.running.room import Limits, Shots, shots_of
-from ghostball.engine.running.threads import rows_of_starts, run_sweep
+from ghostball.engine.running.threads import rows_of_starts, run_tasks, tasks_of
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
 from ghostball.validation.runs.interleave import Sampler
 from ghostball.validation.scenes.gases import FRICTIONLESS, ball_at, packed_gas
@@ -221,7 +222,8 @@ def prepare_air(fast: bool) -> Sampler:
         starts = rows_of_starts(scene, np.arange(1), places, velocities, spins, np.ones(1, bool))
         shots = shots_of(number, 1, 1)
         played = Shots(starts, shots.clocks, shots.counts, shots.ends)
-        return seconds_of(lambda: run_sweep(scene, 0, played, Limits(10**6, 10**9), 1)) / number
+        shares = tasks_of(layout_of(scene), number, 1)
+        return seconds_of(lambda: run_tasks(shares, played, Limits(10**6, 10**9), 1)) / number
 
     def sample() -> dict[str, float]:
         without, with_air = map(time_of, slides)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ghostball.engine.core import state as st
 from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.running.room import STATUS, Limits, Shots, shots_of
-from ghostball.engine.running.threads import run_each
+from ghostball.engine.running.threads import run_tasks, tasks_of_each
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.model import Scene
 from ghostball.model.errors import GhostballError
@@ -81,7 +81,7 @@ def simulate_many(
     layouts = [layout_of(scene) for scene in scenes]
     shots = shots_of(len(scenes), max((layout.count for layout in layouts), default=0), 1)
     shots.ends[:] = np.nan
-    run_each(layouts, shots, Limits(max_events, max_work), workers)
+    run_tasks(tasks_of_each(layouts, workers), shots, Limits(max_events, max_work), workers)
     return batch_of(shots, np.array([layout.smallest_radius for layout in layouts]))
 
 

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 from ghostball.engine.batch import Batch, batch_of, workers_of
 from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.running.room import Limits, Shots, shots_of
-from ghostball.engine.running.threads import rows_of_starts, run_sweep
+from ghostball.engine.running.threads import rows_of_starts, run_tasks, tasks_of
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.model import Scene, rolling_angular_velocity
 from ghostball.model.errors import GhostballError
@@ -26,22 +26,33 @@ _AT_ONCE = 2**18
 """Balls whose starts are checked, or laid out, at a time: arrays of some ten megabytes."""
 
 
-class _Given(NamedTuple):
-    """How the n balls of each of k shots begin, (k, n, 3)."""
+class Given(NamedTuple):
+    """How m balls of a scene begin in each of k shots, (k, m, 3); the others begin as in the scene.
 
+    The m balls are consecutive, and the first of them is ball `who`.
+    """
+
+    who: int
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64]
     spins: NDArray[np.float64] | None  # None where all roll
-    given: NDArray[np.bool_]  # (n,) whose spin is given
+    given: NDArray[np.bool_]  # (m,) whose spin is given
 
-    def part(self, shots: slice) -> _Given:
+    @property
+    def balls(self) -> NDArray[np.int64]:
+        """The balls' places in the scene, (m,)."""
+        return np.arange(self.who, self.who + len(self.given))
+
+    def part(self, shots: slice) -> Given:
         """Return how some of the shots begin."""
         spins = None if self.spins is None else self.spins[shots]
-        return _Given(self.positions[shots], self.velocities[shots], spins, self.given)
+        return self._replace(
+            positions=self.positions[shots], velocities=self.velocities[shots], spins=spins
+        )
 
     def rolling_and_spins(self, scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the spins of rolling, and those with which the balls begin, (k, n, 3) [rad/s]."""
-        rolling = rolling_angular_velocity(self.velocities, scene.radii)
+        """Return the spins of rolling, and those with which the balls begin, (k, m, 3) [rad/s]."""
+        rolling = rolling_angular_velocity(self.velocities, scene.radii[self.balls])
         if self.spins is None:
             return rolling, rolling
         return rolling, np.where(self.given[:, None], self.spins, rolling)
@@ -86,23 +97,32 @@ def simulate_starts(
     """
     workers = workers_of(threads)
     check_request(scene, "rest", max_events, max_work)
-    k, given = _given(scene, positions, velocities, angular_velocities)
-    n = len(scene.balls)
-    size = max(1, _AT_ONCE // n)
+    given = _given(scene, positions, velocities, angular_velocities)
+    return play_starts(scene, given, Limits(max_events, max_work), workers)
+
+
+def play_starts(scene: Scene, given: Given, limits: Limits, threads: int) -> Batch:
+    """Play a scene from each of k starts, once all are checked.
+
+    Raises `SceneError` where a scene with one of these starts would be refused.
+    """
+    k, m = given.positions.shape[:2]
+    size = max(1, _AT_ONCE // m)
     parts = [slice(first, min(first + size, k)) for first in range(0, k, size)]
-    with ThreadPoolExecutor(workers) as pool:
+    with ThreadPoolExecutor(threads) as pool:
         for _ in pool.map(lambda part: _check(scene, given.part(part), part.start), parts):
             pass
-    shots, limits = shots_of(k, n, 1), Limits(max_events, max_work)
+    layout, shots = layout_of(scene), shots_of(k, len(scene.balls), 1)
     for part in parts:
         those = given.part(part)
         _, spins = those.rolling_and_spins(scene)
         starts = rows_of_starts(
-            scene, np.arange(n), those.positions, those.velocities, spins, given.given
+            scene, given.balls, those.positions, those.velocities, spins, given.given
         )
-        of_part = (shots.clocks[part], shots.counts[part], shots.ends[part])
-        run_sweep(scene, 0, Shots(starts, *of_part), limits, workers)
-    return batch_of(shots, layout_of(scene).smallest_radius)
+        of_part = Shots(starts, shots.clocks[part], shots.counts[part], shots.ends[part])
+        shares = tasks_of(layout, len(starts), threads)
+        run_tasks(shares, of_part, limits, threads, who=given.who)
+    return batch_of(shots, layout.smallest_radius)
 
 
 def _given(
@@ -110,8 +130,8 @@ def _given(
     positions: ArrayLike | None,
     velocities: ArrayLike | None,
     spins: ArrayLike | None,
-) -> tuple[int, _Given]:
-    """Return how many shots there are, and how each begins."""
+) -> Given:
+    """Return how each shot begins."""
     n = len(scene.balls)
     turned = np.array([ball.angular_velocity is not None for ball in scene.balls])
     if spins is not None or velocities is not None:
@@ -136,7 +156,7 @@ def _given(
         if whole[index].shape[2] == 2:
             heights = np.broadcast_to(above[None, :, None], (k, n, 1))
             whole[index] = np.concatenate((whole[index], heights), axis=2)
-    return k, _Given(whole[0], whole[1], whole[2] if len(whole) > 2 else None, turned)
+    return Given(0, whole[0], whole[1], whole[2] if len(whole) > 2 else None, turned)
 
 
 def _array(
@@ -156,15 +176,15 @@ def _array(
     return array
 
 
-def _check(scene: Scene, given: _Given, first: int) -> None:
+def _check(scene: Scene, given: Given, first: int) -> None:
     """Refuse starts that a scene with them would be refused for; the first is that of shot `first`.
 
     What a single number may be is a range; the rest is for the rules of scenes to say.
     """
-    k, n = given.positions.shape[:2]
+    k, m = given.positions.shape[:2]
     with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused below
         rolling, spins = given.rolling_and_spins(scene)
-    everyone = np.ones(n, dtype=np.bool_)
+    everyone = np.ones(m, dtype=np.bool_)
     for name, vectors, asked in (
         ("position", given.positions, everyone),
         ("velocity", given.velocities, everyone),
@@ -173,21 +193,22 @@ def _check(scene: Scene, given: _Given, first: int) -> None:
         # Written so that a NaN is wrong, too.
         for j, i, c in np.argwhere(~(np.abs(vectors) <= LARGEST) & asked[:, None])[:1]:
             raise refusal(
-                f"`balls[{i}].{name}` in shot {first + j} must be finite and at most {LARGEST:g} "
-                f"in size, got {vectors[j, i, c]}"
+                f"`balls[{given.who + i}].{name}` in shot {first + j} must be finite and at most "
+                f"{LARGEST:g} in size, got {vectors[j, i, c]}"
             )
     starts = Starts(
-        np.tile(np.arange(n), k),
-        np.tile(scene.radii, k),
+        np.tile(given.balls, k),
+        np.tile(scene.radii[given.balls], k),
         given.positions.reshape(-1, 3),
         given.velocities.reshape(-1, 3),
         spins.reshape(-1, 3),
         rolling.reshape(-1, 3),
         np.tile(given.given, k),
-        np.arange(first, first + k).repeat(n),
+        np.arange(first, first + k).repeat(m),
     )
     try:
-        check_places(scene, starts)
+        if m == len(scene.balls):  # else the balls begin where the scene has them
+            check_places(scene, starts)
         check_motions(scene, starts)
     except PydanticCustomError as error:
         raise refusal(error.message()) from None

@@ -6,18 +6,13 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic_core import PydanticCustomError
 
-from ghostball.engine.batch import Batch, batch_of, workers_of
-from ghostball.engine.running.from_scene import layout_of
-from ghostball.engine.running.room import Limits, shots_of
-from ghostball.engine.running.threads import rows_of_starts, run_sweep
+from ghostball.engine.batch import Batch, workers_of
+from ghostball.engine.running.room import Limits
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
+from ghostball.engine.starts import Given, play_starts
 from ghostball.model import Ball, Scene, rolling_angular_velocity
-from ghostball.model.errors import GhostballError, SceneError
-from ghostball.model.scene.messages import refusal
-from ghostball.model.scene.motion_rules import check_motions
-from ghostball.model.scene.starts import Starts
+from ghostball.model.errors import GhostballError
 from ghostball.model.sines import cosines_and_sines
 
 
@@ -62,17 +57,15 @@ def simulate_sweep(
     check_request(scene, "rest", max_events, max_work)
     with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused by the rules
         velocity, spin = _cue_motions(scene, speeds, angles, ball)
-    _check_shots(scene, ball, velocity, spin)
     shot = scene.balls[ball]
-    given = np.array([shot.angular_velocity is not None])
-    place = np.broadcast_to(np.array(shot.position), velocity.shape)
-    shots = shots_of(len(velocity), len(scene.balls), 1)._replace(
-        starts=rows_of_starts(
-            scene, np.array([ball]), place[:, None], velocity[:, None], spin[:, None], given
-        )
+    given = Given(
+        ball,
+        np.broadcast_to(np.array(shot.position), velocity.shape)[:, None],
+        velocity[:, None],
+        spin[:, None],
+        np.array([shot.angular_velocity is not None]),
     )
-    run_sweep(scene, ball, shots, Limits(max_events, max_work), workers)
-    return batch_of(shots, layout_of(scene).smallest_radius)
+    return play_starts(scene, given, Limits(max_events, max_work), workers)
 
 
 def _cue_motions(
@@ -129,35 +122,6 @@ def _direction(shot: Ball) -> tuple[tuple[float, float], float]:
         return (1.0, 0.0), 0.0
     length = math.sqrt((x / scale) ** 2 + (y / scale) ** 2)
     return (x / scale / length, y / scale / length), scale * length
-
-
-def _check_shots(
-    scene: Scene, ball: int, velocity: NDArray[np.float64], spin: NDArray[np.float64]
-) -> None:
-    """Refuse a shot that a scene with it would be refused for: by the rules of scenes themselves.
-
-    What a single number may be is a range, so that the largest of all is the one to be asked about.
-    """
-    if len(velocity) == 0:
-        return
-    shot = scene.balls[ball]
-    fields = shot.without_strike().model_dump()
-    given = np.full(len(velocity), shot.angular_velocity is not None)
-    for name, vectors in (("velocity", velocity), ("angular_velocity", spin)):
-        if name == "velocity" or given[0]:
-            k = int(np.argmax(np.max(np.abs(vectors), axis=1)))  # the first NaN, if there is one
-            try:
-                Ball(**{**fields, name: tuple(vectors[k].tolist())})
-            except SceneError as error:
-                raise refusal(f"shot {k} of `balls[{ball}]`: {error}") from None
-    who, places = np.full(len(velocity), ball), np.tile(shot.position, (len(velocity), 1))
-    rolling = rolling_angular_velocity(velocity, np.array(shot.radius))
-    radii, shots = np.full(len(velocity), shot.radius), np.arange(len(velocity))
-    starts = Starts(who, radii, places, velocity, spin, rolling, given, shots)
-    try:
-        check_motions(scene, starts)
-    except PydanticCustomError as error:
-        raise refusal(error.message()) from None
 
 
 def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:

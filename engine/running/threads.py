@@ -2,92 +2,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
-from typing import TypeVar
 
 import numpy as np
 
 from ghostball.engine.core import state as st
 from ghostball.engine.event_loop import play
 from ghostball.engine.running.driver import warm_up
-from ghostball.engine.running.from_scene import Layout, layout_of, log_of, phases_of
+from ghostball.engine.running.from_scene import Layout, log_of, phases_of
 from ghostball.engine.running.room import Limits, Room, Shots
 from ghostball.model import Scene
 from ghostball.model.scene.contents import rolling
 
 _FEWEST_AT_ONCE, _MOST_AT_ONCE = 256, 2_048
-"""Shots of a sweep that a thread takes at a time: one to some ten milliseconds'.
+"""Shots of one scene that a thread takes at a time: one to some ten milliseconds of work.
 
-The arrays that each share needs are made once for it; with 256, that takes 0.2 us a shot.
+A thread makes the arrays that it works in once for each share; with 256, that takes 0.2 us a shot.
 """
 
 _SCENES_AT_ONCE = 64
 """Most scenes that a thread takes at a time: to hand over each alone took as long as to play it."""
 
-_Part = TypeVar("_Part")
+Task = tuple[Layout, st.IntArray]
+"""Shots of one scene, by their places in `Shots`."""
 
 
-def run_sweep(scene: Scene, who: int, shots: Shots, limits: Limits, threads: int) -> None:
-    """Play shots of one scene; what becomes of them is put in `shots`.
-
-    They differ in how balls begin, the first of which is ball `who`.
-
-    Interrupted by Ctrl-C, each thread stops when it has done its share of work.
-    """
-    layout, count = layout_of(scene), len(shots.counts)
-
-    def play_part(part: st.IntArray, stop: Event) -> None:
-        room, log = Room(layout), log_of(0, layout.count)
-        first, continues = 0, False
-        while first < len(part) and not stop.is_set():
-            first = room.play(shots, part, first, continues, log, limits, who=who)
-            continues = first < len(part) and shots.counts[part[first], st.STATUS] == st.RUN_PAUSED
-
-    warm_up(layout.variant)
+def tasks_of(layout: Layout, count: int, threads: int) -> list[list[Task]]:
+    """Return `count` shots of one scene in shares for a number of threads."""
     share = max(_FEWEST_AT_ONCE, min(_MOST_AT_ONCE, count // (4 * threads)))
-    parts = np.array_split(np.arange(count), max(1, -(-count // share)))
-    _share(parts, play_part, threads)
+    shares = np.array_split(np.arange(count), max(1, -(-count // share)))
+    return [[(layout, which)] for which in shares]
 
 
-def run_each(layouts: Sequence[Layout], shots: Shots, limits: Limits, threads: int) -> None:
-    """Play one shot of each scene, as its layout has it; what becomes of them is put in `shots`.
+def tasks_of_each(layouts: Sequence[Layout], threads: int) -> list[list[Task]]:
+    """Return one shot of each scene in shares for a number of threads."""
+    alone = np.arange(len(layouts)).reshape(-1, 1)
+    tasks = list(zip(layouts, alone, strict=True))
+    size = max(1, min(_SCENES_AT_ONCE, len(layouts) // (4 * threads)))
+    return [tasks[k : k + size] for k in range(0, len(tasks), size)]
 
-    Interrupted by Ctrl-C, each thread stops when it has done its share of work.
+
+def run_tasks(
+    shares: Sequence[Sequence[Task]], shots: Shots, limits: Limits, threads: int, *, who: int = 0
+) -> None:
+    """Play shots in threads, a share at a time; what becomes of them is put in `shots`.
+
+    Where `shots` has starts, these are of ball `who` and those that follow.
+
+    Interrupted by Ctrl-C, or by an error, each thread stops when it has done its share of work.
     """
-    for variant in {layout.variant for layout in layouts}:
+    for variant in {layout.variant for share in shares for layout, _ in share}:
         warm_up(variant)
-    alone = list(np.arange(len(layouts)).reshape(-1, 1))
-    log = log_of(0, 0)
+    stop, no_log = Event(), log_of(0, 0)
 
-    def play_part(part: range, stop: Event) -> None:
+    def play_share(share: Sequence[Task]) -> None:
         room: Room | None = None
-        for k in part:
-            if stop.is_set():
-                return
-            layout = layouts[k]
+        for layout, which in share:
             if room is None or not room.fits(layout):
                 room = Room(layout)
             room.turn_to(layout)
-            continues = False
-            while not stop.is_set():
-                room.play(shots, alone[k], 0, continues, log, limits)
-                if shots.counts[k, st.STATUS] != st.RUN_PAUSED:
-                    break
-                continues = True
+            first, continues = 0, False
+            while first < len(which) and not stop.is_set():
+                first = room.play(shots, which, first, continues, no_log, limits, who=who)
+                paused = first < len(which) and shots.counts[which[first], st.STATUS]
+                continues = paused == st.RUN_PAUSED
 
-    size = max(1, min(_SCENES_AT_ONCE, len(layouts) // (4 * threads)))
-    parts = [range(k, min(k + size, len(layouts))) for k in range(0, len(layouts), size)]
-    _share(parts, play_part, threads)
-
-
-def _share(parts: Sequence[_Part], play_part: Callable[[_Part, Event], None], threads: int) -> None:
-    """Have threads play parts of many shots; an event tells them to stop, at Ctrl-C or an error."""
-    stop = Event()
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for done in [pool.submit(play_part, part, stop) for part in parts]:
+            for done in [pool.submit(play_share, share) for share in shares]:
                 done.result()
         except BaseException:
             stop.set()

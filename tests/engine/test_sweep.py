@@ -76,9 +76,9 @@ def one_ball(**fields) -> Scene:
         (
             one_ball(),
             [1.0, 1e60],
-            r"shot 1 of `balls\[0\]`: `velocity\[0\]` must be at most 1e\+50",
+            r"`balls\[0\].velocity` in shot 1 must be finite and at most 1e\+50 in size",
         ),
-        (one_ball(), [1.0, 1e308], "must be at most"),
+        (one_ball(), [1.0, 1e308], "must be finite and at most"),
         (one_ball(rolling_friction=1e-40), [1.0, 1e20], "`t_max` must be given .* 1e\\+20 m/s"),
         (
             one_ball(air_drag=1.0),
@@ -97,7 +97,7 @@ def one_ball(**fields) -> Scene:
                 t_max=1.0,
             ),
             [1.0, 1e38],
-            r"shot 1 of `balls\[0\]`: `angular_velocity\[2\]` must be at most 1e\+50",
+            r"`balls\[0\].angular_velocity` in shot 1 must be finite and at most 1e\+50 in size",
         ),
         (
             scene_of(
