@@ -9,6 +9,7 @@ derivative, and nothing is known of the ball from then on.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -34,6 +35,10 @@ _STEP = 2.0**-20
 """Of changes that are played, over radii and speeds. What is neglected grows with its square, and
 rounding is divided by it."""
 
+_STILL = 2.0**-20
+"""Part of the largest speed below which a ball counts as at rest: changes much smaller than what
+rounding leaves of a ball that stops would be rounding themselves."""
+
 _NEAR = 2.0**-16
 """Within so much of an event [s] changes aren't played up to an instant, for some have come to the
 event and others haven't, but up to beyond it, and taken back by their velocity."""
@@ -43,6 +48,10 @@ _SOON, _LEAST_GAP = 2.0**-10, 2.0**-14
 
 _CURVED = 0.1
 """Part of a change by which the mean of both runs may be off the recorded one."""
+
+_PUSHED, _MEAN, _LAST_PIECE = 2.0**-20, 2.0**-3, 2.0**-19
+"""Part of the acceleration by which that of a ball that nothing pushes may be off; the same at the
+end of a slide in air, whose last piece takes less time than that [s]."""
 
 _ROUNDING = 2.0**-40
 """The same, in radii, of a change that is hardly more than rounding."""
@@ -91,6 +100,7 @@ class Replayed:
         self._kept = np.full((len(self.at), *changes.shape), np.nan)
         self._rank = np.argsort(np.lexsort((scene.positions[:, 1], scene.positions[:, 0])))
         self._rounded = np.zeros(n, dtype=np.int64)
+        self._free_until = np.array([self._free_until_of(i) for i in range(n)])
         lost = np.zeros(n, dtype=np.bool_)
         if rounds:
             changes = self._noise(0, np.arange(n), changes)
@@ -99,7 +109,7 @@ class Replayed:
                 duration = self.at[j] - self.at[j - 1]
                 changes, curved = self._played(j - 1, duration, self._states[j])
                 its = events[(events["t"] > self.at[j - 1]) & (events["t"] <= self.at[j])]
-                lost |= curved
+                lost |= curved | (self._free_until <= self.at[j])
                 if j == 1:
                     its = events[events["t"] <= self.at[j]]
                 _lose(its, lost)
@@ -179,6 +189,35 @@ class Replayed:
                 found.append((float(rows[row, st.EPOCH]), float(event["t"])))
         return np.array(found)
 
+    def _free_until_of(self, i: int) -> float:
+        """Return when a ball is first in contact that lasts [s]; inf: never.
+
+        It moves otherwise then than cloth and air alone have it move. A gap of h that opens there
+        has the ball bounce at speeds of the order of sqrt(h): no derivative exists.
+        """
+        scene, rows = self._scene, self._trajectory.segments[i]
+        physics, radius = scene.physics, float(scene.radii[i])
+        slides, rolls = (rows[:, st.PHASE] == phase for phase in (st.SLIDING, st.ROLLING))
+        velocity = rows[:, st.VX : st.VY + 1]
+        turning = radius * rows[:, [st.WY, st.WX]] * (-1.0, 1.0)
+        slip = velocity + np.where(slides[:, np.newaxis], turning, 0.0)
+        speed, slipping = np.linalg.norm(velocity, axis=1), np.linalg.norm(slip, axis=1)
+        # Of the air's drag the cloth's friction takes 2/7 where balls may slide.
+        felt = physics.air_drag * (5.0 / 7.0 if physics.motion == "sliding" else 1.0)
+        rolling = scene.rolling_frictions[i] * physics.gravity
+        rolling += (felt + physics.rolling_friction_quadratic) * speed * speed
+        slow = np.where(rolls, rolling, scene.sliding_frictions[i] * physics.gravity)
+        free = -(slow / np.where(slipping > 0.0, slipping, 1.0))[:, np.newaxis] * slip
+        free -= np.where(slides, physics.air_drag * speed, 0.0)[:, np.newaxis] * velocity
+        off = np.linalg.norm(rows[:, st.AX : st.AY + 1] - free, axis=1)
+        # The last of a slide in air is one piece, whose direction is a mean.
+        lasts = np.diff(rows[:, st.EPOCH], append=math.inf)
+        part = np.where(slides & (lasts < _LAST_PIECE), _MEAN, _PUSHED)
+        pushed = (slides | rolls) & ~(off <= part * (slow + physics.air_drag * speed * speed))
+        starts, bounces = rows[:, st.EPOCH], self._low_bounces()[:, 0]
+        pushed &= ~np.isin(starts, bounces)
+        return float(np.min(starts[pushed], initial=math.inf))
+
     def _side(self, j: int, t: float) -> float:
         """Return up to when changes are played for an instant: not where an event is near."""
         k = int(np.searchsorted(self._instants, t, side="right"))
@@ -197,6 +236,7 @@ class Replayed:
             (state,) = _states(self._trajectory, np.array([side]))
             changes, curved = self._played(j, side - self.at[j], state)
             changes[curved] = np.nan
+        changes[self._free_until <= t] = np.nan
         back: FloatArray = changes
         back[:, :3] += (t - side) * back[:, 3:6]
         return back
@@ -241,13 +281,13 @@ class Replayed:
         fastest = fastest if fastest > 0.0 else 1.0
         slip = np.hypot(state[:, 3] - radius * state[:, 7], state[:, 4] + radius * state[:, 6])
         turns = np.where(phase == st.SLIDING, slip, np.where(phase == st.ROLLING, speed, fastest))
-        turns = np.where(turns > 0.0, turns, fastest)
+        turns = np.where(turns > _STILL * fastest, turns, fastest)
         scales: FloatArray = np.empty_like(state)
         scales[:, :3] = radius[:, np.newaxis]
         scales[:, 3:6] = turns[:, np.newaxis]
         scales[:, 6:8] = (turns / radius)[:, np.newaxis]
         spin = np.abs(state[:, 8])
-        scales[:, 8] = np.where(spin > 0.0, spin, fastest / radius)
+        scales[:, 8] = np.where(radius * spin > _STILL * fastest, spin, fastest / radius)
         return scales
 
     def _noise(self, j: int, balls: NDArray[np.intp], changes: FloatArray) -> FloatArray:

@@ -85,6 +85,7 @@ def test_what_has_a_derivative_on_one_side_alone_has_none():
     assert np.isnan(tangent.event_shifts[0]).all()
 
 
+@pytest.mark.compiled
 def test_nothing_is_predicted_past_several_collisions_of_one_ball_in_air():
     scene = find_scene("three-ball-symmetric")
     physics = scene.physics.model_copy(update={"air_drag": 0.01})
@@ -113,3 +114,30 @@ def test_a_shot_without_events_has_a_tangent_map():
     change[0, 0, 0] = 1.0
     assert result.tangent(change).sample([0.1])[0, 0, 0, :2] == pytest.approx([1.0, 0.0], abs=1e-7)
     assert result.horizon() == math.inf
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", ["push", "push-line"])
+def test_nothing_is_predicted_past_sustained_contact_in_air(name):
+    """Breaks where a push is taken for motion that is free; that a slide turns in air is free."""
+    scene = find_scene(name)
+    physics = scene.physics.model_copy(update={"air_drag": 0.01})
+    result = recorded(scene.model_copy(update={"physics": physics}))
+    assert result.work["contact_steps"] > 0
+    assert np.isinf(result.sensitivity([result.rest_time])).any()
+    assert result.horizon() < result.rest_time
+
+
+@pytest.mark.compiled
+def test_rounding_of_a_ball_that_stops_leaves_its_changes():
+    """A ball that an impact leaves with 1e-16 of the speed counts as one that rests."""
+    x, y = math.cos(0.1), math.sin(0.1)
+    scene = scene_of(
+        ball((0.3, 0.3), (0.5 * x, 0.5 * y)),
+        ball((0.3 + 0.2 * x, 0.3 + 0.2 * y)),
+        motion="rolling",
+        rolling_friction=0.0,
+        air_drag=0.1,
+        t_max=2.0,
+    )
+    check_derivatives(scene)
