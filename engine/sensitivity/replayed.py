@@ -49,9 +49,8 @@ _SOON, _LEAST_GAP = 2.0**-10, 2.0**-14
 _CURVED = 0.1
 """Part of a change by which the mean of both runs may be off the recorded one."""
 
-_PUSHED, _MEAN, _LAST_PIECE = 2.0**-20, 2.0**-3, 2.0**-19
-"""Part of the acceleration by which that of a ball that nothing pushes may be off; the same at the
-end of a slide in air, whose last piece takes less time than that [s]."""
+_PUSHED = 2.0**-20
+"""Part of the acceleration by which that of a ball that nothing pushes may be off."""
 
 _ROUNDING = 2.0**-40
 """The same, in radii, of a change that is hardly more than rounding."""
@@ -210,10 +209,11 @@ class Replayed:
         free = -(slow / np.where(slipping > 0.0, slipping, 1.0))[:, np.newaxis] * slip
         free -= np.where(slides, physics.air_drag * speed, 0.0)[:, np.newaxis] * velocity
         off = np.linalg.norm(rows[:, st.AX : st.AY + 1] - free, axis=1)
-        # The last of a slide in air is one piece, whose direction is a mean.
-        lasts = np.diff(rows[:, st.EPOCH], append=math.inf)
-        part = np.where(slides & (lasts < _LAST_PIECE), _MEAN, _PUSHED)
-        pushed = (slides | rolls) & ~(off <= part * (slow + physics.air_drag * speed * speed))
+        # The last piece of a slide in air is a parabola, as if the air's drag didn't turn the slip.
+        drag = physics.air_drag * speed * speed
+        powers = self._trajectory.powers(rows)[0]
+        straight = slides & ~np.any(powers, axis=0) & (len(powers) > 0)
+        pushed = (slides | rolls) & ~(off <= _PUSHED * (slow + drag) + straight * drag)
         starts, bounces = rows[:, st.EPOCH], self._low_bounces()[:, 0]
         pushed &= ~np.isin(starts, bounces)
         return float(np.min(starts[pushed], initial=math.inf))
