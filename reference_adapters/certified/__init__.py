@@ -12,9 +12,9 @@ can't be decided, the precision is doubled and everything starts again (`prove`)
 
 What can't be decided at the cap is "ambiguous": exact ties and tangencies, with their names;
 nothing is reported beyond. Ties of events of different balls that can't feel each other pass, in
-either order the outcome is the same. Sustained contact is certified up to where it begins. A slide
-in air, which has no closed form, is enclosed by pieces with a proved bound of their error
-(`slide`). Flight is a parabola (`flight`), and what meets in the air does so in space (`gaps`,
+either order the outcome is the same. Sustained contact is certified up to where it begins, and so
+is a slide in air, which has no closed form: `validation.truth.integration` runs such a shot by the
+same events and impacts, with integrated slides (`integrated_slide`). Flight is a parabola (`flight`), and what meets in the air does so in space (`gaps`,
 `obstacle_gaps`); the rules by which the model leaves out the lowest bounces are part of what is
 proved. Where a ball comes to lie on another, or on a nose, the proof ends.
 

@@ -9,14 +9,14 @@ A ball that slides turns, and has none: with the slip u, e = u / |u| and the clo
 
     v' = -a e - k |v| v,   u' = -(7/2) a e - k |v| v.
 
-What a small change of both becomes is what the linear equation along the proved motion says:
+What a small change of both becomes is what the linear equation along the integrated motion says:
 
     dv' = -a E du - k D dv,   du' = -(7/2) a E du - k D dv,
     E = (1 - e e^T) / |u|,    D = |v| (1 + v v^T / |v|^2).
 
 It is integrated by collocation at Gauss's points (Hairer, Norsett and Wanner, Solving Ordinary
 Differential Equations I, section II.7), whose error falls with the 12th power of the step. Pieces
-of the proof are as short as a quarter of the time in which the slip or the velocity might vanish,
+of the motion are as short as a quarter of the time in which the slip or the velocity might vanish,
 so that it is below rounding.
 """
 
@@ -41,7 +41,7 @@ _STEP = 0.3
 _LAST = 2.0**-29
 """What is left of a slide when it counts as its end [s]: the drag then is the same to 1e-9.
 
-Proofs record pieces to half of that before the end.
+Pieces are recorded to half of that before the end.
 """
 
 

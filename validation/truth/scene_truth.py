@@ -1,7 +1,7 @@
 """What a scene's runs are compared with, and whether that is independent of our engine.
 
 The closed form where the scene has one, else the certified truth where the whole shot is proved,
-else an integration where a ball slides in air, which no proof covers; else our own engine. A closed
+else an integration where the scene asks for one, since a ball slides in air; else our own engine. A closed
 form says where and when the balls end and in which order they collide; the energy curve and the
 times of the collisions come from the proof or the integration, where there is one; else from our
 engine, so that those parts are not independent of it.
@@ -240,7 +240,8 @@ def truth_of(
             "criteria if no more can be proved"
         )
     integration, no_integration = None, ""
-    if needed and proved is None and wanted != "engine" and may_be_integrated(scene):
+    asked = wanted in ("integration", "closed-form")  # it takes seconds for each slide
+    if needed and asked and proved is None and may_be_integrated(scene):
         integration, no_integration = integrated(scene)
     if wanted == "integration" and integration is None:
         raise TruthError(

@@ -67,7 +67,7 @@ def proof(scene: Scene) -> str | None:
     """Return what differs in the proof of a shot that was stored and read back."""
     try:
         certificate = certify(scene, PROOF, motion=True, cached=False)
-    except UnsupportedSceneError:  # a slide in air that may not end is seen as it is proved
+    except UnsupportedSceneError:  # a slide in air
         return None
     return _other_field("proof", certificate, Certificate.from_json(certificate.to_json()))
 

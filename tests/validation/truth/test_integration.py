@@ -16,7 +16,7 @@ from ghostball.model import Scene
 from ghostball.reference_adapters.certified.arithmetic import UndecidedError, working_precision
 from ghostball.reference_adapters.certified.integrated_slide import IntegratedSlide
 from ghostball.reference_adapters.ghostball import GhostballEngine
-from ghostball.validation.results.records import INTEGRATION
+from ghostball.validation.results.records import INTEGRATION, OUR_ENGINE
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth import integration
 from ghostball.validation.truth.closed_forms import closed_form
@@ -129,13 +129,14 @@ def test_the_truth_of_a_slide_in_air_is_its_integration(tmp_path, monkeypatch):
     """And it is called no proof; what is kept of it is read again."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path))
     scene = swerve()
-    truth = truth_of(scene)
+    truth = truth_of(scene, "integration")
     assert truth.kind == INTEGRATION
     assert "not a proof" in INTEGRATION
     assert f"{MOST_ERROR:g}" in INTEGRATION
     assert truth.certificate is None
     assert "no slides in air" in truth.no_certificate
     assert {"rest", "time", "events", "energy"} <= truth.independent
+    assert truth_of(scene).kind == OUR_ENGINE
     ours = simulate(scene)
     assert np.abs(truth.rest_positions - ours.rest_positions).max() < 1e-11
     assert math.isfinite(float(truth.meetings.largest[0]))
