@@ -14,9 +14,10 @@ What can't be decided at the cap is "ambiguous": exact ties and tangencies, with
 nothing is reported beyond. Ties of events of different balls that can't feel each other pass, in
 either order the outcome is the same. Sustained contact is certified up to where it begins, and so
 is a slide in air, which has no closed form: `validation.truth.integration` runs such a shot by the
-same events and impacts, with integrated slides (`integrated_slide`). Flight is a parabola (`flight`), and what meets in the air does so in space (`gaps`,
-`obstacle_gaps`); the rules by which the model leaves out the lowest bounces are part of what is
-proved. Where a ball comes to lie on another, or on a nose, the proof ends.
+same events and impacts, with integrated slides (`integrated_slide`). Flight is a parabola
+(`flight`), and what meets in the air does so in space (`gaps`, `obstacle_gaps`); the rules by which
+the model leaves out the lowest bounces are part of what is proved. Where a ball comes to lie on
+another, or on a nose, the proof ends.
 
 What differs from our engine, which rounds: a gap of 1e-17 m between balls of a rack is a gap here,
 and a slip of 1e-17 m/s is a slip; and a slow impact on a resting ball is an impact, however low.

@@ -1,10 +1,10 @@
 """What a scene's runs are compared with, and whether that is independent of our engine.
 
 The closed form where the scene has one, else the certified truth where the whole shot is proved,
-else an integration where the scene asks for one, since a ball slides in air; else our own engine. A closed
-form says where and when the balls end and in which order they collide; the energy curve and the
-times of the collisions come from the proof or the integration, where there is one; else from our
-engine, so that those parts are not independent of it.
+else an integration where the scene asks for one, since a ball slides in air; else our own engine. A
+closed form says where and when the balls end and in which order they collide; the energy curve and
+the times of the collisions come from the proof or the integration, where there is one; else from
+our engine, so that those parts are not independent of it.
 """
 
 from __future__ import annotations
