@@ -16,6 +16,10 @@ from ghostball.model import Scene
 from ghostball.reference_adapters.certified.arithmetic import UndecidedError, working_precision
 from ghostball.reference_adapters.certified.integrated_slide import IntegratedSlide
 from ghostball.reference_adapters.ghostball import GhostballEngine
+from ghostball.validation.checks.accuracy import accuracy_of
+from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.law import asked_of, claim_of
+from ghostball.validation.checks.step_limits import LEAST
 from ghostball.validation.results.records import INTEGRATION, OUR_ENGINE
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth import integration
@@ -158,3 +162,19 @@ def test_our_engine_states_its_resolution_where_balls_slide_in_air():
     assert 1e-13 < engine.resolution(swerve()) < 1e-11
     assert engine.resolution(find_scene("air-paper")) == 0.0
     assert engine.resolution(find_scene("masse")) == 0.0
+
+
+def test_the_law_holds_our_engine_to_the_resolution_that_it_states(tmp_path, monkeypatch):
+    """Breaks where a resolution of nanometres counts as a step, or limits nothing."""
+    monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path))
+    engine = GhostballEngine()
+    scene = scene_of(ball((0.0, 0.0), (2.0, 0.5), angular_velocity=(0.0, 9.0, 0.0)), **POOL)
+    assert claim_of(engine, scene) == "exact"
+    assert claim_of(engine, find_scene("masse")) == "rounding"
+    truth = truth_of(scene, "integration")
+    asked = asked_of([("ghostball", {})], Criteria())
+    limits = {one.metric: one.limit for one in asked.limits(engine, scene, truth)}
+    assert limits["rest_error_max"] == LEAST + engine.resolution(scene) < 1e-11
+    assert limits["energy_rise"] == 5e-13
+    result = simulate(scene, record="trajectory")
+    assert accuracy_of(result, truth).kind in ("exact", "nanometres")
