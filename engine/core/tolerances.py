@@ -62,11 +62,13 @@ SLIP_ROUNDING = 4.0 * EPS
 SLIDE_ERROR = 2.0**-42
 """What a piece of a slide that turns in air may leave out of the velocity, in units of the speeds.
 
-2e-13. So rest positions in air err by less than 1e-11 m: by at most 1.8e-12 m of 42 random shots of
-up to 8 m/s, a third of them with an impact, against 40 digits. Of 2^-36, 2^-40, 2^-42, 2^-44 and
-2^-48 the largest errors are 3e-10, 2e-11, 2e-12, 7e-13 and 1e-13 m, the last one that of rounding;
-a slide takes 0.84 and 0.96 times as long at 2^-42 and 2^-44 as it took where pieces erred by
-rounding alone. Motion in air that goes straight on errs by rounding, and so does flight.
+2e-13. So rest positions in air err by less than 1e-11 m, measured against 40 digits: by at most
+1.8e-12 m in the 42 random shots of up to 8 m/s by which it was chosen, a third of them with a
+second ball, and by 3.3e-12 m in 24 others of up to 10 m/s. At 2^-36, 2^-40, 2^-42, 2^-44 and 2^-48
+the largest errors of the 42 are 1.4e-10, 6.8e-12, 1.8e-12, 2.1e-12 and 1.0e-13 m. Where pieces
+erred by rounding alone, found at nodes, 19 shots took longer: at 2^-42 they take 0.84 times as long
+together, and no slide that turns takes more; at 2^-44 0.96 times, and some take more. Motion in air
+that goes straight on errs by rounding, and so does flight.
 
 The engine's resolution in air follows from it (`slide_resolution`).
 """
