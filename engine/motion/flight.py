@@ -59,6 +59,17 @@ def flies(height: FloatArray | None, balls: Balls, i: int) -> bool:
 
 
 @kernel(inline=True)
+def any_flies(height: FloatArray | None, balls: Balls) -> bool:
+    """Whether any ball is in the air: mostly none is, also where balls may leave the cloth."""
+    if height is None:
+        return False
+    count = 0
+    for i in range(len(balls.own_kind)):
+        count += balls.state[i].phase == st.FLYING
+    return count > 0
+
+
+@kernel(inline=True)
 def one_flies(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
     """Whether one of two balls is in the air."""
     return flies(height, balls, i) or flies(height, balls, j)

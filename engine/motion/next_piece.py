@@ -152,7 +152,7 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
         duration = _start_roll(balls, i, laws)
     if duration != _NO_MOTION:
         predict_obstacles(balls, i, laws, duration, 0)
-        _trim(balls.air, balls, i)
+        _trim(balls.air, balls, i, laws)
 
 
 @kernel(inline=True)
@@ -162,7 +162,7 @@ def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws
         return False
     if balls.state[i].phase == st.FLYING:
         fly(height, balls, i, laws)
-        _trim(balls.air, balls, i)
+        _trim(balls.air, balls, i, laws)
         return True
     if height[i, st.LASTS] > 0.0:
         bounce_on(balls, i)
@@ -172,9 +172,9 @@ def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws
 
 
 @kernel(inline=True)
-def _trim(air: Air | None, balls: Balls, i: int) -> None:
+def _trim(air: Air | None, balls: Balls, i: int, laws: Laws) -> None:
     """Leave out powers of ball i's piece that add nothing until its own next event."""
-    if air is not None:
+    if in_air(air, laws):
         trim_piece(balls, i)
 
 

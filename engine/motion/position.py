@@ -68,6 +68,12 @@ def _with_tail(
 
 
 @kernel(inline=True)
+def neither_bends(higher: FloatArray, i: int, j: int) -> bool:
+    """Whether the pieces of two balls are parabolas."""
+    return bool(higher[i, 0] + higher[i, 1] + higher[j, 0] + higher[j, 1] == 0.0)
+
+
+@kernel(inline=True)
 def bend(balls: Balls, i: int, duration: float) -> tuple[float, float]:
     """Return by how much ball i's acceleration changes within a duration [s] at most [m/s^2].
 
@@ -289,7 +295,8 @@ def _pair_reach(height: FloatArray | None, balls: Balls, i: int, j: int) -> floa
     reach: float = balls.state[i].radius + balls.state[j].radius
     if height is not None:
         above = height[i, st.BASE] - height[j, st.BASE]
-        reach = math.sqrt(reach * reach - above * above)
+        if above != 0.0:
+            reach = math.sqrt(reach * reach - above * above)
     return reach
 
 

@@ -20,7 +20,9 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import FloatArray, Pairs, World
+from ghostball.engine.motion.air import in_air
 from ghostball.engine.motion.crossings import first_crossing, first_meeting
+from ghostball.engine.motion.flight import any_flies
 from ghostball.engine.motion.position import (
     FOR_EVER,
     displacement,
@@ -98,7 +100,7 @@ def _bound_row(
     """Put in row i when, at the soonest, ball i touches each of the others after the instant t."""
     balls = world.balls
     n = len(balls.own_kind)
-    if height is not None:
+    if height is not None and any_flies(height, balls):
         _bound_each(world, i, t)
         return
     radius, own_time = balls.state[i].radius, meets_until(balls, i)
@@ -109,7 +111,7 @@ def _bound_row(
         row = world.pairs.bound[i * n + block : i * n + min(block + st.TRACK_BALLS, n)]
         if world.laws.uniform:
             _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
-        elif higher is not None:
+        elif higher is not None and in_air(balls.air, world.laws):
             bent, left = jerk(balls, i), min(max(own_time - t, 0.0), FOR_EVER)
             _bent_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time, bent, left)
         else:
@@ -118,7 +120,7 @@ def _bound_row(
 
 @kernel
 def _bound_each(world: World, i: int, t: float) -> None:
-    """`_bound_row` where balls may leave the cloth."""
+    """`_bound_row` while balls fly."""
     balls = world.balls
     n = len(balls.own_kind)
     for j in range(n):

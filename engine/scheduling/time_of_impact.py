@@ -12,6 +12,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, Contacts, FloatArray, Laws
 from ghostball.engine.core.tolerances import APPROACH_ROUNDING, GAP_ROUNDING, TIME_ROUNDING
+from ghostball.engine.motion.air import in_air
 from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing, first_meeting
 from ghostball.engine.motion.flight import (
     jerk_up,
@@ -33,6 +34,7 @@ from ghostball.engine.motion.position import (
     displacement,
     jerk,
     jerk_along,
+    neither_bends,
     pair_reach,
     relative_jerk,
     relative_motion,
@@ -63,7 +65,7 @@ def first_bound(balls: Balls, laws: Laws, i: int, j: int, start: float) -> float
 def _time_to_first_bound(
     higher: FloatArray | None, balls: Balls, laws: Laws, i: int, j: int, start: float
 ) -> float:
-    if higher is not None and not laws.uniform:
+    if higher is not None and in_air(balls.air, laws):
         return _bent_bound(balls, i, j, start)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
     rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
@@ -223,7 +225,7 @@ def _time_to_gap(
     pull: float,
 ) -> float:
     """Return in how long after t [s] a gap closes at the soonest, of parabolas or of what bends."""
-    if higher is None:
+    if higher is None or neither_bends(higher, i, j):
         straight: float = first_crossing(gap, rate, pull)
         return straight
     left = both_last(balls, i, j, t)
@@ -235,7 +237,7 @@ def _time_to_gap(
 @kernel(inline=True)
 def _bend_meanwhile(higher: FloatArray | None, balls: Balls, i: int, j: int, t: float) -> float:
     """Return by how much the relative acceleration changes at most while both pieces last."""
-    if higher is None:
+    if higher is None or neither_bends(higher, i, j):
         return 0.0
     left = both_last(balls, i, j, t)
     change: float = _jerk_between(higher, balls, i, j, t, left) * left
