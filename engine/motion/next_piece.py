@@ -174,7 +174,9 @@ def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws
 @kernel(inline=True)
 def _trim(air: Air | None, balls: Balls, i: int, laws: Laws) -> None:
     """Leave out powers of ball i's piece that add nothing until its own next event."""
-    if in_air(air, laws):
+    if air is not None:
+        if not in_air(air, laws):
+            return
         trim_piece(balls, i)
 
 
