@@ -33,7 +33,7 @@ ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
 .PHONY: help venv engines smoke validate regress stress kernels test test-slow test-nojit coverage \
-	coverage-of-changes lock all-kernels \
+	coverage-of-changes lock \
 	test-boundscheck lint docs docs-outputs lint-and-docs check wheel gallery peers peers-js clean
 
 help:  ## list the commands
@@ -63,7 +63,7 @@ engines: $(READY)  ## install the optional engines to compare with, some 500 MB
 validate: $(READY)  ## run every scene on the default engines, write the report, print the verdicts
 	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT) --figures $(FIGURES)
 
-stress: all-kernels  ## try to break the default engines: what CI has time for
+stress: kernels  ## try to break the default engines: what CI has time for
 	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress
 
 regress: $(READY)  ## compare our engine with its accepted baselines
@@ -84,10 +84,6 @@ COMPILE := $(BIN)/python tests/support/compile_kernels.py $(JOBS)
 kernels: $(READY)
 	$(COMPILE)
 
-# What `stress` and slow tests run besides.
-all-kernels: $(READY)
-	$(COMPILE) all
-
 # Without coverage none of an older run may stay: `coverage` would take it for this run's.
 test: kernels  ## fast tests, compiled; prints the ten that took longest; COVERAGE=1 measures their coverage too
 	$(call with_coverage,compiled) --durations=10
@@ -96,7 +92,7 @@ test: kernels  ## fast tests, compiled; prints the ten that took longest; COVERA
 SLOW = tests/browser $(shell grep -rl --include='test_*.py' 'mark\.slow' tests)
 
 # Each takes over what is left of another's share: some wait a minute for processes that they start.
-test-slow: all-kernels  ## the tests that take long
+test-slow: kernels  ## the tests that take long
 	$(PYTEST) --dist worksteal -m slow --durations=10 $(SLOW)
 
 # Every line and branch of a kernel that some test runs is run by these too, in a quarter of the time,
@@ -127,15 +123,14 @@ lock:  ## write constraints.txt anew: the newest versions, in an environment of 
 	rm -rf .venv-lock
 
 # A negative index that wraps is seen by compiled bounds checks alone. These tests run every module
-# of kernels. Compiling takes most of the time, so shots run three variants (tests/support/kernels.py);
-# sweeps would ask for more. Checks are the same where the optimiser does less, and so is every bit: it
-# compiles in three quarters of the time.
+# of kernels. Checks are the same where the optimiser does less, and so is every bit: it compiles in
+# three quarters of the time.
 CHECKED := NUMBA_BOUNDSCHECK=1 NUMBA_OPT=1
 BOUNDED := impacts resting_contact scheduling test_batch.py test_shot.py
 
 test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 	$(CHECKED) $(COMPILE)
-	$(CHECKED) $(PYTEST) --dist loadfile -k "not sweep" $(addprefix tests/engine/,$(BOUNDED))
+	$(CHECKED) $(PYTEST) --dist loadfile $(addprefix tests/engine/,$(BOUNDED))
 
 lint: $(READY)  ## what pre-commit runs: ruff (rules, format), mypy, the direction of imports
 	$(BIN)/pre-commit run --all-files

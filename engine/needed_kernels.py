@@ -7,7 +7,6 @@ by side, and whoever needs one that isn't compiled yet compiles it then.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from itertools import product
 
 from ghostball.engine.library.entry import Needed
 from ghostball.engine.running import driver
@@ -37,13 +36,11 @@ def warm_up(scenes: Iterable[Scene] = ()) -> None:
 
     A compilation is announced. Without scenes: what a shot of one ball needs.
     """
-    scenes = tuple(scenes) or (still_scene(Variant()),)
+    scenes = tuple(scenes) or (still_scene(Variant.LEAN),)
     for needed in kernels_of(scenes):
         needed.load()
 
 
 def every_kernel() -> list[Needed]:
-    """Return all kernels that a scene may need; those that take longest to compile come first."""
-    every = (Variant(*parts) for parts in product((False, True), repeat=len(Variant._fields)))
-    variants = sorted(every, key=lambda variant: -sum(variant))
-    return [driver.needed(variant) for variant in variants]
+    """Return both kernels, the one that takes longer to compile first."""
+    return [driver.needed(variant) for variant in (Variant.FULL, Variant.LEAN)]

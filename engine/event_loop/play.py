@@ -63,9 +63,7 @@ def play(
     budget: int,
     start: FloatArray,
     offsets: IntArray,
-    bends: int | None,
-    drags: int | None,
-    flies: int | None,
+    full: int | None,
     laws: FloatArray,
     obstacles: FloatArray,
 ) -> int:
@@ -81,8 +79,8 @@ def play(
     `time`, `what`, `ball`, `motion`: the `Log`, of the one shot there is then; empty where none is
         kept.
     `numbers`, `start`, `offsets`: a block of arrays to work in, the same as each shot begins with,
-        and what lies where in them: `core.block`. `bends`, `drags` and `flies` are None where
-        `Balls` has no `higher`, `air` or `height`.
+        and what lies where in them: `core.block`. `full` is None where `Balls` has no
+        `higher`, `air` and `height`, by which numba knows what to leave out.
     `continues`: whether the shot `which[first]` continues from where it was left; else it begins.
     `max_events`, `max_work`: how many events and contact steps a shot may have; how much WORK.
     `budget`: WORK after which the kernel returns, so that an interrupt is heard. A shot that has
@@ -100,7 +98,7 @@ def play(
     for m in range(first, len(which)):
         k = which[m]
         counters = counts[k]
-        balls = balls_in(numbers, offsets, counters, bends, drags, flies)
+        balls = balls_in(numbers, offsets, counters, full)
         log = Log(clocks[k], counters, time, what, ball, motion)
         world = World(balls, rules, pairs, cells, contacts, log)
         if m > first or not continues:

@@ -31,11 +31,9 @@ def balls_in(
     numbers: FloatArray,
     offsets: IntArray,
     counters: IntArray,
-    bends: int | None,
-    drags: int | None,
-    flies: int | None,
+    full: int | None,
 ) -> Balls:
-    """Return the `Balls` of a block; which of their last arrays there are is said, by None."""
+    """Return the `Balls` of a block; their last arrays are None where `full` is."""
     n = offsets[at.COUNT]
     state = numbers[offsets[at.STATE] : offsets[at.OWN_KIND]]
     rows = state.view(BALL) if COMPILED else rows_of(state.reshape(n, STATE_COLUMNS), BallRow)
@@ -48,9 +46,9 @@ def balls_in(
         pairs.reshape(len(pairs) // 2, 2),
         numbers[offsets[at.NEAR] : offsets[at.TURNING]].view(np.int32)[:n],
         counters,
-        _higher_in(numbers, offsets, bends),
-        _air_in(numbers, offsets, drags),
-        _height_in(numbers, offsets, flies),
+        _higher_in(numbers, offsets, full),
+        _air_in(numbers, offsets, full),
+        _height_in(numbers, offsets, full),
     )
 
 
@@ -69,16 +67,16 @@ def contacts_from(numbers: FloatArray, offsets: IntArray) -> Contacts:
 
 
 @kernel(inline=True)
-def _higher_in(numbers: FloatArray, offsets: IntArray, bends: int | None) -> FloatArray | None:
-    if bends is None:
+def _higher_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> FloatArray | None:
+    if full is None:
         return None
     n, start, end = offsets[at.COUNT], offsets[at.HIGHER], offsets[at.HEIGHT]
     return numbers[start:end].reshape(n, (end - start) // n)
 
 
 @kernel(inline=True)
-def _air_in(numbers: FloatArray, offsets: IntArray, drags: int | None) -> Air | None:
-    if drags is None:
+def _air_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> Air | None:
+    if full is None:
         return None
     n, start, middle = offsets[at.COUNT], offsets[at.TURNING], offsets[at.RISING]
     end = offsets[at.SERIES]
@@ -90,8 +88,8 @@ def _air_in(numbers: FloatArray, offsets: IntArray, drags: int | None) -> Air | 
 
 
 @kernel(inline=True)
-def _height_in(numbers: FloatArray, offsets: IntArray, flies: int | None) -> FloatArray | None:
-    if flies is None:
+def _height_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> FloatArray | None:
+    if full is None:
         return None
     return numbers[offsets[at.HEIGHT] : offsets[at.BOUND]].reshape(
         offsets[at.COUNT], st.HEIGHT_COLUMNS

@@ -49,7 +49,7 @@ def warm_up(variant: Variant) -> None:
 @cache
 def needed(variant: Variant) -> Needed:
     """Return a variant of the kernels, to be compiled or loaded."""
-    return room.needed(layout_of(still_scene(variant)), variant.name("shots"))
+    return room.needed(layout_of(still_scene(variant)), variant.value)
 
 
 @cache
@@ -260,15 +260,15 @@ class Run:
         ends = np.cumsum(np.bincount(ball, minlength=self.size))
         segments = np.split(motion[order], ends[:-1])
         spin_decelerations = self._state[:, st.SPIN_SLOWING].copy()
-        _, drags, flies = self._layout.parts
+        full = self.variant is Variant.FULL
         return ExactTrajectory(
             self._layout.radii,
             tuple(segments),
             self.t_end,
             spin_decelerations,
-            turns=drags is not None,
-            lifts=flies is not None,
-            rises=drags is not None and flies is not None,
+            turns=full,
+            lifts=full,
+            rises=full,
         )
 
     def _trimmed_log(self) -> Log:

@@ -71,7 +71,6 @@ class Layout:
     """What a scene is to the kernels when it begins. Nobody writes into it."""
 
     block: Block  # balls, and what their scheduler keeps, as each shot begins with them
-    parts: tuple[int | None, int | None, int | None]  # see `event_loop.play`
     laws: FloatArray  # the numbers of its `Laws`, in their order: faster to hand over
     obstacles: FloatArray
     radii: FloatArray
@@ -90,7 +89,7 @@ class Layout:
         return (
             self.block.numbers,
             self.block.offsets,
-            *self.parts,
+            1 if self.variant is Variant.FULL else None,
             self.laws,
             self.obstacles,
         )
@@ -165,50 +164,36 @@ def _laid_out(scene: Scene, off: frozenset[Skip]) -> Layout:
     variant, radii = variant_of(scene, off), scene.radii
     radii.flags.writeable = False
     if uses_cells(scene, off):
-        balls = balls_of(scene, off)
-        block = Block(balls, pairs_of(0), cells_of(scene), most_contacts(n))
+        block = Block(balls_of(scene, off), pairs_of(0), cells_of(scene), most_contacts(n))
     else:
-        balls = _blank_balls(n, variant.drag, variant.flight)
-        height = height_of(scene) if variant.flight else None
-        block = _blank_block(n, variant.drag, variant.flight).begun(state_of(scene), height)
+        height = height_of(scene) if variant is Variant.FULL else None
+        block = _blank_block(n, variant).begun(state_of(scene), height)
     return Layout(
         block=block,
-        parts=(
-            _flag_of(balls.higher),
-            _flag_of(balls.air),
-            _flag_of(balls.height),
-        ),
         laws=np.array(laws[:-1], dtype=np.float64),
         obstacles=laws.obstacles,
         radii=radii,
         smallest_radius=float(radii.min()),
         variant=variant,
-        columns=_columns_of(balls),
+        columns=_COLUMNS[variant],
     )
 
 
 @lru_cache(maxsize=8)
-def _blank_block(n: int, drags: bool, flies: bool) -> Block:
+def _blank_block(n: int, variant: Variant) -> Block:
     """Return the block of n balls, a bound for each pair of them, before it is known where each is.
 
     Scenes of as many balls share what is the same in all.
     """
-    return Block(_blank_balls(n, drags, flies), pairs_of(n), None, most_contacts(n))
+    return Block(_blank_balls(n, variant), pairs_of(n), None, most_contacts(n))
 
 
-def _columns_of(balls: Balls) -> int:
-    """Return how many numbers say how a ball moves on; see `Log.motion`."""
-    columns = st.SEGMENT_COLUMNS if balls.height is None else st.SEGMENT_COLUMNS + 3
-    columns += 0 if balls.higher is None else balls.higher.shape[1] - st.HIGHER
-    if balls.air is None:
-        return columns
-    return columns + int(balls.air.turning.shape[1] + balls.air.rising.shape[1])
-
-
-def _flag_of(part: object | None) -> int | None:
-    """Return 1, or None where there is no such part: compiled kernels then leave it out."""
-    return None if part is None else 1
-
+_COLUMNS = {
+    Variant.LEAN: st.SEGMENT_COLUMNS,
+    # Heights; powers of the place, of the spin and of the height.
+    Variant.FULL: st.SEGMENT_COLUMNS + 3 + 2 * st.MOST_POWERS + st.MOST_POWERS // 2 + 1,
+}
+"""How many numbers say how a ball moves on; see `Log.motion`."""
 
 _LAYOUTS: dict[int, tuple[weakref.ref[Scene], dict[frozenset[Skip], Layout]]] = {}
 """The layouts of each scene, by the skips that are switched off."""
@@ -217,9 +202,9 @@ _LAYOUTS: dict[int, tuple[weakref.ref[Scene], dict[frozenset[Skip], Layout]]] = 
 def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
     """Lay out the scene's balls, all marked: the kernel fills in accelerations and own events."""
     variant = variant_of(scene, off)
-    balls = _blank_balls.__wrapped__(len(scene.balls), variant.drag, variant.flight)
+    balls = _blank_balls.__wrapped__(len(scene.balls), variant)
     return balls._replace(
-        state=state_of(scene), height=height_of(scene) if variant.flight else None
+        state=state_of(scene), height=height_of(scene) if variant is Variant.FULL else None
     )
 
 
@@ -245,8 +230,9 @@ def state_of(scene: Scene) -> FloatArray:
 
 
 @lru_cache(maxsize=8)
-def _blank_balls(n: int, drags: bool, flies: bool) -> Balls:
+def _blank_balls(n: int, variant: Variant) -> Balls:
     """Return n balls, all marked, before it is known where each is."""
+    full = variant is Variant.FULL
     return Balls(
         np.zeros((n, STATE_COLUMNS)),
         np.zeros(n, dtype=np.int64),
@@ -255,15 +241,15 @@ def _blank_balls(n: int, drags: bool, flies: bool) -> Balls:
         np.zeros((max(_most_pairs(n) + 1, 2), 2), dtype=np.int32),
         np.zeros(n, dtype=np.int32),
         np.zeros(st.COUNTERS, dtype=np.int64),
-        np.zeros((n, st.HIGHER + st.MOST_POWERS)) if drags else None,
+        np.zeros((n, st.HIGHER + st.MOST_POWERS)) if full else None,
         Air(
             np.zeros((n, st.MOST_POWERS)),
-            np.zeros((n, st.MOST_POWERS // 2 + 1 if flies else 0)),
+            np.zeros((n, st.MOST_POWERS // 2 + 1)),
             np.zeros((st.SERIES_ROWS, st.SERIES_TERMS)),
         )
-        if drags
+        if full
         else None,
-        np.zeros((n, st.HEIGHT_COLUMNS)) if flies else None,
+        np.zeros((n, st.HEIGHT_COLUMNS)) if full else None,
     )
 
 

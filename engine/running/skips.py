@@ -41,8 +41,7 @@ class Skip(enum.StrEnum):
     FAR_OBSTACLES = "far-obstacles"
     BALL_FRICTION = "ball-friction"
     RECORDS = "records"
-    DRAG = "drag"
-    FLIGHT = "flight"
+    AIR_AND_FLIGHT = "air-and-flight"
 
     @property
     def leaves_out(self) -> str:
@@ -59,8 +58,7 @@ _LEAVES_OUT = {
     Skip.CUSHIONS: "when a ball meets a cushion",
     Skip.FAR_OBSTACLES: "jaws, facings and holes, until a ball comes near a pocket",
     Skip.BALL_FRICTION: "slip and friction between two balls",
-    Skip.DRAG: "pieces of motion that are no parabolas, which air makes of them",
-    Skip.FLIGHT: "heights of balls, contacts in space, and bounces on the table",
+    Skip.AIR_AND_FLIGHT: "motion that air bends, heights, contacts in space, bounces on the table",
     Skip.RECORDS: "the log of events and motions, and what is made of one, such as orientations",
 }
 
@@ -133,6 +131,11 @@ def has_drag(scene: Scene) -> bool:
     return scene.physics.air_drag > 0.0 or scene.physics.rolling_friction_quadratic > 0.0
 
 
+def is_lean(scene: Scene) -> bool:
+    """Whether all balls stay on the cloth, on pieces that are parabolas."""
+    return not (has_drag(scene) or scene.physics.airborne)
+
+
 def is_uniform(scene: Scene) -> bool:
     """Whether no ball is ever slowed, so that all move uniformly between events."""
     if has_drag(scene):
@@ -192,11 +195,11 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
     if skip is Skip.BALL_FRICTION:
         used = not balls_rub(scene)
         return used, "`ball_friction` is 0" if used else "`ball_friction` isn't 0"
-    if skip is Skip.DRAG:
-        used = not has_drag(scene)
-        return used, "there is no air" if used else "air, or the cloth, slows fast balls by more"
-    if skip is Skip.FLIGHT:
-        used = not scene.physics.airborne
-        return used, "`airborne` is false" if used else "`airborne` is true"
+    if skip is Skip.AIR_AND_FLIGHT:
+        if has_drag(scene):
+            return False, "air, or the cloth, slows fast balls by more"
+        if scene.physics.airborne:
+            return False, "`airborne` is true"
+        return True, "there is no air, and `airborne` is false"
     used = record == "rest"
     return used, f'`record` is "{record}"'

@@ -1,39 +1,30 @@
-"""Which variant of the compiled kernels a scene needs: each leaves out what its scenes don't."""
+"""Which of the two compiled kernels a scene needs: one leaves out what most scenes don't."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import enum
+from typing import Any
 
-from ghostball.engine.running.skips import Skip, has_drag
+from ghostball.engine.running.skips import Skip, is_lean
 from ghostball.model import Ball, Physics, Scene
 
 
-class Variant(NamedTuple):
-    """What the compiled kernels contain, and what is left out of them."""
+class Variant(enum.Enum):
+    """A kernel of shots; the value is how messages call it."""
 
-    drag: bool = False  # motion that is no parabola, by air
-    flight: bool = False  # balls that leave the cloth
-
-    def name(self, what: str) -> str:
-        """Return how a message calls the kernels of `what`."""
-        extras = ["air"] * self.drag + ["flight"] * self.flight
-        return what + " with " * bool(extras) + ", ".join(extras)
+    LEAN = "shots"
+    FULL = "shots in air and in flight"  # motion that air bends, and balls that leave the cloth
 
 
 def variant_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Variant:
-    """Return what the kernels need to contain for a scene, with the skips in `off` switched off."""
-    return Variant(
-        has_drag(scene) or Skip.DRAG in off,
-        scene.physics.airborne or Skip.FLIGHT in off,
-    )
+    """Return the kernel that a scene needs, with the skips in `off` switched off."""
+    return Variant.LEAN if is_lean(scene) and Skip.AIR_AND_FLIGHT not in off else Variant.FULL
 
 
 def still_scene(variant: Variant) -> Scene:
     """Return a scene in which nothing happens."""
     laws: dict[str, Any] = {}
-    if variant.flight:
-        laws |= {"motion": "sliding", "airborne": True}
-    if variant.drag:
-        laws["rolling_friction_quadratic"] = 0.004
+    if variant is Variant.FULL:
+        laws = {"motion": "sliding", "airborne": True}
     balls = (Ball(id="still", position=(0.0, 0.0)),)
     return Scene(name="warm-up", balls=balls, physics=Physics(**laws))

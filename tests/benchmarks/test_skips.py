@@ -53,7 +53,7 @@ def test_every_skip_in_use_has_a_row_and_every_other_a_reason():
     measured = measure_skips([SHOT], rounds=2)
     assert not measured.defects
     names = {row.skip for row in measured.rows}
-    assert names >= {"flight", "records"}
+    assert names >= {"air-and-flight", "records"}
     assert measured.unused["test"].keys() | names == set(Skip)
     for skip, why in measured.unused["test"].items():
         assert (why == skips.NOT_MEASURED) == (skip in BUILT_IN)
@@ -65,9 +65,9 @@ def test_a_skip_that_changes_the_answer_is_a_defect(monkeypatch):
 
     def planted(scene, *, record="rest", no_skip=()):
         result = honest(scene, record=record)
-        off = record == "events" and "flight" in no_skip
+        off = record == "events" and "air-and-flight" in no_skip
         return with_events(result, lambda e: later_by(e, 1)) if off else result
 
     monkeypatch.setattr(skips, "run", planted)
     (defect,) = measure_skips([SHOT], rounds=1).defects
-    assert (defect.skip, defect.equality) == ("flight", "differs")
+    assert (defect.skip, defect.equality) == ("air-and-flight", "differs")

@@ -178,8 +178,8 @@ def test_what_is_the_same_differs_in_nothing():
     assert differences(SHOT) == {}
 
 
-def without_drag_skip(*_, no_skip=(), **__):
-    return Skip.DRAG in no_skip
+def in_full(*_, no_skip=(), **__):
+    return Skip.AIR_AND_FLIGHT in no_skip
 
 
 @pytest.mark.parametrize(
@@ -188,9 +188,8 @@ def without_drag_skip(*_, no_skip=(), **__):
         ("records", plays, "simulate", lambda *_, record="rest", **__: record == "events"),
         ("many", plays, "simulate_many", lambda *_, threads, **__: threads == 5),
         ("sweep", plays, "simulate_sweep", lambda *_, threads, **__: threads == 5),
-        # Parts that the scene lacks take minutes to compile.
-        pytest.param("cells", plays, "simulate", without_drag_skip, marks=pytest.mark.slow),
-        pytest.param("skips", plays, "simulate", without_drag_skip, marks=pytest.mark.slow),
+        ("cells", plays, "simulate", in_full),
+        ("skips", plays, "simulate", in_full),
         ("renumbered", images, "play", lambda *_, **__: True),
         ("mirrored", images, "play", lambda *_, **__: True),
     ],

@@ -57,7 +57,7 @@ def paths(scene):
     recorded = simulate(SHOT, record="trajectory")
     change = np.ones((1, len(scene.balls), 7))
     yield lambda: simulate(scene)
-    yield lambda: simulate(scene, no_skip=["flight"])
+    yield lambda: simulate(scene, no_skip=["air-and-flight"])
     yield lambda: simulate_many([SHOT, scene])
     yield lambda: simulate_sweep(scene, 1.0, [0.0, 0.1])
     yield lambda: tangent_of(scene, recorded.trajectory, recorded.events, change)

@@ -8,43 +8,16 @@ import sys
 
 from kernels import checks_bounds
 
-from ghostball.engine.library.entry import Needed, make_all
-from ghostball.engine.running import driver
-from ghostball.engine.running.driver import Variant
+from ghostball.engine.library.entry import make_all
+from ghostball.engine.needed_kernels import every_kernel
 from ghostball.reference_adapters.stepping.kernels import KERNELS
 
-# What fast tests run; what takes longest comes first.
-SHOTS = [
-    Variant(cells=False, drag=True, flight=True),
-    Variant(cells=True),
-    Variant(cells=False, flight=True),
-    Variant(cells=False, drag=True),
-    Variant(cells=False),
-]
 
-# What the stress suite and slow tests run besides: shots without the skips of parts.
-WHOLE = [Variant(cells=True, drag=True, flight=True)]
-
-# What tests run with bounds checked (`use_few_kernels`).
-CHECKED = [
-    Variant(cells=False, drag=True, flight=True),
-    Variant(cells=True),
-    Variant(cells=False),
-]
-
-
-def needed(shots: list[Variant]) -> list[Needed]:
-    """Return the kernels that tests call, with these variants of those of shots."""
-    return [driver.needed(variant) for variant in shots]
-
-
-def main(jobs: str, what: str = "fast") -> None:
-    """Compile what fast tests need, or `what` "all" tests; with bounds checked, what those do."""
-    if checks_bounds():
-        asked = needed(CHECKED)
-    else:
-        adapters = (one for kernels in KERNELS.values() for one in kernels())
-        asked = [*needed(SHOTS + WHOLE if what == "all" else SHOTS), *adapters]
+def main(jobs: str) -> None:
+    """Compile both kernels of shots and, unless bounds are checked, those of the adapters."""
+    asked = every_kernel()
+    if not checks_bounds():
+        asked += [one for kernels in KERNELS.values() for one in kernels()]
     if missing := sum(not one.is_made for one in asked):
         print(
             f"Compiling {missing} of the engine's kernels, once; that takes some minutes. Whoever "

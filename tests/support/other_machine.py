@@ -8,8 +8,7 @@ import sys
 from pathlib import Path
 
 from ghostball.engine import simulate
-from ghostball.engine.running import driver
-from ghostball.engine.running.variants import variant_of
+from ghostball.engine.needed_kernels import every_kernel
 from ghostball.model.hashes import bits_hash
 from ghostball.validation.scenes.library import select
 
@@ -18,8 +17,7 @@ def compile_into(folder: Path) -> None:
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
     from hatch_build import put_into
 
-    variants = {variant_of(scene) for scene in select()}
-    put_into(folder, [driver.needed(variant) for variant in sorted(variants)])
+    put_into(folder, every_kernel())
 
 
 def play() -> None:

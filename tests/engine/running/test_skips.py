@@ -17,14 +17,13 @@ from ghostball.validation.scenes.library import FOLDER
 from ghostball.validation.scenes.random_scenes import random_scene
 
 EXACT = [skip for skip in Skip if skip not in {Skip.ADVANCEMENT, *BUILT_IN}]
-PARTS = {Skip.DRAG, Skip.FLIGHT}
 
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_all_of_them_off_change_no_bit(seed):
     scene = random_shot(seed, 5, preset="pool" if seed % 3 else "paper")
     kept = simulate(scene, record="events")
-    off = simulate(scene, no_skip=[skip for skip in EXACT if skip not in PARTS])
+    off = simulate(scene, no_skip=EXACT)
     assert fingerprint(off) == fingerprint(kept)
 
 
@@ -61,7 +60,7 @@ def test_what_is_explained_follows_from_the_scene():
         return {use.skip.value for use in explain_skips(scene, **how) if use.used}
 
     lonely = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
-    always = {"drag", "flight", "records"}
+    always = {"air-and-flight", "records"}
     assert used(lonely) == {"cushions", "ball-friction", *always}
     gas = scene_of(ball((0, 0), (1.0, 0.0)), ball((1.0, 0.0)), rolling_friction=0.0, t_max=2.0)
     assert used(gas) - used(lonely) == {"undisturbed", "receding", "out-of-reach", "advancement"}
@@ -70,9 +69,9 @@ def test_what_is_explained_follows_from_the_scene():
     pool = scene_of(ball((0.6, 0.6), (1.0, 0.0)), table=POOL_TABLE, preset="pool")
     assert used(pool) == always
     thick = scene_of(ball((0.6, 0.6), (1.0, 0.0)), air_drag=0.004)
-    assert used(lonely) - used(thick) == {"drag"}
+    assert used(lonely) - used(thick) == {"air-and-flight"}
     flies = scene_of(ball((0.6, 0.6)), motion="sliding", airborne=True)
-    assert used(lonely) - used(flies) == {"flight"}
+    assert used(lonely) - used(flies) == {"air-and-flight"}
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ move very slowly in contact where no cloth stops them."""
 
 THREADS: Final = (1, 2, 5)
 
-PARTS: Final = (Skip.DRAG, Skip.FLIGHT)
+PARTS: Final = (Skip.AIR_AND_FLIGHT,)
 """Skips that leave out parts of the kernels: all are off at once, so that one more is compiled."""
 
 ALONE: Final = tuple(
@@ -150,7 +150,7 @@ def starts(scene: Scene) -> str | None:
 def cells(scene: Scene) -> str | None:
     """Return what differs where cells schedule the impacts, of however few balls.
 
-    With all parts of the kernels: so that no more than one variant with cells is compiled.
+    And with all parts of the kernels.
     """
     with cells_for_all():
         other = play(_anew(scene), no_skip=PARTS)
