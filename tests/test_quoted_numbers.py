@@ -138,8 +138,8 @@ QUOTED = {
     ),
     "rebounds": (
         "README.md",
-        r"misses rebounds .* by ([\d.]+) times .*, pymunk by ([\d.]+) and pybullet by ([\d.]+) "
-        "times",
+        r"Ghostball's engine is ([\d.]+) standard errors away from .*, pymunk ([\d.]+) and "
+        r"pybullet ([\d.]+)\.",
         of_rebounds,
     ),
     "closed forms": (
