@@ -11,12 +11,13 @@ from typing import Any
 
 import numba
 from llvmlite import ir
-from numba.core import cgutils, errors, types
+from numba import types
+from numba.core import errors
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
-from numba.np.arrayobj import populate_array
 
 from ghostball.engine.library import table
+from ghostball.engine.library.plain_numba import array_in_one_piece
 from ghostball.engine.library.reached import REFERENCE_WORDS, mark
 from ghostball.engine.library.table import Kind, dtype_of, named
 
@@ -71,20 +72,6 @@ def _put_at(_: Any, _address: Any, value: Any) -> Any:
 put_at: Any = _put_at
 
 
-def _array(context: Any, builder: Any, kind: Any, data: Any, lengths: list[Any]) -> Any:
-    """Return an array of numba's in one piece, whose memory belongs to someone else."""
-    made = context.make_array(kind)(context, builder)
-    size = WORD(context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-    strides: list[Any] = []
-    step: Any = size
-    for length in reversed(lengths):
-        strides.insert(0, step)
-        step = builder.mul(step, length)
-    populate: Any = populate_array
-    populate(made, data, lengths, strides, size, meminfo=None)
-    return made._getvalue()
-
-
 def array_maker(element: Any, dimensions: int) -> Any:
     """Return what makes an array of numba's of the numpy array at an address."""
     array = types.Array(element, dimensions, "C")
@@ -95,10 +82,8 @@ def array_maker(element: Any, dimensions: int) -> Any:
             def field(offset: int, base: Any = arguments[0]) -> Any:
                 return _loaded(builder, builder.add(base, WORD(offset)), WORD)
 
-            made = context.make_array(array)(context, builder)
-            data = builder.inttoptr(field(DATA), made.data.type)
             lengths = [field(8 * k, field(LENGTHS)) for k in range(dimensions)]
-            return _array(context, builder, array, data, lengths)
+            return array_in_one_piece(context, builder, array, field(DATA), lengths)
 
         return array(types.int64), code
 
@@ -129,14 +114,11 @@ class _Fields(AttributeTemplate):
 
 
 def _field_of(context: Any, builder: Any, reference: Any, address: Any, name: str) -> Any:
-    """Load an array: its address and its lengths, from which its strides follow."""
+    """Load a field."""
     target = reference.target
-    place = target.fields.index(name)
     whole = context.get_value_type(target).as_pointer()
-    field = builder.gep(builder.bitcast(address, whole), [HALF_WORD(0), HALF_WORD(place)])
-    stored = context.make_array(target.types[place])(context, builder, ref=field)
-    lengths = [builder.extract_value(stored.shape, k) for k in range(target.types[place].ndim)]
-    return _array(context, builder, target.types[place], stored.data, lengths)
+    place = [HALF_WORD(0), HALF_WORD(target.fields.index(name))]
+    return builder.load(builder.gep(builder.bitcast(address, whole), place))
 
 
 _lowers: Any = lower_getattr_generic
@@ -265,26 +247,30 @@ def unpacking(kernel: Any, fitting: Any, kinds: list[Kind], result: Kind) -> Cal
     return function
 
 
-def reshape_module() -> str:
-    """Return the one function that numba's machine code calls of numba's own, in LLVM's words.
+RESHAPE = """
+define i32 @numba_attempt_nocopy_reshape(i64 %nd, ptr %dims, ptr %strides, i64 %count,
+                                         ptr %lengths, ptr %steps, i64 %size, i32 %fortran) {
+entry:
+  br label %head
+head:
+  %left = phi i64 [ %count, %entry ], [ %place, %body ]
+  %step = phi i64 [ %size, %entry ], [ %next, %body ]
+  %more = icmp sgt i64 %left, 0
+  br i1 %more, label %body, label %end
+body:
+  %place = sub i64 %left, 1
+  %to = getelementptr i64, ptr %steps, i64 %place
+  store i64 %step, ptr %to
+  %from = getelementptr i64, ptr %lengths, i64 %place
+  %length = load i64, ptr %from
+  %next = mul i64 %step, %length
+  br label %head
+end:
+  ret i32 1
+}
+"""
+"""The one function that numba's machine code calls of numba's own, in LLVM's words.
 
-    Numba would copy an array's lengths where a reshaped one isn't in one piece; kernels reshape
-    none but those that are, so that the strides follow from the lengths.
-    """
-    words = WORD.as_pointer()
-    kinds = [WORD, words, words, WORD, words, words, WORD, HALF_WORD]
-    module = ir.Module()
-    function = ir.Function(
-        module, ir.FunctionType(HALF_WORD, kinds), name="numba_attempt_nocopy_reshape"
-    )
-    builder = ir.IRBuilder(function.append_basic_block())
-    _, _, _, count, lengths, strides, size, _ = function.args
-    made: Any = cgutils.alloca_once_value
-    step = made(builder, size)
-    with cgutils.for_range(builder, count) as loop:
-        place = builder.sub(builder.sub(count, WORD(1)), loop.index)
-        builder.store(builder.load(step), builder.gep(strides, [place]))
-        length = builder.load(builder.gep(lengths, [place]))
-        builder.store(builder.mul(builder.load(step), length), step)
-    builder.ret(HALF_WORD(1))
-    return str(module)
+Numba would copy an array's lengths where a reshaped one isn't in one piece; kernels reshape none
+but those that are, so that the strides follow from the lengths.
+"""

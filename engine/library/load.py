@@ -124,13 +124,13 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
         # Of all that numba tries in vain it makes a message, which nobody sees, in colours.
         "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
     }
-    with tempfile.TemporaryFile("w+") as failure:
+    with tempfile.TemporaryFile("w+") as messages:
         process = subprocess.Popen(
             [sys.executable, "-c", _ORDERED],
             env={**os.environ, **settings},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=failure,
+            stderr=messages,
             text=True,
         )
         with process:
@@ -147,12 +147,21 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
             finally:
                 if sys.exc_info()[0] is not None:
                     process.kill()
+        messages.seek(0)
+        said = messages.read().strip()
         if process.returncode != 0:
-            failure.seek(0)
             raise GhostballError(
                 f"the kernels {sorted({one['kernel'] for one in told})} could not be compiled "
-                f"(exit status {process.returncode}): {failure.read()}"
+                f"(exit status {process.returncode}): {said}"
             )
+        if said:
+            _say_of_compiler(said)
+
+
+@cache
+def _say_of_compiler(said: str) -> None:
+    """Say once what the process that compiled has warned of."""
+    logger.warning("while kernels were compiled: %s", said)
 
 
 @cache
@@ -198,6 +207,10 @@ def _digest(function: FunctionType) -> str:
     return reached_by(function).digest
 
 
+_COMPILING = ("build.py", "generated.py", "numba_doors.py", "plain_numba.py")
+"""The modules that ask the compiler."""
+
+
 @cache
 def _compiler() -> str:
     """Return what compiles: versions of numba and LLVM, and a hash of what asks them."""
@@ -208,7 +221,7 @@ def _compiler() -> str:
     except PackageNotFoundError:
         compilers = ""
     beside = Path(__file__).parent
-    own = [(beside / name).read_bytes() for name in ("build.py", "generated.py")]
+    own = [(beside / name).read_bytes() for name in _COMPILING]
     return f"{compilers} {table.VERSION} {hashlib.sha256(b''.join(own)).hexdigest()}"
 
 

@@ -1,0 +1,86 @@
+"""What numba doesn't promise: what it saves is saved, and where it is gone nothing else is lost."""
+
+import sys
+
+import pytest
+import small_kernel
+
+from ghostball.engine.library import build
+from ghostball.engine.library.entry import COMPILED
+
+if not COMPILED:
+    pytest.skip("interpreted kernels need no compiler", allow_module_level=True)
+
+from ghostball.engine.library import numba_doors, plain_numba
+
+
+@pytest.fixture(autouse=True)
+def _as_in_a_new_process(monkeypatch):
+    monkeypatch.setattr(build, "_WAY", [])
+
+
+@pytest.fixture(scope="module")
+def interpreted_bits():
+    given = small_kernel.arguments()
+    assert small_kernel.computed.function(*given) == 100
+    return small_kernel.bits(given)
+
+
+def test_a_kernel_is_compiled_by_all_doors(interpreted_bits, caplog):
+    assert small_kernel.compiled_bits() == interpreted_bits
+    way = build.way()
+    assert type(way) is numba_doors.Doors, caplog.text
+    # Callers pass 2, 3, and a count from an array of half words.
+    (power,) = way.kernels[small_kernel.power].overloads.values()
+    assert type(power.library) is numba_doors._Code, "numba replaced the library of a kernel"
+    assert power.library.made, "numba optimised a kernel that only others call"
+
+
+def moves_a_module(patch):
+    patch.setitem(sys.modules, "ghostball.engine.library.numba_doors", None)
+
+
+def asks_for_an_argument(patch):
+    patch.setattr(numba_doors._Compiler, "compile_extra", lambda *_, more: more)
+
+
+def asks_for_a_method(patch):
+    patch.setattr(numba_doors._Code, "__abstractmethods__", frozenset({"another"}))
+
+
+def renames_what_a_module_has(patch):  # seen at a kernel that another calls, in the midst of it
+    patch.setattr(numba_doors._Code, "add_ir_module", lambda self, module: module.renamed)
+
+
+def renames_what_a_call_resolves(patch):
+    patch.setattr(numba_doors, "by_common_types", lambda dispatcher: dispatcher.renamed)
+
+
+@pytest.mark.parametrize(
+    "numba_changes",
+    [
+        moves_a_module,
+        asks_for_an_argument,
+        asks_for_a_method,
+        renames_what_a_module_has,
+        renames_what_a_call_resolves,
+    ],
+)
+def test_a_door_that_does_not_open_costs_time_and_no_bits(
+    numba_changes, interpreted_bits, caplog, monkeypatch
+):
+    numba_changes(monkeypatch)
+    assert small_kernel.compiled_bits() == interpreted_bits
+    assert type(build.way()) is plain_numba.Plain
+    (said,) = caplog.records
+    assert "differs from what the engine knows" in said.getMessage()
+
+
+def test_what_is_wrong_with_a_kernel_is_said_either_way(monkeypatch):
+    def fail(*_):
+        raise TypeError("an array too few")
+
+    monkeypatch.setattr(numba_doors.Doors, "module", fail)
+    monkeypatch.setattr(plain_numba.Plain, "module", fail)
+    with pytest.raises(TypeError, match="an array too few"):
+        small_kernel.compiled_bits()
