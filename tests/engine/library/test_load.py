@@ -334,3 +334,11 @@ def test_the_digest_says_which_compiler_it_is(monkeypatch):
     monkeypatch.setattr("importlib.metadata.version", lambda name: "0.1")
     assert load._compiler.__wrapped__() != load._compiler()
     assert Path(build.__file__).parent == Path(load.__file__).parent
+
+
+def test_what_the_compiler_warns_of_is_said(monkeypatch, caplog, tmp_path):
+    warns = "import sys; sys.stdin.read(); print('numba differs', file=sys.stderr)"
+    monkeypatch.setattr(load, "_ORDERED", warns)
+    load._say_of_compiler.cache_clear()
+    load.build([load.Order(STOP, KINDS, tmp_path / "stop.so")])
+    assert caplog.messages == ["while kernels were compiled: numba differs"]
