@@ -351,10 +351,6 @@ def _of_motion(shot: SteppedShot) -> Iterator[_Limit]:
     )
     if len(scene.balls) == 1 or EventKind.BALL_BALL not in shot.rule.kinds:
         return
-    if math.isinf(shot.longest):
-        reason = "Without a step, an engine finds contacts on its own motion, whatever that errs."
-        yield "overlap_max", {"at_most": touching(scene, shot.truth)}, reason
-        return
     closing = _closing(scene)
     overlap = shot.longest * closing
     reason = f"Two balls approach at no more than {closing:.3g} m/s, for one time step."

@@ -65,6 +65,15 @@ def whole_number(value: Any) -> Any:
     return value
 
 
+def _two_or_three(value: tuple[float, ...]) -> tuple[float, ...]:
+    if len(value) not in (2, 3):
+        raise problem(
+            "vector_length",
+            f"must have 2 or 3 components, got {len(value)}",
+        )
+    return value
+
+
 class _OneOf:
     """Annotation of a text that must be one of `names`: a `Literal` whose values are data."""
 
@@ -84,7 +93,7 @@ Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
 SceneName = Annotated[Text, Field(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
 """Part of the names of files, so that it must be no path."""
-PlaneVector = Annotated[tuple[Real, ...], Field(min_length=2, max_length=3)]
+PlaneVector = Annotated[tuple[Real, ...], AfterValidator(_two_or_three)]
 SpaceVector = tuple[Real, Real, Real]
 
 # The registry alone lists the laws: to add one is to name it there.

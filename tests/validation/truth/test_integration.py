@@ -176,5 +176,8 @@ def test_the_law_holds_our_engine_to_the_resolution_that_it_states(tmp_path, mon
     limits = {one.metric: one.limit for one in asked.limits(engine, scene, truth)}
     assert limits["rest_error_max"] == LEAST + engine.resolution(scene) < 1e-11
     assert limits["energy_rise"] == 5e-13
+    two = scene_of(ball((0.0, 0.0), (2.0, 0.5)), ball((1.0, 0.0)), **POOL)
+    limits = {one.metric: one.limit for one in asked.limits(engine, two, truth)}
+    assert limits["overlap_max"] < 1e-10
     result = simulate(scene, record="trajectory")
     assert accuracy_of(result, truth).kind in ("exact", "nanometres")
