@@ -164,6 +164,7 @@ def test_our_engine_states_its_resolution_where_balls_slide_in_air():
     assert engine.resolution(find_scene("masse")) == 0.0
 
 
+@pytest.mark.slow  # it integrates a shot anew
 def test_the_law_holds_our_engine_to_the_resolution_that_it_states(tmp_path, monkeypatch):
     """Breaks where a resolution of nanometres counts as a step, or limits nothing."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path))
