@@ -127,7 +127,9 @@ def object_code(
         one.linkage = "external" if is_entry else "internal"
         one.name = SYMBOL if is_entry else f"part_{number}"
     builder = pass_builder(machine)
-    builder.getModulePassManager().run(module, builder)
+    passes = builder.getModulePassManager()
+    passes.add_global_dead_code_eliminate_pass()  # with NUMBA_OPT=0, too, what nobody calls goes
+    passes.run(module, builder)
     wanted = [one.name for one in module.functions if one.is_declaration]
     unknown = [name for name in wanted if name.startswith(OF_OTHERS)]
     if unknown:

@@ -12,9 +12,12 @@ took 38 s of processor time with both doors (numba 0.68.1, Intel Xeon with 2 cor
   AttributeError where the name is gone; where numba no longer calls it, a test sees a kernel that
   is compiled twice.
 
-`tests/engine/library/test_numba_versions.py` compiles by both doors with the lowest numba and the
-newest. Tried, and left out for saving less: short names of kernels (`BaseContext.mangler`, 3 %), a
-memory of what operations give (`BaseFunction.get_call_type`, 12 %), one optimiser for all functions
+`python tests/support/measure_doors.py` measures both again. The slow test of numba's versions
+(`tests/engine/library/test_numba_versions.py`) compiles by both doors with the lowest numba and the
+newest that pyproject.toml allows: whoever changes a bound runs that first.
+
+Tried, and left out for saving less: short names of kernels (`BaseContext.mangler`, 3 %), a memory
+of what operations give (`BaseFunction.get_call_type`, 12 %), one optimiser for all functions
 (`_optimize_functions`, 0 %), no machine code by numba (`_finalize_final_module`, 5 %).
 """
 

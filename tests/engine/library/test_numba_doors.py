@@ -76,6 +76,13 @@ def test_a_door_that_does_not_open_costs_time_and_no_bits(
     assert "differs from what the engine knows" in said.getMessage()
 
 
+@pytest.mark.parametrize("doors", [True, False])
+def test_without_optimising_nothing_of_numbas_is_left(doors, interpreted_bits, monkeypatch):
+    monkeypatch.setattr("numba.config.OPT", 0)
+    monkeypatch.setattr(build, "_WAY", [numba_doors.Doors() if doors else plain_numba.Plain()])
+    assert small_kernel.compiled_bits() == interpreted_bits
+
+
 def test_what_is_wrong_with_a_kernel_is_said_either_way(monkeypatch):
     def fail(*_):
         raise TypeError("an array too few")
