@@ -6,7 +6,7 @@ took 38 s of processor time with both doors (numba 0.68.1, Intel Xeon with 2 cor
 
 - `_Code` with `_Compiler`. Uses `CodeLibrary` (its six abstract methods and `_finalized`), and of
   the compiler `compile_extra`, `state.library`, `flags.no_compile`, `insert_user_function` and the
-  result's `entry_point`. Without both doors: 128 s. Fails with ImportError or AttributeError where
+  result's `entry_point`. Without both doors: 130 s. Fails with ImportError or AttributeError where
   a name is gone, with TypeError where another method is abstract or takes other arguments.
 - `by_common_types`. Uses `get_call_template`, set on a dispatcher. Without it: 55 s. Fails with
   AttributeError where the name is gone; where numba no longer calls it, a test sees a kernel that
