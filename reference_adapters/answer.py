@@ -206,12 +206,12 @@ class Run(_Part):
         if unknown := [str(key) for key in answer if key not in _ANSWERED]:
             close = get_close_matches(unknown[0], _ANSWERED, n=1)
             hint = f"Did you mean `{close[0]}`?" if close else f"Known: {', '.join(_ANSWERED)}"
-            raise _wrong(where, unknown[0], f"is no key of an answer. {hint}")
+            raise _wrong(where, unknown[0], f"is not a key of a result. {hint}")
         if lacks := [key for key in _ANSWERED[:3] if key not in answer]:
             raise _wrong(where, lacks[0], f"is missing, got {', '.join(answer) or '{}'}")
         said = answer.get("scene", scene.name)
         if (said.get("name") if isinstance(said, Mapping) else said) != scene.name:
-            raise _wrong(where, "scene", f"must be the one that was asked, got {_shown(said)}")
+            raise _wrong(where, "scene", f"must be the requested scene, got {_shown(said)}")
         try:
             samples = RunSamples.model_validate(answer["samples"])
         except ValidationError as error:
@@ -280,7 +280,7 @@ def _motion(samples: RunSamples, scene: Scene, where: str) -> SampledTrajectory:
         raise _wrong(
             where,
             f"samples.t[{k}]",
-            f"must be no earlier than the instant before, {float(t[k - 1])!r} s, got "
+            f"must not be earlier than the previous time, {float(t[k - 1])!r} s, got "
             f"{float(t[k])!r} s",
         )
     positions, velocities, spins = (
@@ -293,7 +293,7 @@ def _motion(samples: RunSamples, scene: Scene, where: str) -> SampledTrajectory:
     if spins is None:
         if scene.physics.motion != "rolling":
             key = "samples.angular_velocities"
-            raise _wrong(where, key, "is missing, and in this scene balls slide")
+            raise _wrong(where, key, "is missing; it is required because balls slide in this scene")
         spins = rolling_angular_velocity(velocities, scene.radii)
     return SampledTrajectory(t, positions, velocities, spins)
 

@@ -65,7 +65,7 @@ FIRST: Final = (Feature.ROLLING, Feature.MIRROR_CUSHION)
 """What a function is asked for that says nothing of what it plays."""
 
 _PLAYED = "__ghostball_features__"
-_UNSTATED = "a function without a step `dt` says nothing of how exact it is"
+_UNSTATED = "a function without a parameter `dt` declares no accuracy"
 
 
 def plays(*features: Feature) -> Callable[[Engine], Engine]:
@@ -233,14 +233,14 @@ def _settings_of(function: Callable[..., Any], where: str) -> type[FunctionSetti
         if one.default is one.empty:
             raise EngineError(
                 f"engine `{where}` is called with a scene alone: its parameter `{one.name}` must "
-                "have a default, which makes a setting of it"
+                "have a default value, so that it is a setting"
             )
         if one.name.startswith("_") or not isinstance(one.default, str | int | float | bool):
             continue
         if hasattr(FunctionSettings, one.name):
             raise EngineError(
-                f"engine `{where}`: its parameter `{one.name}` can't be a setting: settings use "
-                "that name themselves. Rename it, or let it begin with an underscore"
+                f"engine `{where}`: its parameter `{one.name}` can't be a setting: the name is "
+                "reserved. Rename it, or start it with an underscore"
             )
         if one.name == STEP:
             fields[STEP] = (float, Field(_checked_step(one.default, where), gt=0.0))
@@ -254,7 +254,7 @@ def _settings_of(function: Callable[..., Any], where: str) -> type[FunctionSetti
 def _checked_step(default: str | int | float | bool, where: str) -> float:
     if isinstance(default, str) or not 0.0 < default < math.inf:
         raise EngineError(
-            f"engine `{where}`: its parameter `{STEP}` is its step, so that its default must be a "
+            f"engine `{where}`: its parameter `{STEP}` is its time step, so its default must be a "
             f"number of seconds greater than 0, got {default!r}. Give it one, or rename it"
         )
     return float(default)

@@ -59,7 +59,7 @@ def engine_class(name: str) -> type[ReferenceEngine]:
         return _class_at(name)
     point = _entry_point(name)
     where = f"can't be imported from `{point.value}`"
-    with _guarded(name, where, ". Mend or reinstall that package", point):
+    with _guarded(name, where, ". Fix or reinstall that package", point):
         loaded = point.load()
     if callable(loaded) and not isinstance(loaded, type):
         loaded = engine_of(loaded, point.value)
@@ -71,7 +71,7 @@ def engine_class(name: str) -> type[ReferenceEngine]:
     called = getattr(loaded, "name", None)
     if called != name:  # results, colours and pass criteria are keyed by this name
         raise EngineUnavailableError(
-            f"engine `{name}`: `{point.value}`{_package(point)} calls itself {called!r}. "
+            f"engine `{name}`: `{point.value}`{_package(point)} has the name {called!r}. "
             "Its `name` and its entry point must agree"
         )
     engine: type[ReferenceEngine] = loaded
@@ -173,7 +173,7 @@ def _class_at(where: str) -> type[ReferenceEngine]:
         hint = (
             f"Did you mean `{module}:{close[0]}`?"
             if close
-            else "Name a function or a class that is there"
+            else "Name an existing function or class"
         )
         raise EngineUnavailableError(
             f"engine `{where}`: module `{module}` has no {attribute!r}. {hint}"
@@ -188,7 +188,7 @@ def _class_at(where: str) -> type[ReferenceEngine]:
     if loaded.name in engine_names() and loaded is not engine_class(loaded.name):
         raise EngineError(
             f"engine `{where}`: its `name` must not be {loaded.name!r}, that of an installed "
-            "engine: truths, limits and results go by it. Rename it"
+            "engine: reference results, limits and results depend on the name. Rename it"
         )
     engine: type[ReferenceEngine] = loaded
     return engine
@@ -216,7 +216,7 @@ def _lacks(loaded: object) -> str:
     named = ", ".join(f"`{member}`" for member in missing)
     return (
         f"it lacks {named}. Begin with `class MyEngine(EngineBase)`, from "
-        "ghostball.reference_adapters; a function of a scene is an engine, too"
+        "ghostball.reference_adapters; a plain function of a scene is an engine, too"
     )
 
 
@@ -225,7 +225,7 @@ def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) ->
         settings = engine.Settings.model_validate_strings(_as_decimals(texts, engine.Settings))
     except ValidationError as error:
         raise EngineError(_describe(error, name, engine.Settings)) from None
-    with _guarded(name, "can't say whether it can run here"):
+    with _guarded(name, "failed to report whether it can run here"):
         reason = engine.unavailable()
     if reason is not None:
         raise EngineUnavailableError(f"engine `{name}` is unavailable: {reason}")
@@ -312,7 +312,7 @@ def _entry_point(name: str) -> EntryPoint:
         )
     if len(points) > 1:
         raise EngineError(
-            f"engine `{name}` is claimed twice: {', '.join(sorted(points))}. "
+            f"engine `{name}` is provided by two packages: {', '.join(sorted(points))}. "
             "Uninstall one of the packages"
         )
     return next(iter(points.values()))

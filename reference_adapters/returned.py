@@ -49,7 +49,7 @@ A solver lets balls sink in by hundredths of that; a height of 0 is that of a pl
 
 _COPY = "Arrays that are changed in place must be copied where they are recorded"
 
-_MEND = "Mend `simulate` of engine `{engine}`; `model.result.Result` says what it must hold"
+_MEND = "Fix `simulate` of engine `{engine}`; `model.result.Result` documents what it must return"
 
 
 class ResultRefusedError(Exception):
@@ -66,7 +66,7 @@ def check_result(result: Result, scene: Scene, engine: str, record: Record = "tr
     problem = _problem(result, scene, engine, record)
     if problem:
         said = getattr(result, "reason", "")
-        because = f" (the engine says: {said})" if said else ""
+        because = f" (message from the engine: {said})" if said else ""
         raise ResultRefusedError(f"{problem}{because}. {_MEND.format(engine=engine)}")
 
 
@@ -252,7 +252,7 @@ def partners_of(table: Table | None) -> dict[EventKind, list[int]]:
 
 def _rule(what: str, kind: EventKind, indices: list[int]) -> str:
     listed = ", ".join(f"{index} ({partner_name(kind, index)})" for index in indices)
-    return f"the index of a {what} that is there: {listed or 'this scene has none'}"
+    return f"the index of an existing {what}: {listed or 'this scene has none'}"
 
 
 def _of_motion(result: Result, scene: Scene, record: Record) -> str:

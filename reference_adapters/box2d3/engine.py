@@ -49,4 +49,7 @@ class Box2d3Engine(PlaneEngine):
         yield from super()._lacking(scene)
         balls, cushions = restitutions(scene.physics)
         if scene.table is not None and cushions < balls:
-            yield "no cushions with less restitution than the balls (Box2D takes the larger of two)"
+            yield (
+                "no cushions with less restitution than the balls (Box2D uses the larger of the "
+                "two)"
+            )

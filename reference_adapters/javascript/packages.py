@@ -42,7 +42,7 @@ def why_not(package: str) -> str | None:
     node = shutil.which(NODE)
     if node is None:
         return (
-            f"it is played by node, which isn't on the PATH. Install Node.js {LEAST_NODE} or "
+            f"it runs in Node.js, which isn't on the PATH. Install Node.js {LEAST_NODE} or "
             "newer, then run `make peers-js` in a checkout"
         )
     said = _version_of(node, _changed(node))

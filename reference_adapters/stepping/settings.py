@@ -55,8 +55,8 @@ class SteppingSettings(EngineSettings):
     def _contacts_end_within_a_step(self) -> Self:
         if (self.contact_steps, self.config) == ("exact", "naive") and not self.EXACT_IF_NAIVE:
             raise ValueError(
-                "`contact_steps` = exact needs `config` = tuned: contacts as the engine has them "
-                "by default last through many steps. Set one of them otherwise"
+                "`contact_steps` = exact needs `config` = tuned: with default settings a contact "
+                "lasts for many time steps. Change one of the two"
             )
         return self
 
@@ -84,6 +84,6 @@ class OwnClothSettings(SteppingSettings):
         if self.cloth == "own" and (self.contact_steps, self.config) != ("fixed", "tuned"):
             raise ValueError(
                 "`cloth` = own needs `contact_steps` = fixed and `config` = tuned: a plane under "
-                "gravity needs steady steps. Set one of them otherwise"
+                "gravity needs equal time steps. Change one of the two"
             )
         return self

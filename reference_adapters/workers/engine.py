@@ -91,7 +91,8 @@ class WorkerEngine(EngineBase):
         if interpreter().is_file():
             return None
         return (
-            "it runs in an interpreter of its own, which isn't there. Run `make peers` in a "
+            "it runs in a separate Python interpreter, which isn't installed. Run `make peers` in "
+            "a "
             f"checkout, or name one that has it: {PYTHON}=/path/to/python"
         )
 

@@ -62,7 +62,7 @@ def two(scene, factor=1.0):
 BAD = {
     "none": (lambda s: None, "must be a dict"),
     "missing": (lambda s: {"events": []}, "`rest_positions` is missing, got events"),
-    "typo": (lambda s: still(s, rest_tim=1.0), "`rest_tim` is no key of an answer. Did you mean"),
+    "typo": (lambda s: still(s, rest_tim=1.0), "`rest_tim` is not a key of a result. Did you mean"),
     "balls": (lambda s: still(s, rest_positions=np.zeros((7, 2))), "of the 2 balls of this scene"),
     "text": (lambda s: still(s, rest_positions="far"), "`rest_positions` must be numbers"),
     "nan": (lambda s: still(s, rest_positions=np.nan * s.positions), "must be finite"),
@@ -81,7 +81,7 @@ BAD = {
     "no number": (lambda s: still(s, events=[(0.0, "ball-ball", "cue", 1)]), "valid integer"),
     "no ball": (lambda s: still(s, events=[(0.0, "ball-ball", 0, 9)]), "the index of a ball"),
     "cushion": (lambda s: still(s, events=[(0.0, "ball-cushion", 0, "north")]), "left, right"),
-    "scene": (lambda s: {**still(s), "scene": "stop"}, "must be the one that was asked"),
+    "scene": (lambda s: {**still(s), "scene": "stop"}, "must be the requested scene"),
     "elsewhere": (
         lambda s: still(s, samples=[(0.0, s.positions + 0.1, s.velocities)]),
         'must begin as the scene does, with ball "cue" at',
@@ -98,7 +98,7 @@ BAD = {
     ),
     "backwards": (
         lambda s: still(s, samples=two(s)[::-1]),
-        r"`samples.t\[1\]` must be no earlier than the instant before, 1.0 s, got 0.0 s",
+        r"`samples.t\[1\]` must not be earlier than the previous time, 1.0 s, got 0.0 s",
     ),
     "early": (
         lambda s: still(s, samples=[(-1.0, s.positions, s.velocities), *two(s)]),

@@ -50,7 +50,7 @@ box2d, box2d3, dart, mujoco, physx, rapier = (
         # Else 8 m/s would silently become 2 m/s.
         on("box2d:scale=100,dt=1e-2", rack(), "no speeds above 2 m/s with `scale` = 100"),
         on("box2d3", throw(), "without friction at contacts"),
-        on("box2d3", to_the_wall(0.9), "the larger of two"),
+        on("box2d3", to_the_wall(0.9), "the larger of the two"),
         on("dart:scale=100", head_on(1.5), "no speeds above 1 m/s with `scale` = 100"),
         on("dart:cloth=own", find_scene("draw-shot"), "balls that rub on the cloth rub on each"),
         on("rapier", throw(), "without friction at contacts"),

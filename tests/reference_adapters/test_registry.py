@@ -141,7 +141,11 @@ def test_a_name_claimed_by_two_packages_is_refused(packages):
     packages.install("one-engine", foreign())
     packages.install("two-engine", foreign())
     assert engine_names().count("foreign") == 1
-    with pytest.raises(EngineError, match=r"claimed twice: one_engine:Engine, two_engine:Engine"):
+    with pytest.raises(
+        EngineError,
+        match=r"provided by two packages: one_engine:Engine, "
+        r"two_engine:Engine",
+    ):
         engine_class("foreign")
 
 

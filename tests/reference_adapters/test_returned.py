@@ -288,7 +288,7 @@ def test_a_scene_without_a_table_has_no_cushion():
 
 def test_what_the_engine_says_stands_in_the_refusal(whole):
     said = replace(whole, status="rest", reason="no more balls")
-    with pytest.raises(ResultRefusedError, match=r"\(the engine says: no more balls\)"):
+    with pytest.raises(ResultRefusedError, match=r"\(message from the engine: no more balls\)"):
         check(said)
 
 

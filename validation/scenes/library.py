@@ -116,7 +116,7 @@ def expand(wanted: Sequence[str]) -> tuple[str, ...]:
         if not matches:
             raise SceneError(
                 f'pattern "{one}" matches no shipped scene and no TOML file here. `ghostball '
-                "scenes` lists those that are shipped"
+                "scenes` lists the shipped scenes"
             )
         found |= dict.fromkeys(matches)
     return tuple(found)
@@ -145,4 +145,4 @@ def _shipped(name: str) -> Scene:
 def _unknown(what: str, text: str, known: Sequence[str]) -> str:
     close = get_close_matches(text, known, n=3)
     hint = f"Did you mean {' or '.join(close)}?" if close else "`ghostball scenes` lists them"
-    return f'unknown {what} "{text}": not shipped, and no file of that name. {hint}'
+    return f'unknown {what} "{text}": neither a shipped scene nor a file. {hint}'
