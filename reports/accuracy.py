@@ -31,16 +31,22 @@ class ClassLook:
 
 
 CLASSES: Final[Mapping[AccuracyKind, ClassLook]] = {
-    "exact": ClassLook("exact", "right up to rounding", "exact", "green"),
-    "nanometres": ClassLook("nm", "less than 1 µm off where the balls end", "nm", "cyan"),
-    "micrometres": ClassLook("µm", "less than 1 mm off", "um", "blue"),
-    "millimetres": ClassLook("mm", "less than 1 cm off", "mm", "yellow"),
-    "centimetres": ClassLook("cm", "1 cm off or more", "cm", "dark_orange3"),
-    "another shot": ClassLook("other shot", "other collisions than the true ones", "other", "red"),
+    "exact": ClassLook("exact", "error no larger than rounding", "exact", "green"),
+    "nanometres": ClassLook("nm", "position error below 1 µm", "nm", "cyan"),
+    "micrometres": ClassLook("µm", "below 1 mm", "um", "blue"),
+    "millimetres": ClassLook("mm", "below 1 cm", "mm", "yellow"),
+    "centimetres": ClassLook("cm", "1 cm or more", "cm", "dark_orange3"),
+    "another shot": ClassLook(
+        "wrong collisions",
+        "collisions that differ from the reference; in "
+        "brackets, how many are right from the start, of how many in the reference",
+        "other",
+        "red",
+    ),
     "broken": ClassLook(
-        "broken",
-        "unphysical: energy gain, balls that pass through each other or stop without a contact, "
-        "values that aren't finite; or the run did not finish",
+        "unphysical",
+        "energy gain, balls that pass through each other, velocities that jump "
+        "without a contact, NaN or infinity; or the run did not finish",
         "broken",
         "bold magenta",
     ),
@@ -54,15 +60,15 @@ MARKS: Final = {Verdict.PASS: "✓", Verdict.FAIL: "✗", Verdict.LIMITS_HOLD: "
 """What stands beside a class: is this what the engine's step allows?"""
 
 MEANINGS: Final = {
-    Verdict.PASS: "as accurate as the engine's step allows",
-    Verdict.FAIL: "worse than that, or a limit is broken",
-    Verdict.LIMITS_HOLD: "keeps its limits, but none of them judges how the shot ends",
+    Verdict.PASS: "passed: within its limits, which allow for the engine's time step",
+    Verdict.FAIL: "failed a limit",
+    Verdict.LIMITS_HOLD: "passed, but no limit judges the final positions",
 }
 """What each mark says."""
 
 MARKS_KEY: Final = (
     "; ".join(f"{MARKS[one]} {meaning}" for one, meaning in MEANINGS.items())
-    + "; no mark: no limit"
+    + "; no mark: no limit applies"
 )
 """What the marks mean, in one line."""
 
@@ -90,12 +96,12 @@ def accuracy_text(case: CaseRecord | None) -> str:
     if found is None:
         if case.is_own_measure:
             return _own_text(case)
-        return "nothing to compare with" if case.truth is None else "past the horizon"
+        return "no reference result" if case.truth is None else "past the horizon"
     if found.kind == "broken":
-        return f"broken: {_broken_text(found)}"
+        return f"unphysical: {_broken_text(found)}"
     if found.kind == "another shot":
-        since = "" if found.at is None else f" from {style.format_time(found.at)}"
-        return f"other shot{since} ({_agree_text(found)})"
+        since = "" if found.at is None else f" at {style.format_time(found.at)}"
+        return f"wrong{since} ({_agree_text(found)})"
     shown = "exact" if found.kind == "exact" else style.format_length(found.error)
     return shown if found.at is None else f"{shown} at {style.format_time(found.at)}"
 
@@ -105,22 +111,24 @@ def meaning_text(case: CaseRecord | None) -> str:
     found = None if case is None else case.accuracy
     if case is None or found is None:
         return ""
-    whose = "" if case.truth in INDEPENDENT else " as our engine plays it, which nothing proves"
+    whose = "" if case.truth in INDEPENDENT else " (Ghostball's own, which is not certified)"
     if found.kind == "broken":
-        return f"broken: {_broken_text(found)}"
+        return f"unphysical: {_broken_text(found)}"
     if found.kind == "another shot":
         since = "" if found.at is None else f" from t = {style.format_time(found.at)} on"
         return (
-            f"another shot: other collisions{since} than the true ones{whose}; "
-            f"{_agree_text(found)} agree"
+            f"wrong collisions{since}: {_agree_text(found)}, compared with the reference{whose} f"
         )
-    off = f"the farthest ball is {style.format_length(found.error)} from where it should be{whose}"
+    off = (
+        f"the largest position error of a ball is {style.format_length(found.error)}, compared "
+        f"with the reference{whose}"
+    )
     if found.at is not None:
         off += (
-            f", at t = {style.format_time(found.at)}: rounding alone makes another shot "
-            "of what comes later"
+            f", at t = {style.format_time(found.at)}: after that, rounding alone changes the "
+            "collisions"
         )
-    return f"{'exact up to rounding' if found.kind == 'exact' else found.kind}: {off}"
+    return f"{'exact to rounding' if found.kind == 'exact' else found.kind}: {off}"
 
 
 def cell_text(case: CaseRecord | None) -> str:
@@ -198,24 +206,24 @@ def kinds_of(cases: Iterable[CaseRecord]) -> tuple[AccuracyKind, ...]:
 def _own_text(case: CaseRecord) -> str:
     until = case.metrics.get("graded_until")
     if until is None:
-        return "is compared with"
-    return f"proved to {style.format_time(float(until))}"
+        return "the reference"
+    return f"certified to {style.format_time(float(until))}"
 
 
 def _agree_text(found: Accuracy) -> str:
-    more = ", then more" if found.agree == found.of else ""
-    return f"{found.agree} of {found.of}{more}"
+    more = ", then extra" if found.agree == found.of else ""
+    return f"{found.agree} of {found.of} right{more}"
 
 
 def _broken_text(found: Accuracy) -> str:
     if found.cause == "energy":
         made = found.amount or 0.0
-        return f"energy +{100.0 * made:.2g} %" if made < 100.0 else "makes energy"
+        return f"energy +{100.0 * made:.2g} %" if made < 100.0 else "gains energy"
     if found.cause == "overlap":
-        return f"balls {style.format_length(found.amount)} inside each other"
+        return f"balls overlap by {style.format_length(found.amount)}"
     if found.cause == "jump":
         return "velocities jump"
-    return "gave up early" if found.cause == "stopped" else "not finite"
+    return "stopped early" if found.cause == "stopped" else "NaN or infinity"
 
 
 def wrong_text(cases: Iterable[CaseRecord]) -> str:

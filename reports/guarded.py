@@ -56,4 +56,4 @@ def failed_text(failed: Sequence[FailedPart]) -> str:
     count = "1 part" if len(failed) == 1 else f"{len(failed)} parts"
     named = [f"{one.part} ({one.error})" for one in failed[:NAMED]]
     more = [f"and {len(failed) - NAMED} more"] if len(failed) > NAMED else []
-    return f"{count} of it could not be made: {', '.join(named + more)}"
+    return f"{count} of it could not be written: {', '.join(named + more)}"

@@ -32,15 +32,15 @@ from ghostball.validation.results.store import CaseRecord, Check, Results
 from ghostball.validation.scenes import commands
 
 CHANGES: Final[dict[Change, tuple[str, str]]] = {
-    "not-deterministic": ("✗", "other bits each time that the engine plays the shot"),
+    "not-deterministic": ("✗", "not deterministic: repeated runs differ"),
     "wrong collisions": ("✗", "wrong collisions"),
     "worse": ("✗", "worse: farther from the reference result"),
-    "changed": ("△", "changed, and neither better nor worse"),
+    "changed": ("△", "changed, neither better nor worse"),
     "better": ("▲", "better: closer to the reference result"),
     "rounding": ("≈", "changed by rounding only"),
-    "not-comparable": ("–", "can't be compared"),
+    "not-comparable": ("–", "not comparable"),
     "no-baseline": ("?", "no baseline"),
-    "unchanged": ("=", "unchanged, to the bit"),
+    "unchanged": ("=", "unchanged, bit-identical"),
 }
 """What may become of a scene, the gravest first: sign, and what it means."""
 
@@ -100,12 +100,15 @@ def overall(results: Results | None, *regressions: Regression | None) -> Overall
         if compared.sign == "✓":
             words = [limits.word]
         elif limits.sign == "✓":
-            words = [limits.word.replace(PASSED, "Limits hold"), compared.word]
+            words = [limits.word.replace(PASSED, "All limits passed"), compared.word]
     word = ", ".join(words)
     if limits is not None and limits.besides:
         word += f"{_BESIDES}{limits.besides}"
     why = " ".join(answer.why for answer in ([] if limits is None else [limits]) + found)
-    return Overall(sign, word[0].upper() + word[1:], _KINDS[sign], why)
+    kind = _KINDS[sign]
+    if kind == "pass" and limits is not None and limits.besides:
+        kind = "holds"  # amber: no check failed, but something is wrong that no check judges
+    return Overall(sign, word[0].upper() + word[1:], kind, why)
 
 
 def of_limits(results: Results) -> Answer:
@@ -114,22 +117,20 @@ def of_limits(results: Results) -> Answer:
     failed, crashed = verdicts[Verdict.FAIL], verdicts[Verdict.CRASHED]
     if failed or crashed:
         parts = [f"{failed} failed"] * bool(failed) + [f"{crashed} did not finish"] * bool(crashed)
-        ended = "" if results.state == "complete" else " The run did not end."
+        ended = "" if results.state == "complete" else " The run is incomplete."
         said = f"Of {many(verdicts.total(), 'case')}, {', '.join(parts)}.{ended}"
         return Answer("✗", "Failed", said)
     if results.state != "complete":
-        return Answer("!", "Not complete", "What is there holds; the run did not end.")
+        return Answer("!", "Incomplete", "No failure so far; the run is incomplete.")
     passed = sum(check.passed is True for case in results.cases for check in case.checks)
     if not passed:
-        return Answer(
-            "○", "Nothing judged", "No limit covers what was run: `ghostball validate` ends with 4."
-        )
+        return Answer("○", "Nothing judged", "No limit applies to these cases (exit status 4).")
     if why := not_judged(results.cases):
-        said = f"{why[0].upper()}{why[1:]}. `ghostball validate` ends with 4."
-        return Answer("○", "No outcome judged", said)
+        said = f"{why[0].upper()}{why[1:]}(exit status 4)."
+        return Answer("○", "Final positions not judged", said)
     wrong = wrong_text(results.cases)
-    word = "Limits hold" if wrong else PASSED
-    return Answer("✓", word, f"Every limit holds: {many(passed, 'check')} passed.", wrong)
+    word = "All limits passed" if wrong else PASSED
+    return Answer("✓", word, f"Every check passed: {passed}.", wrong)
 
 
 def of_comparison(regression: Regression) -> Answer:
@@ -146,24 +147,26 @@ def of_comparison(regression: Regression) -> Answer:
         said.append(f"{len(failed)} of {count} {verb} ({kinds_text(failed)})")
     if moved:
         others = "other" if failed else f"of {count}"
-        said.append(f"{len(moved)} {others} moved as they may ({kinds_text(moved)})")
+        said.append(f"{len(moved)} {others} changed as allowed ({kinds_text(moved)})")
     if uncompared:
         said.append(f"{len(uncompared)} of {count} could not be compared")
     if not said:
-        said.append(f"nothing moved in {count}" if regression.scenes else "nothing was compared")
+        said.append(f"nothing changed in {count}" if regression.scenes else "nothing was compared")
     of = "" if regression.label == OURS else f" of `{regression.label}`"
-    why = f"Against the accepted baselines{of}, {'; '.join(said)}"
+    why = f"Compared with the accepted baselines{of}, {'; '.join(said)}"
     if regression.fail_on in LENIENT:
         why += f"; {LENIENT[regression.fail_on]}"
     gate = commands.regress(engine=regression.label)
     if regression.outcome == "failed":
         until = (
-            " until that is mended" if regression.broken else " until that is right, or accepted"
+            " until the engine is fixed"
+            if regression.broken
+            else " until the change is reverted or accepted"
         )
-        return Answer("✗", "the gate fails", f"{why}: `{gate}` fails{until}.")
+        return Answer("✗", "baseline check failed", f"{why}: `{gate}` fails{until}.")
     if regression.outcome == "no-baseline":
-        return Answer("?", "not all compared", f"{why}: for `{gate}` that is no pass.")
-    return Answer("✓", "the gate passes", f"{why}.")
+        return Answer("?", "not all scenes compared", f"{why}: `{gate}` ends with exit status 4.")
+    return Answer("✓", "baseline check passed", f"{why}.")
 
 
 def coloured(change: SceneChange) -> str:
@@ -190,10 +193,10 @@ def counts_text(results: Results) -> str:
         Verdict.PASS: "passed",
         Verdict.FAIL: "failed",
         Verdict.CRASHED: "did not finish",
-        Verdict.LIMITS_HOLD: "without a judged outcome",
-        Verdict.NOT_REPRESENTABLE: "not representable",
+        Verdict.LIMITS_HOLD: "final positions not judged",
+        Verdict.NOT_REPRESENTABLE: "unsupported",
     }
-    rest = "without a verdict"
+    rest = "not judged"
     found = Counter(words.get(verdict_of(case), rest) for case in results.cases)
     said = [one for one in (*words.values(), rest) if found[one] or one in ("passed", "failed")]
     counts = ", ".join(f"{found[one]} {one}" for one in said)
@@ -206,7 +209,7 @@ def incomplete_text(results: Results) -> str:
         return ""
     done = f"{len(results.cases)} of {many(results.planned, 'case')} are done"
     state = "still running, or killed" if results.state == "running" else results.state
-    return f"The run is not complete ({state}): {done}."
+    return f"The run is incomplete ({state}): {done}."
 
 
 class Failure(NamedTuple):

@@ -67,7 +67,7 @@ def draw_explanation(explanation: Explanation) -> Figure:
         right.plot(x, y, **mark, markersize=15.0, zorder=6)
     _name_balls(right, explanation, trails, close)
     left.set_title(f"at t = {t:.6g} s", fontsize=9.5)
-    right.set_title("close up", fontsize=9.5)
+    right.set_title("close-up", fontsize=9.5)
     _add_legend(figure, explanation)
     style.set_title(figure, _title(explanation, look.name))
     return figure
@@ -83,13 +83,13 @@ def _instant(explanation: Explanation) -> float:
 def _title(explanation: Explanation, engine: str) -> str:
     parting = explanation.parting
     if parting is None:
-        return f"{explanation.scene.name}: {engine} and the truth have the same collisions"
+        return f"{explanation.scene.name}: {engine} and the reference have the same collisions"
     scene = explanation.scene
     true, other = (
         "nothing more" if one is None else one.describe(scene)
         for one in (parting.true, parting.other)
     )
-    return f"{scene.name}: in truth {true}; in {engine} {other}"
+    return f"{scene.name}: reference: {true}; {engine}: {other}"
 
 
 def _draw_shots(axes: Axes, explanation: Explanation, trails: list[FloatArray]) -> None:
@@ -113,7 +113,7 @@ def _marks(explanation: Explanation) -> Iterator[tuple[Event, Result, dict[str, 
     look, parting = style.engine_style(explanation.label), explanation.parting
     truth = {"marker": "+", "color": style.BLACK, "markeredgewidth": 1.8}
     if parting.true is not None:
-        yield parting.true, explanation.known.result, truth, "collision in truth"
+        yield parting.true, explanation.known.result, truth, "collision in the reference"
     if parting.other is not None:
         other = truth | {"marker": "x", "color": look.colour}
         yield parting.other, explanation.result, other, f"collision in {look.name}"
@@ -182,8 +182,8 @@ def _add_legend(figure: Figure, explanation: Explanation) -> None:
     handles = [
         Line2D([], [], label=f"truth ({explanation.known.kind})", **TRUE_LOOK),
         Line2D([], [], color=look.colour, linewidth=1.1, label=look.name),
-        Line2D([], [], label="a ball in truth", color=style.BLACK, fillstyle="none", **disc),
-        Line2D([], [], label=f"a ball in {look.name}", **filled, **disc),
+        Line2D([], [], label="ball in the reference", color=style.BLACK, fillstyle="none", **disc),
+        Line2D([], [], label=f"ball in {look.name}", **filled, **disc),
     ]
     handles += [
         Line2D([], [], linestyle="none", markersize=9, label=where, **mark)  # the title says which

@@ -60,7 +60,7 @@ def film_result(result: Result, path: Path) -> None:
         axes.text(0.0, 0.0, name, ha="center", va="bottom", fontsize=7.5, clip_on=True)
         for name in names
     ]
-    faster = f" ({speed:.2g} times as fast)" if speed > 1.0 else ""
+    faster = f" ({speed:.2g} × speed)" if speed > 1.0 else ""
     clock = figure.text(0.04, 0.9, "", fontsize=9)
     writer = (FFMpegWriter if mp4 else PillowWriter)(fps=FRAMES_A_SECOND)
     with writer.saving(figure, str(path), dpi=100):
@@ -80,7 +80,7 @@ def plot_result(result: Result, path: str | Path) -> Path:
     """
     if result.events is None:
         raise GhostballError(
-            f"engine `{result.engine}` recorded no motion to draw. Call "
+            f"engine `{result.engine}` recorded no motion, so there is nothing to draw. Call "
             'simulate(scene, record="trajectory")'
         )
     case = CaseRecord(

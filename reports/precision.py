@@ -58,7 +58,8 @@ def draw_against_time(measured: PrecisionMeasurement) -> Figure:
 
 
 NO_STEPS = (
-    "the picture shows what steps buy, and no engine that is named has steps. Name one that has"
+    "the plot compares time steps, and none of these engines has one. Name an engine with a time "
+    "step"
 )
 
 
@@ -73,8 +74,8 @@ def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
     figure = _draw(
         measured.model_copy(update={"points": points}),
         lambda point: 1.0 / (point.step or 1.0),
-        "steps in a second of play",
-        "What steps buy: largest rest error against steps; ringed is the step that is worth it",
+        "time steps per simulated second",
+        "Largest rest error against the number of time steps; ring: recommended step",
     )
     for axes, scene in zip(figure.axes, dict.fromkeys(one.scene for one in points), strict=False):
         _ring_knees(axes, [one for one in points if one.scene == scene])

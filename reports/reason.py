@@ -34,13 +34,13 @@ def reason_of(explanation: Explanation) -> str:
         when = style.format_time(found.instant)
         return (
             f"{label} agrees with the reference up to t = {when}. The rest of the shot can't be "
-            f"compared: {found.until}. So this later difference is no error: {off}."
+            f"compared: {found.until}. So a later difference is not an error: {off}."
         )
     if found.outcome in ("rounding", "agrees"):
         step = found.ladder[0].step if found.ladder else 0.0
         if differs := differs_on_the_way(explanation.result, explanation.known, step):
             return f"The final positions of {label} are right ({off}), but {differs}."
-        return f"{label} is right: {off}, and rounding explains this."
+        return f"{label} is right: {off}, explained by rounding."
     if found.late is not None and found.outcome == "step":
         return _late_by_step(explanation, found)
     if found.outcome == "step":
@@ -113,10 +113,12 @@ def _late_by_step(explanation: Explanation, found: Attribution) -> str:
         f"at t = {_first_wrong(found)}, and {_off(explanation)}."
     )
     if finest.wrong_from is None:
-        text += f" With a step of {style.format_time(finest.step)} every collision is right."
+        text += f" With a time step of {style.format_time(finest.step)} every collision is right."
     if found.with_exact_steps is not None:
         exact = style.format_length(found.with_exact_steps)
-        text += f" With steps that end at contacts, `contact_steps=exact`, the error is {exact}."
+        text += (
+            f" With time steps that end at contacts (`contact_steps=exact`) the error is {exact}."
+        )
     return text
 
 
@@ -124,7 +126,8 @@ def _unseparated(explanation: Explanation, found: Attribution) -> str:
     """Return that nothing tells whether the step or the model is the cause."""
     shares = _lateness(found) if found.shared else "No collision before that is shared by all runs."
     return (
-        f"Step and model of {explanation.label} can't be separated: the first wrong collision is "
+        f"The time step and the model of {explanation.label} can't be separated: the first wrong "
+        "collision is "
         f"at t = {_first_wrong(found)}. {shares} {_sentence(_off(explanation))}"
     )
 
@@ -144,8 +147,8 @@ def _lateness(found: Attribution) -> str:
     if found.shared != 1:
         what = f"The times of the first {found.shared} collisions are"
     return (
-        f"{what} up to {style.format_time(first.late)} off with a step of "
-        f"{style.format_time(first.step)}, and up to {style.format_time(last.late)} with a step of "
+        f"{what} up to {style.format_time(first.late)} off with a time step of "
+        f"{style.format_time(first.step)}, and up to {style.format_time(last.late)} off with "
         f"{style.format_time(last.step)}."
     )
 
@@ -169,15 +172,15 @@ def _factor_text(explanation: Explanation, factor: Factor) -> str:
     by = ""
     found = explanation.attribution
     if found is not None and found.ladder:
-        by = f" with a step of {style.format_time(found.ladder[-1].step)}"
+        by = f" with a time step of {style.format_time(found.ladder[-1].step)}"
     if factor.until < explanation.result.rest_time:
         by += f" by t = {style.format_time(factor.until)}"
     share = factor.after / factor.before
     left = _percent(share) if share >= 5e-4 else "less than 0.05 %"
     return (
-        f"{_since(explanation)}, {explanation.label} plays as if {factor.name} were {value} "
-        f"{right}. That makes it {style.format_length(factor.before)} off{by}; with {right} "
-        f"instead, {style.format_length(factor.after)} would be left ({left})."
+        f"{_since(explanation)}, {explanation.label} behaves as if {factor.name} were {value} "
+        f"{right}. The error is {style.format_length(factor.before)}{by}; with {right} it would be "
+        f"{style.format_length(factor.after)}, {left} of that."
         + _physical(explanation, factor)
         + "".join(f" Equally well explained if {one}." for one in factor.rivals)
     )
@@ -212,7 +215,7 @@ def _off(explanation: Explanation) -> str:
     distances = explanation.rest_distances
     ball = int(distances.argmax())
     name, off = explanation.scene.balls[ball].id, style.format_length(float(distances[ball]))
-    return f'"{name}" ends {off} off'
+    return f'"{name}" stops {off} from its reference position'
 
 
 def _shorter(explanation: Explanation) -> str:
@@ -220,8 +223,8 @@ def _shorter(explanation: Explanation) -> str:
     assert found is not None
     shortest = found.ladder[-1]
     left = style.format_length(shortest.difference)
-    text = f"A step of {style.format_time(shortest.step)} leaves {left}"
+    text = f"With a time step of {style.format_time(shortest.step)} the error is {left}"
     if found.with_exact_steps is not None:
         exact = style.format_length(found.with_exact_steps)
-        text += f"; steps that end at contacts, `contact_steps=exact`, leave {exact}"
+        text += f"; with time steps that end at contacts (`contact_steps=exact`), {exact}"
     return f"{text}."

@@ -72,7 +72,8 @@ def write_report(
     results, regression = _load(Path(results_dir))
     if not results.cases:
         raise ReportError(
-            f"{results.path}: holds no case, so there is nothing to report. Run the suite again"
+            f"{results.path}: contains no results, so there is nothing to report. Run `ghostball "
+            "validate` again"
         )
     failed: list[FailedPart] = []
     try:
@@ -106,7 +107,7 @@ def write_report(
 def _cannot_write(path: Path, error: OSError) -> ReportError:
     return ReportError(
         f"{error.filename or path}: can't write the report: {error.strerror or error}. "
-        "Copy the results to a folder that can be written, and report on that"
+        "Copy the results to a writable folder, and make the report from there"
     )
 
 

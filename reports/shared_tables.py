@@ -30,11 +30,12 @@ COMPARISON_KEY = (
 """What the columns mean."""
 
 
-SPREAD_HEADS = ("scene", "engine", "ended", "rest positions", *QUANTITIES)
+SPREAD_HEADS = ("scene", "engine", "finished", "rest positions", *QUANTITIES)
 
 SPREAD_KEY = (
     "Each scene from randomly perturbed initial states, the same for every engine; touching balls "
-    "are only moved apart. Rest positions: rms distance of a ball from its mean rest position. "
+    "are only moved away from each other. Rest positions: rms distance of a ball from its mean "
+    "rest position. "
     "Other columns: the mean ± the standard deviation of one shot, and the difference from the "
     "mean of "
     f"`{OURS}` in standard errors; ≠ if it is more than {DIFFERS:g}. This table compares "
@@ -93,7 +94,7 @@ def _spread_cell(found: Spread | None) -> str:
 def _wrong(one: SceneSpread) -> str:
     said = []
     if one.reasons:
-        said.append(f"{many(one.planned - one.ended, 'start')} without an end: {one.reasons[0]}")
+        said.append(f"{many(one.planned - one.ended, 'run')} did not finish: {one.reasons[0]}")
     if one.broken:
-        said.append(f"{many(one.broken, 'start')} that end break a limit of every engine")
+        said.append(f"{many(one.broken, 'run')} that finished failed a common limit")
     return "; ".join(said)

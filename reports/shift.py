@@ -73,7 +73,7 @@ def drawn(changes: Sequence[SceneChange]) -> str:
     gap = " " * max(1, WIDTH - len(ends[0]) - len(ends[1]))
     lines.append(f"{'':<{names}}  {ends[0]}{gap}{ends[1]}")
     key = f"{_BEFORE} before, {_NOW} now: the largest rest error"
-    more = f"; {len(changes) - SHOTS} more moved less" if len(changes) > SHOTS else ""
+    more = f"; {len(changes) - SHOTS} more changed less" if len(changes) > SHOTS else ""
     return "\n".join([*lines, "", key + more])
 
 

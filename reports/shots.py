@@ -158,7 +158,7 @@ def load_shot(results: Results, name: str) -> Shot:
     present = [case for case in cases if case is not None]
     if not present:
         raise GhostballError(
-            f'{results.path}: no case of scene "{name}". It holds: '
+            f'{results.path}: no result for scene "{name}". Available: '
             + (", ".join(results.scene_names) or "none")
         )
     runs = tuple(

@@ -8,7 +8,6 @@ hangs on colour alone.
 from __future__ import annotations
 
 import hashlib
-import math
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from ghostball.reference_adapters.function import name_of_function
 from ghostball.validation.results.files import write_whole
+from ghostball.validation.results.quantities import scaled
 from ghostball.validation.results.records import number_with_unit
 
 if TYPE_CHECKING:
@@ -192,7 +192,7 @@ def format_quantity(value: float | None, unit: str = "1") -> str:
     if unit == "class":
         return number_with_unit(value, unit)
     if unit in ("s", "m"):
-        return f"{'-' if value < 0.0 else ''}{_scaled(abs(value), unit)}"
+        return scaled(value, unit)
     if unit == "1/s" and value >= 1e3:
         scale, name = (1e6, " million/s") if value >= 1e6 else (1e3, " thousand/s")
         return f"{value / scale:.3g}{name}"
@@ -201,29 +201,8 @@ def format_quantity(value: float | None, unit: str = "1") -> str:
     return number if unit == "1" else f"{number} {unit}"
 
 
-SMALLEST = 1e-16
-"""Below this size a number gets a power of ten: few know the prefixes past femto."""
-
-# By exponent, since 1e-3 * 1e-6 is not 1e-9 in floating point.
-_PREFIXES = {0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
-
-
 def _scaled(value: float | None, unit: str) -> str:
-    if value is None:
-        return "–"
-    if not math.isfinite(value):
-        return f"{value} {unit}"
-    if value == 0.0:
-        return "0"
-    # One unit for one size: the number in front is in [1, 1000), once it is rounded to 3 digits.
-    rounded = float(f"{value:.3g}")
-    if abs(rounded) < SMALLEST:
-        return f"{value:.1e} {unit}"
-    exponent = 3 * math.floor(math.log10(abs(rounded)) / 3.0 + 1e-9)
-    exponent = min(max(exponent, min(_PREFIXES)), 0)
-    number = rounded * 10.0**-exponent
-    shown = f"{value:.0f}" if abs(number) >= 999.5 else f"{number:.3g}"
-    return f"{shown} {_PREFIXES[exponent]}{unit}"
+    return "–" if value is None else scaled(value, unit)
 
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -21,11 +21,10 @@ def reused_text(results: Results) -> str:
     if not dates:
         return ""
     when = f"on {dates[0]}" if dates[0] == dates[-1] else f"between {dates[0]} and {dates[-1]}"
-    it_was = "it was" if len(dates) == 1 else "they were"
     return (
-        f"{len(dates)} of {many(len(results.cases), 'case')} reused from an earlier run, since "
-        f"{it_was} unchanged in inputs, code, versions and machine: measured {when}. A run time "
-        "with a date was taken then; medians of run times include such."
+        f"{len(dates)} of {many(len(results.cases), 'case')} reused from an earlier run ({when}) "
+        "with the same inputs, code, versions and machine. Run times with a date are from that "
+        "run, and medians of run times include them."
     )
 
 
@@ -43,8 +42,8 @@ def metric_of(case: CaseRecord | None, name: str) -> float | None:
 
 
 LIKENESS_KEY: Final = (
-    "The numbers are standard errors of the measurement, and of what tables differ by where several"
-    " were measured: what is below 2 is within them."
+    "Unit: standard errors of the measurement, which include the spread between tables if several "
+    "were measured. Below 2 agrees with the measurement."
 )
 """How `likeness_cell` is read."""
 

@@ -66,9 +66,9 @@ def note(level: str, title: str, message: str) -> str:
 def _of_failure(failure: Failure) -> Finding:
     case, finished = failure.case, failure.check is not None
     again = (commands.explain if finished else commands.simulate)(case.scene, case.label)
-    title = f"{case.scene} {'breaks a limit' if finished else 'did not finish'}"
+    title = f"{case.scene} {'fails a limit' if finished else 'did not finish'}"
     why = f" ({failure.reason})" if failure.reason else ""
-    message = f"{case.label}: {failure.words}{why}\nAgain: {again}"
+    message = f"{case.label}: {failure.words}{why}\nTo repeat: {again}"
     return Finding("error", case.scene, title, message)
 
 
@@ -78,8 +78,8 @@ def _of_run(results: Results) -> Iterator[Finding]:
     for label, reason in missing.items():
         yield Finding("warning", label, f"{label} is unavailable", reason)
     if results.state != "complete":
-        said = f"the run is not complete: {results.state}"
-        yield Finding("error", str(results.path), "not complete", said)
+        said = f"the run is incomplete: {results.state}"
+        yield Finding("error", str(results.path), "incomplete", said)
 
 
 def _of_regression(regression: Regression, lost: set[tuple[str, str]]) -> Iterator[Finding]:
@@ -115,7 +115,7 @@ def _lines(regression: Regression, change: SceneChange) -> Iterator[str]:
     yield change.summary
     yield from change_lines(change)
     if change.command:
-        yield f"Again: {change.command}"
+        yield f"To repeat: {change.command}"
 
 
 def change_lines(change: SceneChange) -> Iterator[str]:

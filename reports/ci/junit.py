@@ -96,12 +96,12 @@ def _unjudged(case: CaseRecord, metric: str, checks: list[Check]) -> str:
     if any(check.passed is None for check in checks):
         return f"reference: {checks[0].note}"
     if metric not in case.metrics:
-        limit = ", though the scene limits it" if metric in case.left_out else ""
-        return f"not measured: the run asked for other metrics{limit}"
+        limit = ", although the scene has a limit on it" if metric in case.left_out else ""
+        return f"not measured: left out by --metric{limit}"
     if checks:
         return ""
     value = number_with_unit(case.metrics[metric], METRICS[metric].unit)
-    return case.notes.get(metric) or f"measured {value}; the scene sets no limit"
+    return case.notes.get(metric) or f"measured {value}; no limit applies"
 
 
 def _of_change(label: str, change: SceneChange) -> Element:

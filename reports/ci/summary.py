@@ -147,7 +147,7 @@ def _failure_cells(failure: Failure) -> list[str]:
 
 
 def _engine_heads(kinds: Sequence[AccuracyKind]) -> list[str]:
-    return ["engine", *(CLASSES[kind].short for kind in kinds), "typical error", "typical time"]
+    return ["engine", *(CLASSES[kind].short for kind in kinds), "median error", "median time"]
 
 
 def _engine_cells(results: Results, label: str, kinds: Sequence[AccuracyKind]) -> list[str]:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from ghostball.validation.measured.fit.found import Fit
 
 _TITLES = {
-    "rolling": "Balls that roll: their deceleration",
-    "cushion": "Cushions: velocity afterwards",
-    "hit": "Hits of a ball at rest: places and velocities afterwards",
+    "rolling": "Rolling balls: deceleration",
+    "cushion": "Cushion rebounds: velocity after",
+    "hit": "Hits on a resting ball: positions and velocities after",
 }
 _BINS = 8
 _SHOWN = 6.0
@@ -36,8 +36,8 @@ def draw_fit(fitted: Fit, path: Path) -> None:
             _draw(axes, speeds, left)
             axes.set_title(f"{_TITLES[name]} ({len(left)})", loc="left")
         rows[-1].set_xlabel("speed before [m/s]")
-        style.set_title(figure, "What the fit leaves, in errors of measurement")
-        style.save_one(figure, path, "What a fit of physics to tracks leaves of each event")
+        style.set_title(figure, "Residuals of the fit, in measurement errors")
+        style.save_one(figure, path, "Residual of each event in a fit of physics to tracks")
 
 
 def _draw(axes: Axes, speeds: NDArray[np.float64], left: NDArray[np.float64]) -> None:

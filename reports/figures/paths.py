@@ -53,7 +53,7 @@ def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = No
     axes.set_xlim(0.0, 1.02 * median_end(shot))
     axes.set_ylim(*_range_of_x(shot))
     axes.set_xlabel("time [s]")
-    axes.set_title("x of the centres [m] against time", y=1.0)
+    axes.set_title("x of ball centres [m] against time", y=1.0)
     axes.grid(True)
 
 

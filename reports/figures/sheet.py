@@ -108,7 +108,7 @@ def draw_sheet(shot: Shot) -> Figure | None:
     if flies:
         axes = place(TIME_LEFT, TITLE + 0.2 + 3.0 * room, TIME_WIDTH, room - 0.42)
         draw_heights(axes, shot, lambda run, _: _thin(run, shot.drawn.index(run)))
-        _set_title(axes, "How high balls fly [mm], until all stay on the cloth [s]")
+        _set_title(axes, "Ball heights [mm] against time [s], until all stay on the cloth")
     return figure
 
 
@@ -136,7 +136,7 @@ def _draw_cloth(place: Any, shot: Shot) -> None:
         names = zip((ball.id for ball in shot.scene.balls), starts, radii, strict=True)
         label_balls(axes, list(names), metres_to_a_point, motion_of_run(shot.drawn[0]).positions)
     where = "rest" if shot.end == "rest" else "are at the end"
-    _set_title(axes, f"Where the balls {where} (ring: in truth; grey disc: at the start)")
+    _set_title(axes, f"Where the balls {where} (ring: reference; grey disc: start)")
     if collinear:
         beneath = place(
             MARGIN + 0.3, TITLE + room + 0.3, TABLE_WIDTH - 0.3, TABLE_HEIGHT - room - 0.6
@@ -160,8 +160,8 @@ def _draw_collisions(axes: Axes, shot: Shot) -> None:
         axes.axhline(true, color=style.BLACK, linestyle=(0.0, (1.0, 2.0)), linewidth=1.0, zorder=3)
     axes.set_ylim(0.0, 1.08 * max(most, 1))
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
-    dotted = "" if shot.truth_counts is None else " (dotted: all in truth)"
-    _set_title(axes, f"Collisions until then{dotted}")
+    dotted = "" if shot.truth_counts is None else " (dotted: reference total)"
+    _set_title(axes, f"Collisions so far{dotted}")
 
 
 def _draw_energy(axes: Axes, shot: Shot) -> None:
@@ -170,15 +170,15 @@ def _draw_energy(axes: Axes, shot: Shot) -> None:
         motion = motion_of_run(run)
         axes.plot(motion.times, motion.energy / unit, **_thin(run, order))
     axes.set_ylim(0.0, 1.05 * highest / unit or 1.0)
-    _set_title(axes, f"Energy of all balls [{name}]")
+    _set_title(axes, f"Total energy [{name}]")
 
 
 def _draw_errors(axes: Axes, shot: Shot) -> None:
     """Draw the largest distance of a ball from where it is in our engine's motion."""
-    _set_title(axes, "Largest distance of a ball from our engine's motion")
+    _set_title(axes, "Largest distance of a ball from Ghostball's result")
     curves, most = error_curves(shot)
     if not curves:
-        axes.text(0.5, 0.5, "one engine alone", transform=axes.transAxes, ha="center")
+        axes.text(0.5, 0.5, "only one engine", transform=axes.transAxes, ha="center")
         axes.set_yticks([])
         return
     for order, (run, distance) in enumerate(curves):
@@ -202,7 +202,7 @@ def _draw_numbers(figure: Figure, shot: Shot, top: float, notes: Sequence[str]) 
 
     high = figure.get_figheight()
     true = shot.truth_counts
-    heads = ("how right it is", "ball-ball", "ball-cushion")
+    heads = ("accuracy", "ball-ball", "ball-cushion")
 
     def write(x: float, row: int, text: str, colour: str = style.BLACK) -> None:
         y = 1.0 - (top + ROW_HEIGHT * row) / high
@@ -231,9 +231,9 @@ def _draw_numbers(figure: Figure, shot: Shot, top: float, notes: Sequence[str]) 
 
 def _notes(shot: Shot) -> list[str]:
     """Say what the signs mean, what the truth is, and which engines have no motion, and why."""
-    slides = "Lines are thick where a ball slides. " * (shot.slides and not shot.has_many_balls)
+    slides = "Thick lines: sliding. " * (shot.slides and not shot.has_many_balls)
     signs = legend_text(run.verdict for run in shot.drawn)
-    said = [f"Truth: {shot.truth or 'none'}. {slides}{signs}."]
+    said = [f"Reference: {shot.truth or 'none'}. {slides}{signs}."]
     reasons: dict[str, list[str]] = {}
     for run in shot.runs:
         if run.motion is None:

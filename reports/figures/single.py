@@ -64,8 +64,8 @@ def draw_single(shot: Shot) -> Figure:
     (run,) = shot.drawn
     at_end = "at rest" if shot.end == "rest" else "at the end"
     style.set_title(figure, f"{shot.scene.name} on {run.style.name}")
-    paths = "paths, thick where a ball slides" if shot.slides else "paths"
-    said = f"Empty discs: start. Lines: {paths}. Filled discs: {at_end}."
+    paths = "paths (thick: sliding)" if shot.slides else "paths"
+    said = f"Open discs: start. Lines: {paths}. Filled discs: {at_end}."
     figure.supxlabel(
         " ".join(filter(None, [said, _naming(shot.scene), _outside(shot, view)])),
         fontsize=8.5,
@@ -124,7 +124,7 @@ def _names(scene: Scene) -> list[str]:
 
 def _naming(scene: Scene) -> str:
     ids = [ball.id for ball in scene.balls]
-    return "" if _names(scene) == ids else "Numbers: order of the balls in the scene, from 1."
+    return "" if _names(scene) == ids else "Numbers: ball order in the scene, from 1."
 
 
 def _outside(shot: Shot, view: View) -> str:
@@ -136,7 +136,7 @@ def _outside(shot: Shot, view: View) -> str:
     x, y = run.case.rest_positions[:, 0], run.case.rest_positions[:, 1]
     inside = (left <= x) & (x <= right) & (bottom <= y) & (y <= top)
     gone = [name for name, seen in zip(_names(shot.scene), inside, strict=True) if not seen]
-    return f"Outside: {', '.join(gone)}." if gone else ""
+    return f"Not shown: {', '.join(gone)}." if gone else ""
 
 
 def _separate(start: FloatArray, end: FloatArray, radius: float) -> list[FloatArray]:

@@ -12,13 +12,13 @@ from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scene_numbers import counted_rows
 from ghostball.validation.results.store import Results
 
-UNAVAILABLE = "unavailable here"
+UNAVAILABLE = "unavailable"
 """Stands for the settings of an engine that could not run, which has none."""
 
 _GROUPS: dict[str, tuple[str, ...]] = {
     "Machine": ("cpu", "cores", "os", "python"),
     "Versions": ("versions",),
-    "Code and run": ("git", "date", "command", "run", "state"),
+    "Software and run": ("git", "date", "command", "run", "state"),
 }
 """Which entries of the environment a table shows; all others but engines are in the last one."""
 

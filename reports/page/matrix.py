@@ -78,14 +78,14 @@ def why_text(case: CaseRecord | None) -> str:
     """Return why a case has its verdict, in one line without markup."""
     verdict = verdict_of(case)
     if case is None:
-        return "not run: the run ended before it"
+        return "not run: the run stopped first"
     if case.outcome != "ran":
         return f"{verdict.words}: {' '.join(case.reason.split())}"
     if not case.broken and (why := unfinished_text(case)):
         return f"{verdict.words}: {' '.join(why.split())}"
     if case.broken:
-        broken = ", ".join(f"{check.metric} breaks its limit" for check in case.broken)
-        return f"{meaning_text(case) or 'nothing to compare with'}; {verdict.words}: {broken}"
+        broken = ", ".join(f"{check.metric} fails its limit" for check in case.broken)
+        return f"{meaning_text(case) or 'no reference result'}; {verdict.words}: {broken}"
     stopped = f"; stopped early: {' '.join(case.reason.split())}" if case.reason else ""
     judged = sum(check.passed is True for check in case.checks)
     checks = f" ({judged} checks)" if judged else ""

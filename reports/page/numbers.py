@@ -74,7 +74,7 @@ def cost_html(results: Results) -> Markup:
     if series:
         largest = max(float(np.max(one.y)) for one in series)
         chart = draw(
-            "Run time of every case against its largest rest error",
+            "Run time against the largest rest error, one point per case",
             series,
             log_axis("run time", least, most, "s"),
             log_axis("largest rest error", SMALLEST_ERROR, largest, "m"),

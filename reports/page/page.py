@@ -77,12 +77,12 @@ def page_text(
         section(
             "verdict",
             "Verdict",
-            "Verdict and what changed",
+            "Result and changes",
             Part(lambda: verdict_html(results, regression)),
             Part(lambda: changes_html(results, regression)),
             Part(lambda: changed_html(results, regression)),
         ),
-        section("matrix", "Matrix", "Engines by scenes", Part(lambda: matrix_html(results))),
+        section("matrix", "Matrix", "Engines by scene", Part(lambda: matrix_html(results))),
     ]
     after = [
         section(
@@ -94,18 +94,18 @@ def page_text(
         section(
             "numbers",
             "Numbers",
-            "Numbers over all scenes",
+            "Totals over all scenes",
             Part(lambda: cost_html(results), "cost", "Run time against error", opened=True),
             Part(
                 lambda: closed_forms_html(results),
                 "closed-forms",
-                "Closed forms, in units of rounding",
+                "Errors in closed-form scenes, in units of rounding",
             ),
-            Part(lambda: horizons_html(results), "horizons", "How far the shots can be predicted"),
+            Part(lambda: horizons_html(results), "horizons", "Predictability horizons"),
             Part(
                 lambda: ensembles_html(results),
                 "ensembles",
-                "Ensembles: how shots from varied starts end",
+                "Ensembles: rest positions from perturbed initial states",
                 opened=True,
             ),
             Part(
@@ -117,7 +117,7 @@ def page_text(
         section(
             "real-tables",
             "Real tables",
-            "Engines beside real tables",
+            "Engines compared with measured tables",
             Part(lambda: real_tables_html(results)),
         ),
         section("stress", "Generated shots", "Generated shots", Part(lambda: stress_html(results))),
@@ -125,7 +125,7 @@ def page_text(
             "run",
             "About this run",
             "About this run",
-            Part(lambda: truth_html(results), "truth", "What is true here"),
+            Part(lambda: truth_html(results), "truth", "How results are judged"),
             Part(lambda: environment_html(results), "environment", "Environment"),
         ),
     ]

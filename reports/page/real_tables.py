@@ -20,11 +20,11 @@ SIGNS: Final = ("●", "■")
 """Of what was measured, one for each thing that a family has figures of."""
 
 _UPWARDS: Final = {
-    "cushion": "speed left, of that before",
+    "cushion": "speed after / speed before",
     "rolling-pool": "deceleration [m/s²]",
-    "banks-pool": "aimed from, over aimed at",
-    "cushion-snooker": "speed left, of that before",
-    "hit-speeds": "speed, of that before",
+    "banks-pool": "aim position / target position",
+    "cushion-snooker": "speed after / speed before",
+    "hit-speeds": "speed / speed before",
     "hit-angle": "direction [degrees]",
     "throw-pool": "throw [degrees]",
 }
@@ -120,7 +120,7 @@ def _chart(results: Results, drawn: Sequence[tuple[str, Family]]) -> Markup:
     every = np.concatenate([one.y for one in series])
     margin = 0.05 * float(np.ptp(every))
     return draw(
-        f"{family.title}: measured, and played",
+        f"{family.title}: measured and simulated",
         series,
         linear_axis(family.against, 1.05 * max(one.at for one in family.figures)),
         linear_axis(

@@ -118,7 +118,7 @@ def _engine(run: Run, radii: FloatArray, parts: list[bytes]) -> dict[str, Any]:
         "ours": look.ours,
         "outcome": "ran" if case is None else case.outcome,
         "status": None if case is None else case.status,
-        "reason": "not asked for" if case is None and run.motion is None else "",
+        "reason": "not requested" if case is None and run.motion is None else "",
         "verdict": "; ".join(filter(None, (accuracy_text(case), run.verdict.words)))
         if case
         else "",

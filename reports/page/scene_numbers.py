@@ -17,12 +17,12 @@ COMPARISONS = {"at_most": "at most", "at_least": "at least", "equals": "exactly"
 
 COUNTED = {
     "joint_impacts": "simultaneous impacts, resolved together",
-    "unsolved_joint_impacts": "of those, impacts whose impulses were not found",
-    "contact_steps": "steps of balls in resting contact",
-    "contact_pieces": "further pieces of the motion over such steps",
-    "unsolved_contact_steps": "steps of balls in resting contact whose forces were not found",
+    "unsolved_joint_impacts": "simultaneous impacts left unsolved",
+    "contact_steps": "contact steps (balls in resting contact)",
+    "contact_pieces": "further trajectory segments within contact steps",
+    "unsolved_contact_steps": "contact steps left unsolved",
     "pulls": "overlapping balls pulled apart",
-    "put_backs": "balls put back from beyond a cushion",
+    "put_backs": "balls moved back inside a cushion",
     "coincident_pairs": "balls at the same position",
     "overlaps": "overlaps that the search for collisions ignored",
 }

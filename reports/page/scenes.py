@@ -92,7 +92,7 @@ def scene_part(
         cases=cases,
         balls=[ball.id for ball in shot.scene.balls],
         true_rests=shot.truth_positions,
-        known="truth" if shot.truth in INDEPENDENT else "our engine, as the truth",
+        known="reference" if shot.truth in INDEPENDENT else "reference (Ghostball's own engine)",
         horizon=horizon,
         ledgers=ledgers,
         entries=[e for e in ENTRIES if any(one.entries and e in one.entries for _, one in ledgers)],
@@ -171,7 +171,7 @@ def energy_chart(shot: Shot) -> Markup:
         )
         for run in shot.drawn
     ]
-    title = f"Energy of all balls against time in scene {shot.scene.name}"
+    title = f"Total energy against time in scene {shot.scene.name}"
     return draw(title, series, _time_axis(shot), linear_axis(f"energy [{name}]", top))
 
 
@@ -195,8 +195,8 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
                 Series(said, colour, np.array([parted]), at, marker="✕", line=False, titles=[said])
             )
     marks = [] if horizon is None else [(horizon, "horizon")]
-    title = f"Largest distance of a ball from our engine's against time in {shot.scene.name}"
-    axis = log_axis("distance from ours", ERROR_FLOOR, min(most, 1e3), "m")
+    title = f"Largest distance of a ball from Ghostball's result against time in {shot.scene.name}"
+    axis = log_axis("distance from Ghostball's", ERROR_FLOOR, min(most, 1e3), "m")
     return draw(title, [*series, *partings], _time_axis(shot), axis, marks)
 
 

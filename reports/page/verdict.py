@@ -19,7 +19,7 @@ VARIANTS = {
         "exact steps",
         "its time steps end when balls touch, so the remaining error is from its solver",
     ),
-    "config=naive": ("naive", "with the settings that a newcomer types, 60 steps per second"),
+    "config=naive": ("naive", "with the settings that a newcomer types, 60 time steps per second"),
 }
 """Explanations of settings in the names of engines."""
 
@@ -35,7 +35,7 @@ def verdict_html(results: Results, regression: Regression | None) -> Markup:
         engines=engines_html(results),
         incomplete=incomplete_text(results),
         counts=counts_text(results),
-        unsolved=many(left, "sustained or joint contact") if left else "",
+        unsolved=many(left, "resting or simultaneous contact") if left else "",
         metrics=[] if len(measured) == len(METRICS) else measured,
         left_out=many(left_out, "limit"),
         reused=reused_text(results),

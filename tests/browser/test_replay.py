@@ -100,7 +100,7 @@ def test_steps_go_from_event_to_event(open_page, results):
         replay_of(page).get_by_role("button", name="Next event").click()
         assert state(page) == t
     for t in times[-2::-1]:
-        replay_of(page).get_by_role("button", name="Event before").click()
+        replay_of(page).get_by_role("button", name="Previous event").click()
         assert state(page) == t
 
 
@@ -117,7 +117,7 @@ def test_the_log_of_another_engine_can_be_chosen(open_page, results):
 def test_a_jump_to_the_first_divergence(open_page, results):
     case = results.case(CHAIN, "paper-discrete")
     page = open_page(CHAIN)
-    button = replay_of(page, CHAIN).get_by_role("button", name="Jump to the first divergence")
+    button = replay_of(page, CHAIN).get_by_role("button", name="Jump to the first wrong collision")
     assert "paper-discrete" in button.inner_text()
     button.click()
     assert state(page, CHAIN) == case.metrics["first_divergence_time"]
@@ -224,7 +224,7 @@ def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
     [
         (
             "data.engines.forEach((one) => { one.motion = null; })",
-            "No engine has a recorded motion of this scene, so there is nothing to replay.",
+            "No engine recorded its motion in this scene, so there is nothing to replay.",
         ),
         (
             "data.schema = 99",
@@ -232,7 +232,7 @@ def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
         ),
         (
             "data.engines[0].motion.tick = 1e-7; data.balls.push(data.balls[0])",
-            "This motion can't be replayed: its motion is cut short.",
+            "This motion can't be replayed: the motion data are truncated.",
         ),
     ],
 )
@@ -278,7 +278,7 @@ def test_a_flight_has_a_shadow_and_is_seen_from_the_side(open_page):
     side = replay_of(page, JUMP).locator("canvas.gb-side")
     assert side.count() == 1
     seek(page, 0.12, JUMP)
-    replay_of(page, JUMP).get_by_role("button", name="Look at the chosen ball").click()
+    replay_of(page, JUMP).get_by_role("button", name="Zoom to the selected ball").click()
     flying, above = side.screenshot(), picture(page, JUMP)
     assert "flies" in replay_of(page, JUMP).locator(".gb-readout").inner_text()
     replay_of(page, JUMP).get_by_label("Stripes").uncheck()

@@ -29,32 +29,32 @@ def case(results):
         (Accuracy("nanometres", error=1.6e-10), "160 pm"),
         (Accuracy("millimetres", error=3.67e-3), "3.67 mm"),
         (Accuracy("centimetres", error=0.785), "785 mm"),
-        (Accuracy("another shot", at=1.21195, agree=4, of=7), "other shot from 1.21 s (4 of 7)"),
+        (Accuracy("another shot", at=1.21195, agree=4, of=7), "wrong at 1.21 s (4 of 7 right)"),
         (
             Accuracy("another shot", at=1.21195, agree=7, of=7),
-            "other shot from 1.21 s (7 of 7, then more)",
+            "wrong at 1.21 s (7 of 7 right, then extra)",
         ),
-        (Accuracy("another shot", agree=0, of=1), "other shot (0 of 1)"),
-        (Accuracy("broken", cause="energy", amount=0.088), "broken: energy +8.8 %"),
+        (Accuracy("another shot", agree=0, of=1), "wrong (0 of 1 right)"),
+        (Accuracy("broken", cause="energy", amount=0.088), "unphysical: energy +8.8 %"),
         (
             Accuracy("broken", cause="overlap", amount=0.0541),
-            "broken: balls 54.1 mm inside each other",
+            "unphysical: balls overlap by 54.1 mm",
         ),
-        (Accuracy("broken", cause="not finite"), "broken: not finite"),
-        (Accuracy("broken", cause="jump", amount=0.104), "broken: velocities jump"),
-        (Accuracy("broken", cause="stopped"), "broken: gave up early"),
+        (Accuracy("broken", cause="not finite"), "unphysical: NaN or infinity"),
+        (Accuracy("broken", cause="jump", amount=0.104), "unphysical: velocities jump"),
+        (Accuracy("broken", cause="stopped"), "unphysical: stopped early"),
     ],
 )
 def test_a_cell_says_what_a_reader_wants(case, found, text):
     shown = replace(case, accuracy=found)
     assert accuracy_text(shown) == text
     assert cell_text(shown) == f"{text} ✓"
-    assert meaning_text(shown).startswith(("exact", found.kind))
+    assert meaning_text(shown).startswith(("exact", "wrong collisions", "unphysical", found.kind))
 
 
 def test_what_nothing_proves_is_said_to_be_a_comparison(case):
     shown = replace(case, truth="our engine (not independent)")
-    assert "as our engine plays it, which nothing proves" in meaning_text(shown)
+    assert "Ghostball's own, which is not certified" in meaning_text(shown)
 
 
 def test_the_mark_is_no_part_of_the_class(case):

@@ -33,20 +33,20 @@ def written(folder, **options):
 
 # Each part of the page, by the function that makes it.
 PARTS = {
-    "verdict_html": "Verdict and what changed",
-    "changes_html": "Verdict and what changed",
-    "changed_html": "Verdict and what changed",
-    "matrix_html": "Engines by scenes",
+    "verdict_html": "Result and changes",
+    "changes_html": "Result and changes",
+    "changed_html": "Result and changes",
+    "matrix_html": "Engines by scene",
     "failures_html": "Failures explained",
     "cost_html": "Run time against error",
-    "closed_forms_html": "Closed forms, in units of rounding",
-    "horizons_html": "How far the shots can be predicted",
-    "ensembles_html": "Ensembles: how shots from varied starts end",
+    "closed_forms_html": "Errors in closed-form scenes, in units of rounding",
+    "horizons_html": "Predictability horizons",
+    "ensembles_html": "Ensembles: rest positions from perturbed initial states",
     "ledgers_html": "Where the energy went",
     "hashes_html": "Determinism",
     "timing_html": "Run times",
     "stress_html": "Generated shots",
-    "truth_html": "What is true here",
+    "truth_html": "How results are judged",
     "environment_html": "Environment",
 }
 
@@ -60,12 +60,14 @@ def test_each_section_costs_itself_alone(small_folder, monkeypatch):
     assert failed == [f'section "{heading}" of report.html' for heading in PARTS.values()]
     assert "<b>" not in html
     for heading in PARTS.values():
-        assert f"The section &#34;{heading}&#34; of report.html could not be made: {SAID}" in html
-    assert html.count("please report it") == len(PARTS)
+        assert (
+            f"The section &#34;{heading}&#34; of report.html could not be written: {SAID}" in html
+        )
+    assert html.count("Please report it") == len(PARTS)
     for kept in ('<section class="scene"', 'class="nav-verdict', 'data-replay="replay-stop"'):
         assert kept in html
         assert kept in whole
-    missing = f"<strong>Not all of this report is here</strong>: {len(PARTS)} parts of it could not"
+    missing = f"<strong>This report is incomplete</strong>: {len(PARTS)} parts of it could not"
     assert missing in html
 
 
@@ -106,7 +108,7 @@ def test_a_process_that_crashes_costs_its_part_alone(three_folder, monkeypatch):
     monkeypatch.setattr(report, "CASES_WORTH_A_PROCESS", 1)
     failed, html = written(three_folder, jobs=2, figures="none")
     assert failed == ["part of report.html on scene stop"]
-    assert "the process running it crashed (exit code 7)" in html
+    assert "its process crashed (exit code 7)" in html
     assert 'data-replay="replay-head-on"' in html
 
 
@@ -136,7 +138,7 @@ def test_a_disk_that_is_full_is_no_fault_of_a_figure(small_folder, monkeypatch):
 def test_many_parts_are_counted_not_all_named():
     failed = [FailedPart(f"part {k}", "E: e", "") for k in range(NAMED + 3)]
     text = failed_text(failed)
-    assert text.startswith(f"{NAMED + 3} parts of it could not be made: part 0 (E: e), part 1")
+    assert text.startswith(f"{NAMED + 3} parts of it could not be written: part 0 (E: e), part 1")
     assert text.endswith("and 3 more")
 
 
@@ -144,4 +146,6 @@ def test_the_error_says_what_was_written_and_crosses_processes(tmp_path):
     error = IncompleteReportError(tmp_path / "report.html", [FailedPart("figure a", "E: e", "")])
     again = pickle.loads(pickle.dumps(error))
     assert str(again) == str(error)
-    assert "report.html: written, but 1 part of it could not be made: figure a (E: e)" in str(error)
+    assert "report.html: written, but 1 part of it could not be written: figure a (E: e)" in str(
+        error
+    )

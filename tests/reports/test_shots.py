@@ -31,7 +31,7 @@ def test_runs_are_in_the_order_that_was_asked_for_and_drawn_ours_first(results):
         run.label for run in shot.runs if run.motion is not None
     }
     assert shot.has_many_balls
-    with pytest.raises(GhostballError, match=r'no case of scene "none"\. It holds: .*break-7'):
+    with pytest.raises(GhostballError, match=r'no result for scene "none"\. Available: .*break-7'):
         load_shot(results, "none")
 
 

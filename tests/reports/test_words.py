@@ -50,8 +50,8 @@ def test_what_an_earlier_run_measured_is_said_with_its_dates(small_folder):
     first, *rest = results.cases
     first = replace(first, reused=True, measured="2026-01-02T03:04:05")
     shown = reused_text(Results(results.path, [first, *rest], results.environment))
-    assert "1 of 3 cases reused from an earlier run, since it was unchanged" in shown
-    assert "measured on 2026-01-02" in shown
+    assert "1 of 3 cases reused from an earlier run (on" in shown
+    assert "(on 2026-01-02" in shown
     assert run_time_text(first, dated=True).endswith(" (2026-01-02)")
     assert "(" not in run_time_text(first, dated=False)
     assert "(" not in run_time_text(replace(rest[0], measured=""), dated=True)
@@ -131,8 +131,8 @@ def test_a_row_has_a_cell_under_each_heading_and_a_scene_is_named_once():
 @pytest.mark.usefixtures("shown")
 def test_what_is_wrong_is_said():
     assert list(spread_remarks(None)) == [
-        "break on near: 2 starts that end break a limit of every engine",
-        "break on gone: 4 starts without an end: it hung",
+        "break on near: 2 runs that finished failed a common limit",
+        "break on gone: 4 runs did not finish: it hung",
     ]
 
 
@@ -167,7 +167,7 @@ def test_a_place_on_the_line_is_a_power_of_ten() -> None:
 def test_nothing_and_too_much_are_no_trouble() -> None:
     assert drawn([]) == ""
     many = [moved(f"s{k}", 0.0, 10.0**-k) for k in range(SHOTS + 3)]
-    assert drawn(many).splitlines()[-1].endswith("; 3 more moved less")
+    assert drawn(many).splitlines()[-1].endswith("; 3 more changed less")
     assert len(drawn([moved("none", 0.0, 0.0)]).splitlines()) == 4
 
 
@@ -206,14 +206,14 @@ def test_a_run_fails_on_either_answer(judged):
         (False, False): "✗",
         (False, True): "✗",
     }
-    assert found[True, True].short == "Limits hold, the gate fails"
-    assert found[False, True].word == "Failed, the gate fails"
+    assert found[True, True].short == "All limits passed, baseline check failed"
+    assert found[False, True].word == "Failed, baseline check failed"
 
 
 def test_what_did_not_end_or_was_not_judged_is_no_pass(judged):
     bad = [one.case for one in failures(judged.cases)]
     good = [case for case in judged.cases if case not in bad]
-    assert of_limits(with_cases(judged, good, state="interrupted")).word == "Not complete"
+    assert of_limits(with_cases(judged, good, state="interrupted")).word == "Incomplete"
     assert of_limits(with_cases(judged, [])).word == "Nothing judged"
     assert of_comparison(regression(uncompared(), outcome="no-baseline")).sign == "?"
 
@@ -221,8 +221,11 @@ def test_what_did_not_end_or_was_not_judged_is_no_pass(judged):
 def test_changes_are_counted_by_class_the_gravest_first():
     left = unchanged(failed=True, counters=(quantity(),))
     changes = [unchanged(), left, worse(), unchanged(change="rounding")]
-    assert kinds_text(changes) == "1 worse, 1 rounding, 1 unchanged, 1 same bits, other work"
-    assert unchanged(failed=True).words == "same bits, limits broken"
+    assert (
+        kinds_text(changes)
+        == "1 worse, 1 rounding, 1 unchanged, 1 same result, different work counters"
+    )
+    assert unchanged(failed=True).words == "same result, limits failed"
     assert all(unchanged(change=name).words == name for name in CHANGES)
     assert {*CHANGES} == {*get_args(Change)}
 

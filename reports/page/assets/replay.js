@@ -79,7 +79,7 @@ globalThis.Ghostball ??= {};
         iconButton("closer", "Closer", () => this.plate.zoom(1.6), "+"),
         iconButton("farther", "Farther", () => this.plate.zoom(1 / 1.6), "-"),
         this.whole,
-        iconButton("ball", "Look at the chosen ball", () => this.lookAtBall(), "b"));
+        iconButton("ball", "Zoom to the selected ball", () => this.lookAtBall(), "b"));
     }
 
     controlRow() {
@@ -88,7 +88,7 @@ globalThis.Ghostball ??= {};
       this.speeds = speedList;
       const draw = () => this.plate.draw();
       const kinds = [
-        ["all", "all"], ["tails", "the last second"], ["one", "of one engine"], ["none", "none"],
+        ["all", "all"], ["tails", "the last second"], ["one", "one engine"], ["none", "none"],
       ];
       const [trailLabel] = choice("Trails", kinds, this.trails, (value) => {
         this.trails = value;
@@ -96,7 +96,7 @@ globalThis.Ghostball ??= {};
       });
       return make("div", { className: "gb-controls" },
         iconButton("start", "To the start", () => this.player.go(0), "Home"),
-        iconButton("back", "Event before", () => this.step(-1), "p"),
+        iconButton("back", "Previous event", () => this.step(-1), "p"),
         this.player.button,
         iconButton("next", "Next event", () => this.step(1), "n"),
         iconButton("end", "To the end", () => this.player.go(this.scene.duration), "End"),
@@ -113,7 +113,7 @@ globalThis.Ghostball ??= {};
     }
 
     linkButton() {
-      const button = this.button("Copy link", "Copy a link to this instant and these engines",
+      const button = this.button("Copy link", "Copy a link to this time and these engines",
         () => this.share(button, this.view));
       return button;
     }
@@ -151,28 +151,28 @@ globalThis.Ghostball ??= {};
       if (parted.length) {
         const first = parted[0];
         jumps.append(this.button(
-          `Jump to first divergence: ${first.name}, ${timeWords(first.divergence)}`,
-          `Jump to the first divergence, of ${first.name} at ${timeWords(first.divergence)}`,
+          `Jump to first wrong collision: ${first.name}, ${timeWords(first.divergence)}`,
+          `Jump to the first wrong collision, of ${first.name} at ${timeWords(first.divergence)}`,
           () => this.jump(first)));
       }
       if (this.scene.horizon !== null && this.scene.horizon <= this.scene.duration) {
         jumps.append(this.button(
           `Horizon of double precision: ${timeWords(this.scene.horizon)}`,
-          "Jump to the horizon: past it, double precision can't say where the balls are",
+          "Jump to the horizon: after it, double precision can't determine where the balls are",
           () => this.player.go(this.scene.horizon)));
       }
       const rest = parted.slice(1).map((engine) => {
         const button = this.button(
           `${engine.name} ${timeWords(engine.divergence)}`,
-          `Jump to the divergence of ${engine.name} at ${timeWords(engine.divergence)}`,
+          `Jump to the first wrong collision of ${engine.name} at ${timeWords(engine.divergence)}`,
           () => this.jump(engine));
         return make("li", {}, button);
       });
       if (rest.length) {
         jumps.append(make("details", {},
           make("summary", {}, rest.length === 1
-            ? "1 more engine parts from the true sequence of collisions"
-            : `${rest.length} more engines part from the true sequence of collisions`),
+            ? "1 more engine has wrong collisions"
+            : `${rest.length} more engines have wrong collisions`),
           make("ul", {}, ...rest)));
       }
       jumps.hidden = jumps.childElementCount === 0;
@@ -207,11 +207,11 @@ globalThis.Ghostball ??= {};
         this.mark();
       };
       const scroll = make("div", { className: "gb-scroll", tabIndex: 0, role: "region" }, this.readout.element);
-      scroll.setAttribute("aria-label", "Engines, and where they have the chosen ball");
+      scroll.setAttribute("aria-label", "Engines, and the selected ball's position in each");
       return make("fieldset", { className: "gb-numbers" }, make("legend", { textContent: "Engines" }),
         make("div", { className: "gb-choices" }, ballLabel, againstLabel,
           this.button("Show all", "", () => showAll(() => true)),
-          this.button("Only this one", "Show only the engine that is compared against",
+          this.button("Only this one", "Show only the engine that the others are compared with",
             () => showAll((engine) => engine === this.reference))),
         scroll);
     }
@@ -288,7 +288,7 @@ globalThis.Ghostball ??= {};
         .filter((engine) => engine.shown && engine.divergence !== null)
         .map((engine) => ({ t: engine.divergence, engine }))
         .sort((p, q) => q.t - p.t); // the first one last, on top
-      if (flags.length) flags[flags.length - 1].text = "first divergence";
+      if (flags.length) flags[flags.length - 1].text = "first wrong collision";
       const { horizon, duration } = this.scene;
       if (horizon !== null && horizon <= duration) flags.push({ t: horizon, text: "horizon" });
       this.timeline.show(this.scene.kinds, this.events.engine.log, flags);
@@ -403,7 +403,7 @@ globalThis.Ghostball ??= {};
     element.ghostball = handle;
     if (!data.engines.some((engine) => engine.motion)) {
       element.replaceChildren(make("p", { textContent:
-        "No engine has a recorded motion of this scene, so there is nothing to replay." }));
+        "No engine recorded its motion in this scene, so there is nothing to replay." }));
       handle.ready = Promise.resolve();
       return handle;
     }

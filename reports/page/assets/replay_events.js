@@ -35,7 +35,7 @@ globalThis.Ghostball ??= {};
       this.list.replaceChildren(...Array.from({ length: log.count }, (_, i) =>
         make("option", { value: i, textContent: `${timeWords(log.t[i], 6)}  ${this.words(i)}` })));
       this.thinned.textContent = of > log.count
-        ? `${log.count} of ${of} events, evenly chosen; \`ghostball run\` prints them all`
+        ? `${log.count} of ${of} events, evenly sampled; \`ghostball run\` prints them all`
         : `${of} ${of === 1 ? "event" : "events"}`;
     }
 

@@ -7,14 +7,14 @@ globalThis.Ghostball ??= {};
   const KIND_WORDS = ["balls collide", "cushion", "starts to roll", "comes to rest", "lands"];
   const KEYS = [
     ["Space", "play or pause"],
-    ["← →", "a hundredth of the run back, on; with Shift a thousandth"],
+    ["← →", "back or forward 1 % of the run; with Shift 0.1 %"],
     ["Home End", "start, end"],
-    ["p n", "event before, next event"],
-    ["d", "first divergence"],
+    ["p n", "previous event, next event"],
+    ["d", "first wrong collision"],
     ["[ ]", "slower, faster"],
-    ["+ - 0", "closer, farther, whole table"],
-    ["b", "look at the chosen ball"],
-    ["drag, wheel, pinch", "move and zoom; the wheel once the replay has the focus"],
+    ["+ - 0", "zoom in, zoom out, whole table"],
+    ["b", "zoom to the selected ball"],
+    ["drag, wheel, pinch", "pan and zoom (the wheel works once the replay has focus)"],
   ];
 
   /** The list of signs, and what draws each: [canvas, paint]. As many kinds of events as lanes. */
@@ -51,7 +51,7 @@ globalThis.Ghostball ??= {};
         context.moveTo(14, 2);
         context.lineTo(14, 14);
         context.stroke();
-      }, `end in truth (${truth.kind})`);
+      }, `reference rest position (${truth.kind})`);
     }
     return { list, signs };
   }
@@ -62,11 +62,10 @@ globalThis.Ghostball ??= {};
       list.append(make("div", {}, make("dt", { textContent: key }), make("dd", { textContent: what })));
     }
     return make("fieldset", { className: "gb-help" },
-      make("legend", { textContent: "Keys, and how exact this is" }), list,
+      make("legend", { textContent: "Keys and accuracy" }), list,
       make("p", { textContent:
-        `Paths run within ${lengthWords(scene.tolerance)} of the stored samples; between them ` +
-        "they are drawn, not computed. " +
-        "Times of events and positions at the end are exact. Stripes turn as the stored spins say." }));
+        `Paths run within ${lengthWords(scene.tolerance)} of the stored samples and are interpolated between them. ` +
+        "Times of events and positions at the end are exact. Stripes rotate with the recorded spin." }));
   }
 
   Object.assign(Ghostball, { help, legend });

@@ -12,7 +12,7 @@ globalThis.Ghostball ??= {};
   async function inflate(base64) {
     const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
     if (typeof DecompressionStream === "undefined") {
-      throw new Error("this browser can't decompress; any of 2023 or later can");
+      throw new Error("this browser can't decompress the data; use one from 2023 or later");
     }
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
     return new Uint8Array(await new Response(stream).arrayBuffer());
@@ -31,7 +31,7 @@ globalThis.Ghostball ??= {};
       let weight = 1;
       for (;;) {
         const byte = this.bytes[this.at++];
-        if (byte === undefined) throw new Error("its motion is cut short");
+        if (byte === undefined) throw new Error("the motion data are truncated");
         value += (byte % 128) * weight;
         if (byte < 128) break;
         weight *= 128;
@@ -51,7 +51,7 @@ globalThis.Ghostball ??= {};
 
     raw(count) {
       const part = this.bytes.subarray(this.at, this.at + count);
-      if (part.length < count) throw new Error("its motion is cut short");
+      if (part.length < count) throw new Error("the motion data are truncated");
       this.at += count;
       return part;
     }
@@ -175,7 +175,7 @@ globalThis.Ghostball ??= {};
   /** Decodes a scene's data; counts how often that was done. */
   async function decode(data) {
     if (data.schema !== SCHEMA) {
-      throw new Error(`its data are of version ${data.schema}, and this page reads ${SCHEMA}`);
+      throw new Error(`the data have version ${data.schema}, but this page reads version ${SCHEMA}`);
     }
     Ghostball.decoded += 1;
     const reader = new Reader(await inflate(data.packed));

@@ -14,7 +14,7 @@ globalThis.Ghostball ??= {};
     [PHASE.ABSENT]: "lost",
   };
   const NUMBERS = ["off [mm]", "x [mm]", "y [mm]", "z [mm]", "moves"];
-  const WORDS = ["end off truth", "parts at"];
+  const WORDS = ["rest error", "first wrong collision"];
 
   const millimetres = (metres) => (1e3 * metres).toFixed(2);
 
@@ -97,10 +97,10 @@ globalThis.Ghostball ??= {};
       const words = [];
       if (engine.verdict) words.push(engine.verdict);
       if (engine.status && engine.status !== "rest") words.push(`ended: ${engine.status}`);
-      if (engine.horizon !== null) words.push(`can play it until ${timeWords(engine.horizon)}`);
+      if (engine.horizon !== null) words.push(`horizon ${timeWords(engine.horizon)}`);
       for (const [ball, t] of engine.motion.lost) {
         words.push(
-          `ball ${this.scene.balls[ball].id} is lost from ${timeWords(t)} on: it is nowhere, or too far off`);
+          `ball ${this.scene.balls[ball].id} is lost after ${timeWords(t)}: not finite, or too far away`);
       }
       return words.join("; ");
     }
@@ -120,7 +120,7 @@ globalThis.Ghostball ??= {};
       const base = reference.tracks[ball].at(t);
       const truth = this.scene.truth?.rest[ball];
       const caption = `Ball ${this.scene.balls[ball].id} at ${timeWords(t)}; ` +
-        `off: distance from where ${reference.name} has it`;
+        `distance: from the position in ${reference.name}`;
       if (this.caption.textContent !== caption) this.caption.textContent = caption;
       for (const [engine, cells] of this.rows) {
         const track = engine.tracks[ball];

@@ -17,7 +17,7 @@ globalThis.Ghostball ??= {};
       this.canvas = document.createElement("canvas");
       this.canvas.className = "gb-side";
       this.canvas.setAttribute("role", "img");
-      this.canvas.setAttribute("aria-label", "The same instant from the side, around the chosen ball");
+      this.canvas.setAttribute("aria-label", "Side view at the same time, around the selected ball");
       this.context = this.canvas.getContext("2d");
       host.append(this.canvas);
     }
@@ -78,7 +78,7 @@ globalThis.Ghostball ??= {};
       }
       context.textAlign = "left";
       context.fillStyle = css(theme.ink);
-      context.fillText(`from the side; up to ${lengthWords(scene.highest)} above the cloth`, 8, 14);
+      context.fillText(`side view; up to ${lengthWords(scene.highest)} above the cloth`, 8, 14);
     }
 
     /** The last second of a ball's path. */

@@ -35,7 +35,7 @@ def test_each_wish_has_a_picture_that_says_what_every_engine_makes_of_it(wishes,
     said = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
     assert "ghostball" in said
     if name != "paper-section-6-1":
-        assert "not representable: no " in said
+        assert "unsupported: no " in said
 
 
 def test_the_papers_rule_turns_backwards_and_about_the_other_axis_falls_behind(wishes):

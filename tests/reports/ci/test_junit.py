@@ -59,14 +59,14 @@ def test_a_failure_says_value_limit_and_reason() -> None:
     element = parsed(case(checks=(check(passed=False),)))[
         "pymunk:contact_steps=exact: rest_error_max"
     ]
-    assert verdict(element) == ("failure", "rest_error_max must be <= 0.25 m, got 0.5 m")
+    assert verdict(element) == ("failure", "rest_error_max must be at most 250 mm, got 500 mm")
     assert element[0].text == "the reason"
 
 
 @pytest.mark.parametrize(
     ("metric", "checks", "message"),
     [
-        ("rest_error_rms", (), "measured 0.5 m; the scene sets no limit"),
+        ("rest_error_rms", (), "measured 500 mm; no limit applies"),
         ("energy_drift", (), "energy is lost"),
         ("rest_error_max", (check(passed=None, note="itself"),), "reference: itself"),
     ],
@@ -99,8 +99,11 @@ def test_a_metric_that_was_not_asked_for_is_skipped_and_says_whether_it_has_a_li
     # Breaks where leaving out a limit makes a test pass.
     some = case(metrics={"wall_time": 0.5}, notes={}, left_out=("rest_error_max",))
     found = parsed(some)
-    for metric, more in (("rest_error_max", ", though the scene limits it"), ("energy_rise", "")):
-        message = f"not measured: the run asked for other metrics{more}"
+    for metric, more in (
+        ("rest_error_max", ", although the scene has a limit on it"),
+        ("energy_rise", ""),
+    ):
+        message = f"not measured: left out by --metric{more}"
         assert verdict(found[f"pymunk:contact_steps=exact: {metric}"]) == ("skipped", message)
     assert verdict(found.pop("judged")) == ("error", NOTHING_JUDGED)
     assert len(found) == len(METRICS)
@@ -111,7 +114,7 @@ def test_a_run_that_stopped_early_is_in_error() -> None:
     found = parsed(case(status="step-limit", reason="too many"), case(checks=(check(),)))
     assert verdict(found["pymunk:contact_steps=exact: simulate"]) == (
         "error",
-        "it stopped early: step-limit: too many",
+        "stopped early: step-limit: too many",
     )
     assert "judged" not in found
 
@@ -122,7 +125,8 @@ def test_the_first_test_case_says_how_right_the_run_is() -> None:
     (given,) = first.iter("property")
     assert given.attrib == {"name": "accuracy", "value": "another shot"}
     assert first.findtext("system-out") == (
-        "accuracy: another shot: 4 of 7 collisions agree; the first other at 1.25 s\nhello"
+        "accuracy: wrong collisions: the first 4 of 7 are right; first wrong collision at 1.25 "
+        "s\nhello"
     )
     assert not any(list(other.iter("property")) for other in others)
     # Where nothing says what is right there is none.

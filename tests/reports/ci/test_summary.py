@@ -23,10 +23,10 @@ def passed(results):
 
 def test_a_broken_limit_says_how_to_see_it(results):
     found = findings(results, [])
-    (one,) = (f for f in found if f.title == "stop breaks a limit" and "discrete" in f.message)
+    (one,) = (f for f in found if f.title == "stop fails a limit" and "discrete" in f.message)
     assert one.level == "error"
-    assert "rest_error_max must be <= 0.005 m, got 0.03 m (a tenth of a ball)" in one.message
-    assert one.message.endswith("Again: ghostball explain stop --engine paper-discrete")
+    assert "rest_error_max must be at most 5 mm, got 30 mm (a tenth of a ball)" in one.message
+    assert one.message.endswith("To repeat: ghostball explain stop --engine paper-discrete")
     (lost,) = (f for f in found if f.title == "head-on did not finish")
     assert "newcomer:dt=1e-3: did not finish: division by zero" in lost.message
 
@@ -41,7 +41,7 @@ def test_what_moved_says_by_how_much(passed):
 
 
 def test_limits_alone_are_said_once(passed):
-    broken = unchanged("stop", failed=True, broken=("energy_rise must be <= 0, got 1",))
+    broken = unchanged("stop", failed=True, broken=("energy_rise must be at most 0, got 1",))
     assert findings(passed, [regression(broken)]) == []
 
 
@@ -78,7 +78,7 @@ def test_what_was_not_tried_and_an_unfinished_run_are_said_once(results):
     found = findings(run, [compared])
     said = [(one.level, one.title, one.message) for one in found]
     assert said == [
-        ("error", "not complete", "the run is not complete: running"),
+        ("error", "incomplete", "the run is incomplete: running"),
         ("warning", "mine is unavailable", "no wheel"),
         ("warning", "comparison with baselines", "slow"),
     ]
@@ -102,10 +102,10 @@ def rows_of(text: str, heading: str) -> list[list[str]]:
 
 def test_the_verdict_comes_first(results):
     text = summary_markdown(results, regression(worse(), unchanged()))
-    assert text.startswith("## ✗ Ghostball: Failed, the gate fails\n")
-    assert "\n✗ Against the accepted baselines, 1 of 2 scenes fails (1 worse): " in text
+    assert text.startswith("## ✗ Ghostball: Failed, baseline check failed\n")
+    assert "\n✗ Compared with the accepted baselines, 1 of 2 scenes fails (1 worse): " in text
     assert "9 scenes on 5 engines in 7 configurations: " in text
-    order = [text.index(f"### {part}") for part in ("What changed", "Not right", "Verdicts")]
+    order = [text.index(f"### {part}") for part in ("What changed", "Failures", "Verdicts")]
     assert order == sorted(order)
 
 
@@ -119,11 +119,11 @@ def test_what_changed_comes_with_where_and_how_to_see_it(results):
 
 
 def test_what_failed_comes_with_its_limit_its_reason_and_a_command(results):
-    rows = rows_of(summary_markdown(results), "Not right")
+    rows = rows_of(summary_markdown(results), "Failures")
     assert [
         "stop",
         "`paper-discrete`",
-        "rest_error_max must be &lt;= 0.005 m, got 0.03 m",
+        "rest_error_max must be at most 5 mm, got 30 mm",
         "a tenth of a ball",
         "`ghostball validate stop --engine paper-discrete --out out/again`",
     ] in rows
@@ -133,13 +133,14 @@ def test_what_failed_comes_with_its_limit_its_reason_and_a_command(results):
 
 
 @pytest.mark.parametrize(
-    ("change", "kind"), [("rounding", "rounding"), ("unchanged", "same bits, other work")]
+    ("change", "kind"),
+    [("rounding", "rounding"), ("unchanged", "same result, different work counters")],
 )
 def test_what_fails_is_counted_once_and_not_as_before(change, kind):
     failing = unchanged("cut", change=change, failed=True, counters=(quantity("roots"),))
     text = summary_markdown(None, regression(failing, unchanged()))
     assert f"1 of 2 scenes fails (1 {kind}): `ghostball regress` fails until" in text
-    assert "1 scene as before: 1 unchanged." in text
+    assert "1 scene without a real change: 1 unchanged." in text
     assert rows_of(text, "What changed")[0][:2] == ["cut", f"✗ {kind}"]
 
 
@@ -150,10 +151,10 @@ def test_it_stays_below_its_limit_and_says_what_it_leaves_out(results):
     many = regression(*(worse(f"scene-{k}", summary="so much\n" * 200) for k in range(2000)))
     text = summary_markdown(with_cases(results, cases, scenes=[]), many)
     assert len(text.encode()) < 2**20  # what GitHub takes
-    for heading in ("What changed", "Not right", "Verdicts"):
+    for heading in ("What changed", "Failures", "Verdicts"):
         shown = len(rows_of(text, heading))  # each a whole row
         section = text.partition(f"### {heading}")[2].partition("\n### ")[0]
-        left = re.search(r"\*(\d+) more \w+ left out here", section)
+        left = re.search(r"\*(\d+) more \w+ omitted to", section)
         assert shown + (0 if left is None else int(left[1])) == 2000
 
 
@@ -165,8 +166,8 @@ def test_plain_text_is_a_line_for_each_thing(results):
     lines = text.splitlines()
     assert all(LINE.fullmatch(line) for line in lines)
     assert (
-        "stop: error: paper-discrete: rest_error_max must be <= 0.005 m, got 0.03 m "
-        "(a tenth of a ball); Again: ghostball explain stop --engine paper-discrete"
+        "stop: error: paper-discrete: rest_error_max must be at most 5 mm, got 30 mm "
+        "(a tenth of a ball); To repeat: ghostball explain stop --engine paper-discrete"
     ) in lines
     assert any(
         line.startswith("baselines: error: ghostball can't be compared with a baseline in head-on.")
@@ -181,8 +182,8 @@ def test_plain_text_is_a_line_for_each_thing(results):
 def test_the_summary_says_how_right_each_engine_is(results):
     # Breaks where a class is left out, or an engine that is right looks like one that isn't.
     text = summary_markdown(results)
-    table = text.partition("### How right")[2].partition("###")[0]
-    assert "| engine | exact | nm | µm | mm | cm | other shot | typical error |" in table
+    table = text.partition("### Scenes by accuracy class")[2].partition("###")[0]
+    assert "| engine | exact | nm | µm | mm | cm | wrong collisions | median error |" in table
     assert "| `ghostball` | 5 | 0 | 0 | 0 | 0 | 0 | 0 |" in table
     assert "| `paper-discrete` | 0 | 0 | 0 | 0 | 2 | 7 | 30 mm |" in table
-    assert "other shot: other collisions than the true ones" in table
+    assert "wrong collisions: collisions that differ from the reference" in table

@@ -87,7 +87,7 @@ def figure(monkeypatch, tmp_path) -> Figure:
 
 def test_each_family_has_a_panel_with_all_its_numbers(figure):
     rolling, hits = figure.axes
-    assert rolling.get_title(loc="left") == "Balls that roll: their deceleration (30)"
+    assert rolling.get_title(loc="left") == "Rolling balls: deceleration (30)"
     assert "(9)" in hits.get_title(loc="left")
     assert len(rolling.lines[1].get_xdata()) == 30
     assert len(hits.lines[1].get_xdata()) == 72
@@ -169,7 +169,7 @@ def test_the_legend_says_which_balls_are_whose(parted):
     with style.drawing():
         (legend,) = draw_explanation(parted).legends
     texts = [text.get_text() for text in legend.get_texts()]
-    assert {"a ball in truth", "a ball in pymunk"} < set(texts)
+    assert {"ball in the reference", "ball in pymunk"} < set(texts)
 
 
 def test_balls_that_are_apart_are_named_in_both_shots():

@@ -51,8 +51,8 @@ def test_a_sheet_shows_every_engine_in_each_panel_and_says_why_one_is_missing(re
         assert style.engine_name(run.label) in text
     for run in shot.drawn:
         assert f"{style.engine_name(run.label)}\n{cell_text(run.case)}\n" in text
-    assert "not representable: pybullet" in text
-    assert len(axes_titled(figure, "Energy").lines) == len(shot.drawn)
+    assert "unsupported: pybullet" in text
+    assert len(axes_titled(figure, "Total energy").lines) == len(shot.drawn)
     assert len(axes_titled(figure, "Largest distance").lines) == len(shot.drawn) - 1
     truth = shot.truth_counts is not None
     assert len(axes_titled(figure, "Collisions").lines) == len(shot.drawn) + truth
@@ -137,7 +137,7 @@ def test_a_single_run_shows_names_and_metres_and_speaks_of_no_truth(results, nam
         text = texts_of(draw_single(alone))
     for absent in ("truth", "error", "ring", "Bars"):
         assert absent not in text
-    for part in ("x [m]", "y [m]", "cue", "Empty discs: start", f"{name} on pymunk"):
+    for part in ("x [m]", "y [m]", "cue", "Open discs: start", f"{name} on pymunk"):
         assert part in text
 
 
@@ -148,8 +148,8 @@ def test_a_ball_that_ends_outside_the_picture_is_named(results):
     ends[1, 0] = 900.0
     lost = Run(run.label, replace(run.case, rest_positions=ends), run.motion)
     with style.drawing():
-        assert "Outside: 1." in texts_of(draw_single(Shot(shot.scene, (lost,))))
-        assert "Outside" not in texts_of(draw_single(Shot(shot.scene, (run,))))
+        assert "Not shown: 1." in texts_of(draw_single(Shot(shot.scene, (lost,))))
+        assert "Not shown" not in texts_of(draw_single(Shot(shot.scene, (run,))))
 
 
 def test_many_balls_with_long_names_are_numbered(results):
@@ -170,7 +170,7 @@ def test_many_balls_with_long_names_are_numbered(results):
     run = Run(run.label, case, run.motion)
     with style.drawing():
         text = texts_of(draw_single(Shot(scene, (run,))))
-    assert "Numbers: order of the balls in the scene" in text
+    assert "Numbers: ball order in the scene" in text
     assert "\n9\n" in text
     assert "ball-8" not in text
 
@@ -257,7 +257,7 @@ def test_where_a_ball_slides_its_path_is_wider_and_darker_and_the_figure_says_so
     alone = Shot(shot.scene, (run,))
     with style.drawing():
         figure = draw(alone)
-    assert "where a ball slides" in texts_of(figure)
+    assert "sliding" in texts_of(figure)
     motion = run.motion
     for ball in range(motion.positions.shape[1]):
         path = motion.positions[:, ball, :2]

@@ -1,4 +1,5 @@
-"""Fails where the page says other figures of real tables than were measured, or hides a lack."""
+"""Fails where the page says other comparisons with measured tables than were measured, or hides a "
+"lack."""
 
 from __future__ import annotations
 
@@ -102,8 +103,8 @@ def test_what_is_nearly_proportional_is_drawn_over_it(tmp_path):
 
 
 def test_what_an_engine_lacks_is_said_and_harmless(html):
-    assert "can't: rebound, since" in html
-    assert "hits, since no balls" in html
+    assert "doesn't support: rebound, because" in html
+    assert "hits, because no balls" in html
     assert "<img" not in html
 
 

@@ -32,14 +32,14 @@ def test_verdicts_are_counted_and_what_is_wrong_is_named_with_its_reason(three_f
     html = verdict_html(Results.open(three_folder), None)
     assert (
         "3 scenes on 5 engines in 7 configurations: 8 passed, 6 failed, 1 did not finish, "
-        "3 not representable" in html
+        "3 unsupported" in html
     )
     assert '<a href="#scene=head-on">head-on</a> on <code>newcomer:dt=1e-3</code>: did not' in html
     assert (
-        "<strong><code>paper-discrete</code> fails</strong>: rest_error_max must be &lt;= 0.005 m, "
-        "got 0.03 m (a tenth of a ball)" in html
+        "<strong><code>paper-discrete</code> fails</strong>: rest_error_max must be at most 5 mm, "
+        "got 30 mm (a tenth of a ball)" in html
     )
-    assert "left unsolved" not in html
+    assert "not solved" not in html
 
 
 def test_an_unsolved_contact_step_is_reported_at_the_top(small_folder):
@@ -47,14 +47,14 @@ def test_an_unsolved_contact_step_is_reported_at_the_top(small_folder):
         small_folder, lambda text: text.replace('"steps":50', '"unsolved_contact_steps":1')
     )
     html = verdict_html(Results.open(small_folder), None)
-    assert "<strong>3 sustained or joint contacts left unsolved.</strong>" in html
+    assert "<strong>3 resting or simultaneous contacts not solved.</strong>" in html
 
 
 def test_a_run_that_was_killed_is_said_to_be(small_folder):
     in_database(small_folder, "DELETE FROM records WHERE id = (SELECT max(id) FROM cases)")
     edit_document(small_folder, "suite", state="running")
     html = verdict_html(Results.open(small_folder), None)
-    wanted = "not complete (still running, or killed): 2 of 3 cases are done."
+    wanted = "incomplete (still running, or killed): 2 of 3 cases are done."
     assert wanted in html
     assert "1 scene on 2 engines: " in html
 
@@ -83,10 +83,10 @@ def test_the_matrix_says_why_without_colour_and_without_a_pointer(html):
     cell = f' class="acc-cm"><a href="#scene=stop" data-view="{link}">90 mm <span class="mark">✗'
     assert f'{cell}</span><span class="why">' in text
     assert (
-        "stop on pymunk:config=naive: centimetres: the farthest ball is 90 mm from where it "
-        "should be; worse than its limits: rest_error_max breaks its limit" in text
+        "stop on pymunk:config=naive: centimetres: the largest position error of a ball is 90 mm, "
+        "compared with the reference; failed: rest_error_max fails its limit" in text
     )
-    assert "<code>pybullet</code> not representable: no table | with legs" in text
+    assert "<code>pybullet</code> unsupported: no table | with legs" in text
     assert "did not finish: division by zero" in text
 
 
@@ -105,12 +105,12 @@ def test_every_failure_is_explained_with_its_command_and_what_it_must_give(html)
 
 def test_what_is_missing_says_so_and_how_to_get_it(html):
     for name, words in {
-        "closed-forms": "is what rounding the scene’s numbers once would cause",
-        "cost": "one sample of its run time each",
-        "horizons": "can be predicted to their end",
-        "energy": "No motion of an engine that records it exactly is stored",
-        "hashes": "No comparison was made",
-        "timing": "One sample each",
+        "closed-forms": "that rounding the scene’s numbers once would cause",
+        "cost": "one timing each",
+        "horizons": "are predictable to their end",
+        "energy": "No exact motion is stored",
+        "hashes": "There is no baseline to compare them with",
+        "timing": "One timing each",
     }.items():
         assert words in folded(html, name), name
 
@@ -147,7 +147,7 @@ def test_what_changed_is_shown_with_both_sides(small_folder):
     save_regressions([regression()], small_folder)
     html = page_of(small_folder)
     text = section(html, "verdict")
-    assert "✗ the gate fails" in text
+    assert "✗ baseline check failed" in text
     assert "worse: farther from the reference result: 1, <strong>fails</strong>" in text
     assert "(1.5, 0.8) m<td>(1.503, 0.8) m<td>3 mm" in text
     assert "<code>rest_error_max</code><td>0.1 fm<td>3 mm<td>+3 mm" in text
@@ -193,7 +193,7 @@ def test_an_engine_that_blew_up_does_not_break_the_page(small_folder, label, bad
     # The scene's part alone: the figures of the report have tests of their own.
     html = scene_part(load_shot(Results.open(small_folder), "stop")).html
     assert "nan" not in "".join(re.findall(r'<path[^>]* d="([^"]*)"', html))
-    assert "Energy of all balls against time" in html
+    assert "Total energy against time" in html
 
 
 # Fails where the page hides what was measured of a scene, or what is to be said of a run.
@@ -208,7 +208,7 @@ def test_every_engine_that_did_not_run_or_failed_has_its_reason(results):
     (failed,) = (one for one in said if one.failed and one.case.label == "paper-discrete")
     assert failed.failed.reason == "a tenth of a ball"
     texts = {(one.case.label, one.text) for one in said}
-    assert ("pybullet", "not representable: no table | with legs") in texts
+    assert ("pybullet", "unsupported: no table | with legs") in texts
     assert ("newcomer:dt=1e-3", "did not finish: division by zero") in texts
 
 
@@ -259,9 +259,9 @@ def shown(tmp_path_factory):
 
 def test_it_has_every_count_failure_and_command(shown):
     assert "10 shots on 2 engines" in shown
-    assert "not complete" not in shown
+    assert "incomplete" not in shown
     assert re.search(r"Grazing hits and near misses 4/4 3/4", shown)
-    assert "collision_count must be == 1, got 0" in shown
+    assert "collision_count must be exactly 1, got 0" in shown
     assert f"ghostball stress grazing/rolling-hit-1e-04 -e {COARSE}" in shown
 
 
