@@ -46,12 +46,13 @@ class Commands(typer.core.TyperGroup):
 app = typer.Typer(
     name="ghostball",
     cls=Commands,
-    help="Runs the same billiard shots on several physics engines and shows which one is right.",
+    help="Simulates the same billiard shots on several physics engines and measures the error of "
+    "each.",
     epilog=(
-        "Exit status: 0 all passed; 1 a check failed, or an engine failed, crashed, hung or did "
-        "not finish; 2 bad usage or bad input; 3 ghostball itself failed; 4 nothing was judged, "
-        "or there is nothing to compare with; 130 interrupted; 141 its output was closed, as by "
-        "`head`, before all of it was written."
+        "Exit status: 0 all checks passed; 1 a check failed, or an engine did not finish "
+        "(exception, crash, time limit); 2 bad usage or bad input; 3 a bug in Ghostball; 4 nothing "
+        "was judged, or there was nothing to compare with; 130 interrupted; 141 the output was "
+        "closed before all of it was written, as `head` does."
     ),
     no_args_is_help=True,
     pretty_exceptions_enable=False,

@@ -51,8 +51,8 @@ def asked_by(given: Mapping[str, str]) -> RegressOptions:
     engines = texts["engine"].split()
     if not engines and not load_config().engines:
         raise ConfigError(
-            "no engine is named. Say which one in the workflow, such as `engine: "
-            f"my_engine:simulate`, or in `engines` of `[tool.ghostball]` in {FILE}"
+            "no engine is named. Name one in the workflow, such as `engine: my_engine:simulate`, "
+            f"or in `engines` of `[tool.ghostball]` in {FILE}"
         )
     return RegressOptions(
         scenes=shlex.split(texts["scenes"]),

@@ -92,7 +92,7 @@ def engine_option(said: str) -> typer.models.OptionInfo:
 def engines_option(default: str) -> typer.models.OptionInfo:
     """Return the option `--engine`, which repeats; `default` says which where it is left out."""
     return engine_option(
-        f"Engine; give it once for each. {_ENGINE} Default: those of [tool.ghostball] in "
+        f"Engine; repeatable. {_ENGINE} Default: those of [tool.ghostball] in "
         f"pyproject.toml, else {default}."
     )
 
@@ -118,8 +118,8 @@ def format_option(said: str) -> typer.models.OptionInfo:
 
 
 _ENGINE = (
-    "A name and settings, as `ghostball engines` lists them, such as pymunk:dt=1e-4; or the place "
-    "of its function or class, such as my_module:simulate."
+    "A name and settings, as `ghostball engines` lists them, such as pymunk:dt=1e-4; or a function "
+    "or class in a module, such as my_module:simulate."
 )
 
 SceneName = Annotated[
@@ -160,8 +160,8 @@ ShotLimit = Annotated[
     float,
     typer.Option(
         metavar="SECONDS",
-        help="Time limit for a shot, of engines other than Ghostball's. Each runs in its own "
-        "process, which is ended at the limit; the engine has then failed.",
+        help="Time limit for a shot on an engine other than Ghostball's. Such an engine runs in "
+        "its own process, which is ended at the limit; the engine then did not finish.",
     ),
 ]
 
@@ -190,9 +190,9 @@ ClusterAddress = Annotated[
 FormatOption = Annotated[
     Format,
     format_option(
-        "What is printed on stdout: tables, one JSON object, comparisons with the truth as "
+        "What is printed on stdout: tables, one JSON object, comparisons with the reference as "
         'CSV, JUnit XML, Markdown such as for "$GITHUB_STEP_SUMMARY", or notes that GitHub '
-        "shows with a workflow's run. Where it isn't text, the tables go to stderr."
+        "shows with a workflow's run. Unless it is text, the tables go to stderr."
     ),
 ]
 
@@ -229,8 +229,8 @@ Jobs = Annotated[
         "-j",
         metavar="N|auto",
         parser=processors,
-        help="Number of worker processes; auto is one for each processor. Run times are cleanest "
-        "with 1.",
+        help="Number of worker processes; auto is one for each processor. Run times are most "
+        "accurate with 1.",
     ),
 ]
 

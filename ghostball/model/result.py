@@ -179,7 +179,7 @@ class Result:
         if isinstance(trajectory, (ExactTrajectory, SampledTrajectory)):
             return trajectory.orientation(t)
         raise GhostballError(
-            f"engine `{self.engine}` brought a trajectory of its own, which has no orientation"
+            f"engine `{self.engine}` returned its own trajectory type, which has no orientation"
         )
 
     def phases(self, times: ArrayLike) -> NDArray[np.int8]:
@@ -325,7 +325,7 @@ class Result:
     def _recorded(self) -> Trajectory:
         if self.trajectory is None:
             raise GhostballError(
-                f"nothing was recorded to sample from: engine `{self.engine}` ran with too little "
+                f"no motion was recorded: engine `{self.engine}` ran with too little "
                 '`record`. Call simulate(scene, record="trajectory")'
             )
         return self.trajectory
@@ -376,7 +376,7 @@ def _instants(times: ArrayLike, name: str = "times") -> FloatArray:
         raise GhostballError(f"`{name}` must be one-dimensional, got shape {t.shape}")
     wrong = t[~(t >= 0.0)]
     if len(wrong):
-        raise GhostballError(f"`{name}` must be at least 0 s, got {wrong[0]}; a shot starts at 0")
+        raise GhostballError(f"`{name}` must be at least 0 s, got {wrong[0]}; shots start at t = 0")
     return t
 
 

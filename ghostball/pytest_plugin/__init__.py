@@ -37,24 +37,23 @@ _PICKED = pytest.StashKey[Sequence[str]]()
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Declare the options; those beside `--ghostball` may stand in `addopts`."""
-    group = parser.getgroup("ghostball", "billiards engines, by ghostball's suite")
+    group = parser.getgroup("ghostball", "Ghostball: checks of billiards engines")
     group.addoption(
         "--ghostball",
         action="store_true",
-        help="Run an engine through ghostball's scenes, one test for each scene and metric.",
+        help="Check an engine in Ghostball's scenes, one test for each scene and metric.",
     )
     group.addoption(
         "--ghostball-engine",
         metavar="NAME|MODULE:NAME[:KEY=VALUE,...]",
-        help="Which engine: an installed one's name, or where its function or "
-        "class is, and settings "
-        "(default: that of [tool.ghostball] in pyproject.toml, else ghostball).",
+        help="Engine: the name of an installed one, or a function or class in a module, with "
+        "settings (default: that of [tool.ghostball] in pyproject.toml, else ghostball).",
     )
     group.addoption(
         "--ghostball-scenes",
         metavar="full|SCENE|TAG|FILE,...",
-        help="Which scenes: names, tags, TOML files, or full for all that are shipped "
-        "(default: those of [tool.ghostball] in pyproject.toml, else smoke).",
+        help="Scenes: names, tags, TOML files, or full for all shipped scenes (default: those of "
+        "[tool.ghostball] in pyproject.toml, else smoke).",
     )
     group.addoption(
         "--ghostball-baselines",
@@ -65,13 +64,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--ghostball-criteria",
         metavar="FILE",
-        help="Limits for all scenes, such as on rest errors, as in a scene's NAME.expect.toml.",
+        help="File of limits for all scenes, such as on rest errors, in the format of "
+        "NAME.expect.toml.",
     )
     group.addoption(
         "--ghostball-as",
         metavar="NAME[:KEY=VALUE,...]",
-        help="Judge the engine by the limits of another, such as ghostball or "
-        "pymunk:contact_steps=exact.",
+        help="Apply the limits of another engine, such as ghostball or pymunk:contact_steps=exact.",
     )
 
     group.addoption(
@@ -79,9 +78,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="SECONDS",
         type=float,
         default=TIME_LIMIT,
-        help="How long a scene may take. The engine runs in a process of its own: a crash or a "
-        "hang fails the scene, and others continue. inf: no limit, in pytest's own process, as a "
-        "debugger or a measurement of coverage needs it (default: %(default)g).",
+        help="Time limit for a scene. The engine runs in its own process: a crash or a hang "
+        "fails only that scene. inf: no limit, and the engine runs in pytest's process, which a "
+        "debugger or coverage needs (default: %(default)g).",
     )
 
 

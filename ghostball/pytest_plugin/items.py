@@ -22,6 +22,7 @@ from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.output import harmless
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_length
+from ghostball.reports.words import many
 from ghostball.validation.baselines import Gate, Played, compare_case
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
@@ -105,9 +106,10 @@ def summary_lines(reports: Iterable[Any]) -> list[str]:
         return not_judged_lines
     worst = max(errors, key=errors.__getitem__)
     return [
-        f"rest errors in {len(errors)} scenes: median {format_length(median(errors.values()))}, "
+        f"rest position errors in {many(len(errors), 'scene')}: median "
+        f"{format_length(median(errors.values()))}, "
         f"largest {format_length(errors[worst])} in {worst}",
-        "Limits of your own on them are given with --ghostball-criteria.",
+        "Set your own limits with --ghostball-criteria.",
         *not_judged_lines,
     ]
 
@@ -130,7 +132,7 @@ def _pick(nodes: Sequence[_SceneNode], picked: Sequence[str]) -> None:
         found = [(node.name, m) for node in fitting for m in node.metrics if metric in ("", m)]
         if not found or any(more):
             known = ", ".join(m for node in fitting for m in node.metrics) if scene else ""
-            hint = f"Of this scene there are: {known}" if known else "See --ghostball-scenes"
+            hint = f"The tests of this scene are: {known}" if known else "See --ghostball-scenes"
             raise pytest.UsageError(f"ghostball: there is no test `{pick}`. {hint}")
         for name, of_scene in found:
             wanted[name].add(of_scene)
@@ -167,15 +169,15 @@ class _Plan:
             for scene in scenes
         }
         for name, criteria in own.items():
-            check_names(criteria, engine, f'criteria of scene "{name}"')
+            check_names(criteria, engine, f'limits of scene "{name}"')
         for_all = None
         if (file := option.ghostball_criteria) is not None:
             for_all = Criteria.load(file)
             check_names(for_all, engine, file)
             if for_all.truth is not None:
                 raise GhostballError(
-                    f"{file}: `truth` must be left out, since scenes differ in what truth they "
-                    "have. Remove it"
+                    f"{file}: `truth` must be left out, because scenes have different kinds of "
+                    "reference. Remove it"
                 )
         seconds = option.ghostball_time_limit
         time_limit = None if seconds == math.inf else seconds
@@ -233,7 +235,7 @@ def _only_engine(engines: Sequence[str]) -> str:
     """Return the engine that a project names, ours where it names none."""
     if len(engines) > 1:
         raise GhostballError(
-            f"`[tool.ghostball]` names several engines: {', '.join(engines)}. Choose one by "
+            f"`[tool.ghostball]` names several engines: {', '.join(engines)}. Choose one with "
             "--ghostball-engine"
         )
     return engines[0] if engines else OURS
@@ -340,7 +342,7 @@ class MetricItem(pytest.Item):
             metric = METRICS[check.metric]
             lines.append(f"  measured  {metric.name}: {metric.meaning}")
             if metric.compares is not None:
-                lines.append(f"  truth     {record.truth}")
+                lines.append(f"  reference {record.truth}")
             lines.append(f"  limit     {check.reason}")
         commands = self.parent.plan.commands(self.nodeid, self.parent.scene)
         for what, command in zip(("again", "explain"), commands, strict=False):

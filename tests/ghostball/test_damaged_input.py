@@ -154,7 +154,7 @@ def test_a_text_that_is_no_text_names_the_file_and_what_to_do(valid, tmp_path):
     (tmp_path / DATABASE).write_bytes(damaged)
     status, output = run("report", tmp_path)
     assert status == 2
-    assert f"error: {tmp_path / DATABASE}: is cut short or damaged" in output
+    assert f"error: {tmp_path / DATABASE}: is truncated or damaged" in output
     assert "Move the file away" in output
 
 

@@ -107,7 +107,7 @@ def test_a_run_in_which_nothing_was_judged_is_no_pass_and_says_what_to_do(faulty
     # results says another thing than the next.
     result = run("validate", "shot.toml", "-e", EXCUSED, "--format=junit")
     assert result.exit_code == 4, result.output
-    assert "nothing was judged: no limit covers what was run." in result.stderr
+    assert "nothing was judged: no limit applies." in result.stderr
     assert "Say what must hold in shot.expect.toml beside the scene" in result.stderr
     suites = ElementTree.fromstring(result.stdout.encode())
     assert suites.get("errors") == "1"
@@ -117,7 +117,7 @@ def test_a_run_in_which_nothing_was_judged_is_no_pass_and_says_what_to_do(faulty
     assert "Nothing judged" in (faulty / "out" / "report.html").read_text()
     assert "○ Ghostball: Nothing judged" in run("report", "out", "--format=markdown").stdout
     assert (
-        "ghostball: error: No limit covers what was run"
+        "ghostball: error: No limit applies to these cases"
         in run("report", "out", "--format", "text").stdout
     )
     # What it says to write is read, and judges.
@@ -135,8 +135,8 @@ def test_why_nothing_was_judged_is_said_of_each_case():
         assert result.exit_code == 4, result.output
         return result.stderr
 
-    assert f"Of `{EXCUSED}` nothing is asked that holds for all" in advice("stop", "-e", EXCUSED)
-    assert "can play these scenes" in advice("draw-shot", "-e", "paper-discrete")
+    assert f"`{EXCUSED}` is excused from the common limits" in advice("stop", "-e", EXCUSED)
+    assert "supports these scenes" in advice("draw-shot", "-e", "paper-discrete")
     everything = advice("stop", "-e", "ghostball", "--metric", "wall_time")
     assert "--metric leaves out every limit" in everything
 

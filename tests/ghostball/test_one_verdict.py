@@ -225,12 +225,14 @@ def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(h
 def test_why_nothing_was_judged_is_said_by_every_command(here):
     # Breaks where an engine that is wrong is called passed, for nothing limits its shots.
     (scene,), asked = ROWS["braked"].scenes, ("-e", label("braked"))
-    unjudged = "no shot of silent_engine:braked was judged by its final positions: give it `dt`"
+    unjudged = (
+        "no case of silent_engine:braked had its final positions judged: declare a time step `dt`"
+    )
     status, said = run("validate", scene, *asked, "--no-report")
     assert (status, said.strip().splitlines()[-1].startswith(unjudged)) == (4, True), said
     status, said = run("validate", scene, *asked, "-e", label("right"), "--no-report")
     assert (status, unjudged in said) == (4, True), said
-    assert "No outcome judged" in run("report", "out", "--format=markdown")[1]
+    assert "Final positions not judged" in run("report", "out", "--format=markdown")[1]
     assert f'"{unjudged}' in run("report", "out", "--format=junit")[1]
     status, said = run("stress", "extremes/table-rolling-1e-01", *asked, "--out", "stress")
     assert (status, unjudged in said) == (4, True), said
@@ -275,7 +277,7 @@ def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(her
         "accept": run("accept", *engine, "--reason", "It is wrong."),
         "stress": run("stress", STRESS[0], "--out", "stress", *engine, *limit),
     }
-    why = "it took longer than 3 s" if way == "hang" else "exit code 7"
+    why = "it exceeded the time limit of 3 s" if way == "hang" else "exit code 7"
     assert [command for command, (_, text) in said.items() if why not in text] == []
     found: Said = {command: (status, broken_in(text)) for command, (status, text) in said.items()}
     found["pytest"] = by_pytest(here, way, f"--ghostball-time-limit={limit[1]}")

@@ -117,7 +117,11 @@ def test_a_repository_says_how_far_off_its_engine_may_end(pytester):
     result = run(pytester, *options, "ghostball::half-ball-cut::rest_error_max")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(
-        ["rest_error_max must be <= 1e-09 m, got * m", "*truth *closed form", "*limit *none at all"]
+        [
+            "rest_error_max must be at most 1 nm, got * m",
+            "*reference *closed form",
+            "*limit *none at all",
+        ]
     )
 
 
@@ -149,7 +153,7 @@ def test_an_engine_that_hangs_or_crashes_fails_that_scene_alone(pytester):
     # The one that hangs alone has a short limit: whatever else has one may be slow.
     hangs = run(pytester, option, "ghostball::stop::completes", "--ghostball-time-limit=0.5")
     assert outcomes(hangs) == {"stop::completes": "FAILED"}
-    assert "mine failed: it took longer than 0.5 s, and was ended" in hangs.stdout.str()
+    assert "mine failed: it exceeded the time limit of 0.5 s, and was ended" in hangs.stdout.str()
     picked = [f"ghostball::{name}::completes" for name in ("head-on", "half-ball-cut")]
     result = run(pytester, option, *picked, "--ghostball-time-limit=600", "-rP")
     assert outcomes(result) == {
@@ -157,15 +161,14 @@ def test_an_engine_that_hangs_or_crashes_fails_that_scene_alone(pytester):
         "half-ball-cut::completes": "PASSED",
     }
     text = result.stdout.str()
-    assert "mine failed: the process running it crashed (exit code 7)" in text
+    assert "mine failed: its process crashed (exit code 7)" in text
     assert "straight \\x1b[31m to descriptor 1" in text  # in a section of its own
     assert "\x1b[31m" not in text
 
 
 COUNTING = (
-    "    def simulate(self, scene, *, record):\n"
-    "        with open('runs.txt', 'a') as file: print(scene.name, file=file)\n"
-    "        return super().simulate(scene, record=record)\n"
+    "    def simulate(self, scene, *, record):\n        with open('runs.txt', 'a') as file: "
+    "print(scene.name, file=file)\n        return super().simulate(scene, record=record)\n"
 )
 
 

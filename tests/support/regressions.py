@@ -17,7 +17,7 @@ def unchanged(scene="stop", **changes):
         "scene": scene,
         "title": "One ball",
         "change": "unchanged",
-        "summary": "the same bits",
+        "summary": "bit-identical",
         "base_hash": "a" * 64,
         "head_hash": "a" * 64,
         "base_error": 1e-15,

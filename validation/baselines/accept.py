@@ -25,10 +25,10 @@ from ghostball.validation.results.store import Results
 CHANGES_FILE = "CHANGES.md"
 
 _HEAD = """\
-# What was accepted, and why
+# Accepted changes, with reasons
 
-Newest first. A change is *rounding* where no state up to the predictability horizon moved by more
-than rounding explains; *better* or *worse* where the error against the reference result changed.
+Newest first. A change is *rounding* if no state up to the predictability horizon changed by more
+than rounding explains; *better* or *worse* if the error against the reference result changed.
 """
 
 
@@ -90,7 +90,7 @@ def accept(
     """
     if not reason.strip():
         raise AcceptError(
-            "`reason` must say why the change is right, got nothing. Say it as in --reason "
+            "`reason` must not be empty. Say why the change is right, for example --reason "
             '"the root finder polishes once more"'
         )
     regression = _regression_in(results, gate)
@@ -118,8 +118,8 @@ def accept(
             said = "; ".join(f"{one.scene}: {one.summary}" for one in lost)
             raise RefusedError(f"{gate.engine}: {said}. Fix it, and run `ghostball regress` again")
         raise NothingToAcceptError(
-            f'nothing to accept matches "{" ".join(only)}"; what there is to accept: '
-            f"{', '.join(left) or 'nothing'}"
+            f'no change to accept in "{" ".join(only)}"; changes to accept: '
+            f"{', '.join(left) or 'none'}"
         )
     broken = [one for one in chosen if one.broken]
     if not even_though_limits_fail:
@@ -137,14 +137,14 @@ def _regression_in(results: Path, gate: Gate) -> Regression:
     regression = load_regression(results, gate.engine)
     if regression is None:
         raise AcceptError(
-            f"{results}: holds no comparison of engine `{gate.engine}`, so there is nothing to "
-            "accept. Run `ghostball regress` with the same `--engine` and `--out`, and look at "
-            "what it says"
+            f"{results}: contains no comparison of engine `{gate.engine}`, so there is nothing to "
+            "accept. Run `ghostball regress` with the same `--engine` and `--out`, and review its "
+            "output"
         )
     if regression.head.get("sources") != sources_hash(regression.label):
         raise AcceptError(
-            f"{results}: the code changed since that comparison, so what it found is not what "
-            "would be accepted. Run `ghostball regress` again, and look at what it says"
+            f"{results}: the code has changed since that comparison, so its results are out of "
+            "date. Run `ghostball regress` again, and review its output"
         )
     return regression
 
@@ -171,8 +171,8 @@ def _baseline_of(change: SceneChange, run: Results, accepted: Accepted, gate: Ga
     played = played_in(run, gate, change.scene)
     if played.record.bits != change.head_hash:
         raise AcceptError(
-            f"{change.scene}: its run isn't the one that was compared, so nobody has seen what "
-            "would be accepted. Run `ghostball regress` again, and look at what it says"
+            f"{change.scene}: its run isn't the one that was compared, so nobody has reviewed "
+            "these results. Run `ghostball regress` again, and review its output"
         )
     return Baseline.of(played, accepted, gate.engine)
 
@@ -204,8 +204,9 @@ def _was_accepted(change: SceneChange, baseline: Baseline, gate: Gate) -> bool:
         return True
     if change.base_hash != ("" if now is None else now.record.bits):
         raise AcceptError(
-            f"{baseline_path(gate.folder, change.scene)}: isn't what was compared with: it was "
-            "accepted, restored or removed since, or `--baselines` was another folder. Run "
+            f"{baseline_path(gate.folder, change.scene)}: differs from the baseline that was "
+            "compared: it has been accepted, restored or removed since then, or `--baselines` was "
+            "a different folder. Run "
             "`ghostball regress` again"
         )
     return False
@@ -230,7 +231,7 @@ def _with_entry(changelog: Path, entry: str) -> str:
     except FileNotFoundError:
         text = _HEAD
     except (OSError, UnicodeDecodeError) as error:
-        raise AcceptError(f"{changelog}: can't be read: {error}. Mend or remove it") from None
+        raise AcceptError(f"{changelog}: can't be read: {error}. Fix or remove it") from None
     head, mark, rest = text.partition("\n## ")
     return head.rstrip("\n") + "\n\n" + entry + (f"\n## {rest}" if mark else "")
 

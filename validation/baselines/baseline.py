@@ -248,7 +248,7 @@ def load_baseline(path: Path, engine: str = OURS) -> Baseline:
     except (ValueError, RecursionError) as error:
         raise BaselineError(f"{path}: not valid JSON: {error}. {_RESTORE}") from None
     if not isinstance(data, dict) or "schema" not in data:
-        raise BaselineError(f"{path}: holds no `schema`: no baseline. {_RESTORE}")
+        raise BaselineError(f"{path}: has no `schema`, so it isn't a baseline. {_RESTORE}")
     if data["schema"] != SCHEMA:
         raise BaselineSchemaError(
             f"{path}: `schema` must be {SCHEMA}, got {data['schema']!r}: another version of "

@@ -76,10 +76,10 @@ def compare(
     common: dict[str, Any] = {"scene": two.scene, "title": two.title, "command": command}
     common |= {"base_hash": one.bits, "head_hash": two.bits}
     if one.definition != two.definition:
-        why = "the scene itself was changed: the earlier result is of another shot"
+        why = "the scene itself has changed: the earlier result is for a different shot"
         return SceneChange(**common, change="not-comparable", summary=why)
     if two.outcome != "ran":
-        why = f"the engine did not run it: {two.reason or two.outcome}"
+        why = f"the engine did not run the scene: {two.reason or two.outcome}"
         lost: Answer = "worse" if one.outcome == "ran" else "changed"
         same = one.outcome == two.outcome
         return SceneChange(**common, change="unchanged" if same else lost, summary=why)
@@ -90,7 +90,7 @@ def compare(
     if allowance is None:  # two engines count different work
         common["counters"] = ()
     if one.bits == two.bits != "" and _end_of(one) == _end_of(two):
-        return SceneChange(**common, change="unchanged", summary=_said(["the same bits"], common))
+        return SceneChange(**common, change="unchanged", summary=_said(["bit-identical"], common))
     try:
         before, after = base.log(), head.log()
     except MotionNotKeptError:

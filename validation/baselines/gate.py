@@ -71,7 +71,7 @@ from ghostball.validation.suite.unchanged import hash_of
 PlayAgain = Callable[[Scene], str]
 """Plays a shot, and returns the hash of its bits, or why there is none."""
 
-NOT_FINITE = "its numbers are not finite, so they can't be compared or accepted"
+NOT_FINITE = "its results contain NaN or infinity, so they can't be compared or accepted"
 
 
 @dataclass(frozen=True)
@@ -228,8 +228,8 @@ def played_in(results: Results, gate: Gate, scene: str) -> Played:
     shot = next((one for one in many_balls() if one.name == scene), None)
     if shot is None or gate.label != OURS:
         raise GhostballError(
-            f'scene "{scene}" was compared, and {results.path} holds no run of it on '
-            f"`{gate.label}` any more. Run `ghostball regress` again"
+            f'scene "{scene}" was compared, but {results.path} no longer has its result on '
+            f"`{gate.label}`. Run `ghostball regress` again"
         )
     return _many_ball_run(shot)
 
@@ -260,7 +260,7 @@ def _judged(
 ) -> SceneChange:
     """Return a change with what the gate says of it, and of the limits that are broken."""
     if sentences := tuple(check.sentence for check in broken):
-        summary = f"{change.summary}; breaks its limits: {'; '.join(sentences)}"
+        summary = f"{change.summary}; failed limits: {'; '.join(sentences)}"
         change = change.model_copy(update={"summary": summary, "broken": sentences})
     fails = change.fails(fail_on, ours=gate.label == OURS)
     return change.model_copy(update={"failed": fails})
@@ -275,7 +275,7 @@ def _compare(
     if record.outcome != "ran" or not _is_finite(played):
         why = NOT_FINITE
         if record.outcome != "ran":
-            why = f"the engine did not run it: {record.reason}"
+            why = f"the engine did not run the scene: {record.reason}"
         command = commands.simulate(record.scene, gate.label)
         return SceneChange(**facts, change="worse", summary=why, command=command), []
     scene = record.load_scene()
@@ -342,7 +342,10 @@ def source_of(label: str) -> Path:
     for name in (module.partition(".")[0], module):
         if file := getattr(import_module(name), "__file__", None):
             return Path(file).resolve()
-    raise SourcesError(f"engine `{label}`: module `{module}` is no file, so its code is not known")
+    raise SourcesError(
+        f"engine `{label}`: module `{module}` has no source file, so changes to "
+        f"its code can't be detected"
+    )
 
 
 def accepted_now(environment: Mapping[str, Any], reason: str) -> Accepted:

@@ -44,8 +44,8 @@ finish; then no baseline is needed either.
 """
 
 LENIENT: Final[dict[FailOn, str]] = {
-    "worse": "of what moved, only what is worse fails",
-    "limits": "of what moved, nothing fails but for broken limits",
+    "worse": "only changes for the worse count as failures",
+    "limits": "only failed limits count as failures",
 }
 """What a gate that isn't the strictest says of itself."""
 
@@ -132,7 +132,7 @@ class SceneChange(Model):
     def words(self) -> str:
         """What became of it; the same bits may fail too, and then it says for what."""
         if self.change == "unchanged" and (self.counters or self.failed):
-            return f"same bits, {'other work' if self.counters else 'limits broken'}"
+            return f"same result, {'different work counters' if self.counters else 'limits failed'}"
         return self.change
 
     @property

@@ -29,8 +29,8 @@ def repository(source: Path) -> Path:
     root = checkout_of(source)
     if root is None:
         raise RevisionError(
-            f"`--against` needs a git repository with the engine's code, and {source} is in none. "
-            "Clone it, or compare with baselines"
+            f"`--against` needs a git repository with the engine's code, but {source} isn't in "
+            "one. Clone the repository, or compare with baselines"
         )
     return root
 
@@ -59,9 +59,9 @@ def resolve(revision: str, root: Path) -> str:
     if not re.fullmatch("[0-9a-f]{40,}", commit):  # "^HEAD" is none, but what isn't before HEAD
         shallow = _git(root, "rev-parse", "--is-shallow-repository") == "true"
         more = (
-            "This clone is shallow: `git fetch --unshallow` brings the rest"
+            "This clone is shallow: `git fetch --unshallow` fetches the rest"
             if shallow
-            else "`git log --oneline` lists those that there are"
+            else "`git log --oneline` lists the commits"
         )
         raise RevisionError(f"`--against` must name a commit of {root}, got {revision!r}. {more}")
     return commit
@@ -93,8 +93,7 @@ def checked_out(root: Path, commit: str) -> Iterator[Path]:
             _git(place, "checkout", "--quiet", "--detach", commit)
         except Timeout:
             raise RevisionError(
-                f"revision {commit[:12]} is being compared with by another run. Wait until it has "
-                "ended"
+                f"revision {commit[:12]} is in use by another run. Wait until that run finishes"
             ) from None
         except OSError as error:
             reason = error.strerror or type(error).__name__

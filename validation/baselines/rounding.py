@@ -31,8 +31,9 @@ UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
 
 
 _SOURCES = {
-    "proof": "the proof of the shot",
-    "engine": "Ghostball's own engine, because no proof gives the error growth up to the end",
+    "proof": "the certified result",
+    "engine": "Ghostball's own engine, because no certified result gives the error growth up to "
+    "the end",
     "nothing": "unamplified roundings, because the error growth is unknown",
 }
 """Where the allowance for rounding comes from."""

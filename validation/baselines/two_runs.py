@@ -44,7 +44,7 @@ def changes_of(base: Results, head: Results, pairs: Sequence[Pair]) -> list[Scen
         if one is None or two is None:
             case, where = (two, base) if one is None else (one, head)
             assert case is not None
-            why = f"not there: {where.path} has no such case"
+            why = f"missing: {where.path} has no such case"
             change = SceneChange(
                 scene=case.scene, title=case.title, change="not-comparable", summary=why
             )

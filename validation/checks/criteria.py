@@ -166,9 +166,10 @@ class Criteria(BaseModel, frozen=True, extra="forbid"):
             winners = [criterion for said, criterion in found if said == most]
             kinds = [criterion.limit_kind for criterion in winners]
             if len(set(kinds)) < len(kinds):
+                listed = ", ".join(f"{key}={value}" for key, value in settings.items()) or "none"
                 raise CriteriaError(
-                    f"two criteria on `{metric}`, equally specific, cover engine `{engine}` with "
-                    f"settings {dict(settings)}. State one more setting in one of them"
+                    f"two limits on `{metric}` apply equally to engine `{engine}` with settings "
+                    f"{listed}. Add a setting to one of them"
                 )
             chosen.extend(winners)
         return tuple(chosen)
@@ -239,9 +240,9 @@ def _load(model: type[_Model], source: Path) -> _Model:
         text = read_text(source)
         data = toml_of(text)
     except (OSError, UnicodeDecodeError) as error:
-        raise CriteriaError(f"{source}: can't read the criteria: {error}") from None
+        raise CriteriaError(f"{source}: can't read the limits: {error}") from None
     except ValueError as error:
-        raise CriteriaError(f"{source}: not valid TOML: {error}. Mend it there") from None
+        raise CriteriaError(f"{source}: not valid TOML: {error}. Fix the syntax there") from None
     lines = _lines_of_tables(text)
     for table in _MODELS:
         rows = data.get(table)
@@ -251,7 +252,7 @@ def _load(model: type[_Model], source: Path) -> _Model:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise CriteriaError("\n".join(_described(error, source, lines))) from None
+        raise CriteriaError("\n".join(_described(error, source, text, lines))) from None
 
 
 def _lines_of_tables(text: str) -> Mapping[str, Sequence[int]]:
@@ -264,6 +265,16 @@ def _lines_of_tables(text: str) -> Mapping[str, Sequence[int]]:
     return lines
 
 
+def _line_of_field(text: str, head: int, field: Sequence[int | str]) -> int:
+    """Return the line in which a field of a row is set, or `head`, the line of the row's head."""
+    for number, line in enumerate(text.splitlines()[head:], start=head + 1):
+        if line.lstrip().startswith("[["):
+            break
+        if field and re.match(rf"\s*{re.escape(str(field[0]))}\s*=", line):
+            return number
+    return head
+
+
 _MODELS: Mapping[str, type[BaseModel]] = {
     "criteria": Criterion,
     "steps": StepRule,
@@ -274,16 +285,21 @@ _MODELS: Mapping[str, type[BaseModel]] = {
 
 
 def _described(
-    error: ValidationError, source: Path, lines: Mapping[str, Sequence[int]]
+    error: ValidationError, source: Path, text: str, lines: Mapping[str, Sequence[int]]
 ) -> Iterator[str]:
-    """Yield what is wrong with a file, and in which line the row begins that it is in."""
-    fields = {field_of(problem): problem for problem in reversed(error.errors())}
-    for problem in reversed(fields.values()):  # of a number both its types report the same field
+    """Yield what is wrong with a file, and in which line: of the field, else where its row begins.
+
+    A number may be an integer or a float: what is neither is described by the rule of the latter.
+    """
+    fields = {field_of(problem): problem for problem in error.errors()}
+    for problem in fields.values():
         table, row = (*problem["loc"], "", "")[:2]
         if problem["type"] == "repeated":
             table, row = "criteria", problem["ctx"]["i"]
         known = table in lines and isinstance(row, int) and row < len(lines[str(table)])
-        at = f"{source}:{lines[str(table)][int(row)]}" if known else source
+        at = str(source)
+        if known:
+            at += f":{_line_of_field(text, lines[str(table)][int(row)], problem['loc'][2:3])}"
         model = _MODELS.get(str(table), Criteria) if len(problem["loc"]) > 1 else Criteria
         names = [name for name in model.model_fields if name != "at"]
         yield f"{at}: {describe_problem(problem, names)}"

@@ -217,7 +217,10 @@ class Criterion(ForEngines):
         """
         passed: bool | None = value is not None and self.allows(value)
         if reference:
-            passed, note = None, "our engine is the truth here: compared with itself"
+            passed, note = (
+                None,
+                "Ghostball's engine is the reference here: this compares it with itself",
+            )
         return Check(
             metric=self.metric,
             value=value,
@@ -251,8 +254,8 @@ class Excused(ForEngines):
         if found := next((one for one in self.engines if one.engine == EVERY), None):
             raise PydanticCustomError(
                 "excused",
-                "must name the engines that it excuses, got '{found}' in `engines`, which covers "
-                "everybody's. Name each",
+                "must name the excused engines one by one, got '{found}' in `engines`, which "
+                "matches every engine",
                 {"found": str(found)},
             )
         return self

@@ -37,12 +37,12 @@ METRICS = MetricGroup(OUTCOME | PROOF | MOTION | RELATIONS)
 """Every metric by name, in the order of reports."""
 
 
-@METRICS.metric("wall_time", "s", "run time of the simulation alone, one sample")
+@METRICS.metric("wall_time", "s", "run time of the simulation only, one sample")
 def _wall_time(run: RunAndTruth) -> float:
     return run.result.wall_time
 
 
-_CLASSES = f"how right the run is, from the best class: {', '.join(ACCURACY_KINDS)}"
+_CLASSES = f"accuracy class, best first: {', '.join(ACCURACY_KINDS)}"
 METRICS["accuracy"] = Metric("accuracy", "class", _CLASSES, None, "rest", "shot")
 
 USUAL: tuple[str, ...] = tuple(name for name, metric in METRICS.items() if not metric.on_demand)
@@ -106,15 +106,15 @@ class Measured:
         name = "accuracy"
         self.values[name] = None
         if found is None and compared:
-            self.notes[name] = "past the horizon: rounding alone may change the collisions before"
+            self.notes[name] = "after the horizon: rounding alone may change the collisions before"
         elif found is None:
-            self.notes[name] = "there is nothing to compare the run with"
+            self.notes[name] = "there is no reference result"
         elif found.at is not None and found.error is not None and found.error <= TOLERANCE:
-            self.notes[name] = f"only up to t = {found.at:.3g} s the shot can be predicted"
+            self.notes[name] = f"the shot is predictable only up to t = {found.at:.3g} s"
         else:
             self.values[name] = ACCURACY_KINDS.index(found.kind)
             more = f": {why}" if why else ""
-            self.said[name] = found.sentence.removeprefix(f"{found.kind}: ") + more
+            self.said[name] = found.sentence.partition(": ")[2] + more
         if found is not None and found.kind == "broken":
             self.incomplete.add(name)
 
@@ -172,6 +172,6 @@ def measure(
 def past_horizon(horizon: float) -> str:
     """Return why nothing is said of the end of a shot that can't be predicted to its end."""
     return (
-        f"unpredictable: from t = {horizon:.3g} s on, errors of this engine's size may lead the "
-        "shot onto another path"
+        f"after the horizon: from t = {horizon:.3g} s on, errors of this engine's size may change "
+        "the collisions"
     )

@@ -38,7 +38,7 @@ def _finite(energy: FloatArray) -> FloatArray:
 def _initial(result: Result) -> float:
     first = first_energy(result.scene)
     if first == 0.0:
-        raise NotMeasuredError("nothing moves at the start: there is no energy to compare with")
+        raise NotMeasuredError("not applicable: nothing moves at the start")
     return first
 
 
@@ -55,7 +55,9 @@ def _differences(run: RunAndTruth) -> tuple[FloatArray, FloatArray]:
     run.require_end()
     right = run.known("energy", run.truth.motion)
     if run.truth.is_own_measure(run.result.engine, "energy"):
-        raise NotMeasuredError("the reference energy of this shot is of Ghostball's own engine")
+        raise NotMeasuredError(
+            "the reference energy of this shot is that of Ghostball's own engine"
+        )
     times, differences = _compared(run, right, run.horizon)
     return times, _finite(differences)
 
@@ -97,7 +99,9 @@ def _energy_difference_factor(run: RunAndTruth) -> float:
 
 
 @MOTION.metric(
-    "energy_drift", "1", "largest change of energy where it should hold, over the initial energy"
+    "energy_drift",
+    "1",
+    "largest change of energy where it should be conserved, divided by the initial energy",
 )
 def _energy_drift(run: RunAndTruth) -> float:
     if not conserves_energy(run.result.scene):
@@ -109,8 +113,8 @@ def _energy_drift(run: RunAndTruth) -> float:
 @MOTION.metric(
     "energy_rise",
     "1",
-    "largest rise of energy above the least before it, at each impact and each frame, over the "
-    "initial energy; in a step with an impact, above what the cloth leaves",
+    "largest rise of energy above its earlier minimum, at each impact and frame, divided by the "
+    "initial energy; in a time step with an impact, the rise above what the cloth leaves",
 )
 def _energy_rise(run: RunAndTruth) -> float:
     _finite(energy_series(run.result))
@@ -125,7 +129,7 @@ def _energy_rise(run: RunAndTruth) -> float:
 @MOTION.metric("overlap_max", "m", "largest overlap of two balls in the recorded motion")
 def _overlap_max(run: RunAndTruth) -> float:
     if len(run.result.scene.balls) == 1:
-        raise NotMeasuredError("there is one ball only")
+        raise NotMeasuredError("not applicable: only one ball")
     return largest_overlap(run.result)
 
 
@@ -138,7 +142,7 @@ def _overlap_max(run: RunAndTruth) -> float:
 def _cushion_overlap_max(run: RunAndTruth) -> float:
     table = run.result.scene.table
     if table is None or not table.has_cushions:
-        raise NotMeasuredError("there are no cushions")
+        raise NotMeasuredError("not applicable: no cushions")
     return largest_cushion_overlap(run.result)
 
 
@@ -153,7 +157,7 @@ def _momentum_drift(run: RunAndTruth) -> float:
     momenta = momentum_series(run.result)
     largest = float(np.max(np.sum(np.linalg.norm(momenta, axis=2), axis=1)))
     if largest == 0.0:
-        raise NotMeasuredError("nothing moves: there is no momentum to compare with")
+        raise NotMeasuredError("not applicable: nothing moves")
     total = np.sum(momenta, axis=1)
     return float(np.max(np.abs(total - total[0]))) / largest
 

@@ -17,14 +17,18 @@ OUTCOME: Final = MetricGroup()
 
 
 @OUTCOME.metric(
-    "rest_error_max", "m", "largest distance of a ball from where it should end", "rest", "end"
+    "rest_error_max",
+    "m",
+    "largest distance of a ball from its reference rest position",
+    "rest",
+    "end",
 )
 def _rest_error_max(run: RunAndTruth) -> float:
     return float(np.max(run.ball_errors))
 
 
 @OUTCOME.metric(
-    "rest_error_rms", "m", "root mean square of those distances over the balls", "rest", "end"
+    "rest_error_rms", "m", "root mean square of these distances over all balls", "rest", "end"
 )
 def _rest_error_rms(run: RunAndTruth) -> float:
     return float(np.sqrt(np.mean(run.ball_errors**2)))
@@ -33,7 +37,7 @@ def _rest_error_rms(run: RunAndTruth) -> float:
 @OUTCOME.metric(
     "rest_error_ulps",
     "1",
-    "largest distance over what rounding the scene's numbers once would cause",
+    "`rest_error_max` in units of the error that rounding the scene's numbers once would cause",
     "conditioning",
     "end",
 )
@@ -43,7 +47,7 @@ def _rest_error_ulps(run: RunAndTruth) -> float:
 
 
 @OUTCOME.metric(
-    "rest_time_error", "s", "difference of the time when the last ball rests", "time", "end"
+    "rest_time_error", "s", "error of the time at which the last ball stops", "time", "end"
 )
 def _rest_time_error(run: RunAndTruth) -> float:
     run.require_end()
@@ -54,7 +58,7 @@ def _rest_time_error(run: RunAndTruth) -> float:
 @OUTCOME.metric(
     "rest_time_error_ulps",
     "1",
-    "that difference over what rounding the scene's numbers once would cause",
+    "`rest_time_error` in units of the error that rounding the scene's numbers once would cause",
     "conditioning",
     "end",
 )
@@ -88,7 +92,7 @@ def _add_counts() -> None:
         OUTCOME.metric(name, "1", meaning, judges="shot")(_count(*kinds))
     for kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION):
         name = f"{kind.label.replace('-', '_')}_count_error"
-        meaning = f"difference of the {kind.label} count"
+        meaning = f"error of the number of {kind.label} collisions"
         OUTCOME.metric(name, "1", meaning, "events", "end")(_count_error(kind))
 
 
@@ -104,7 +108,7 @@ def _compared(run: RunAndTruth) -> Agreement:
 @OUTCOME.metric(
     "matching_events",
     "1",
-    "leading collisions that agree with the true sequence (kind and balls)",
+    "number of collisions from the start that match the reference sequence (kind and balls)",
     "events",
     "shot",
 )
@@ -112,14 +116,12 @@ def _matching_events(run: RunAndTruth) -> int:
     return _compared(run).leading
 
 
-@OUTCOME.metric(
-    "first_divergence_time", "s", "when the sequences of collisions first differ", "events"
-)
+@OUTCOME.metric("first_divergence_time", "s", "time of the first wrong collision", "events")
 def _first_divergence_time(run: RunAndTruth) -> float:
     run.require_end()
     parts_at = _compared(run).parts_at(timed=bool(len(run.truth.collision_times)))
     if parts_at is None:
-        raise NotMeasuredError("a collision is missing; the closed form does not say when it comes")
+        raise NotMeasuredError("a collision is missing; the closed form doesn't give its time")
     if math.isinf(parts_at):
-        raise NotMeasuredError("never: the sequences agree to the end")
+        raise NotMeasuredError("never: all collisions match")
     return parts_at

@@ -38,15 +38,15 @@ def certified_motion(run: RunAndTruth, compared: str) -> Result:
 @PROOF.metric(
     "graded_until",
     "s",
-    "how far the run is held against the proof: to its end, or where errors of rounding have grown "
-    "visible",
+    "time up to which the run is compared with the certified result: its end, or the horizon for "
+    "rounding errors",
     "proof",
 )
 def _graded_until(run: RunAndTruth) -> float:
     return min(run.grade.until, float(run.certificate.t_end))
 
 
-@PROOF.metric("graded_events", "1", "proved events until then that are looked for", "proof")
+@PROOF.metric("graded_events", "1", "number of certified events up to that time", "proof")
 def _graded_events(run: RunAndTruth) -> int:
     return run.grade.events
 
@@ -54,8 +54,8 @@ def _graded_events(run: RunAndTruth) -> int:
 @PROOF.metric(
     "events_missing",
     "1",
-    "proved events of any kind that were not found, up to where the shot can be predicted; from "
-    "where a ball's own order of events differs on, all of its",
+    "certified events of any kind that are missing from the run, up to the horizon; once the order "
+    "of a ball's events differs, all its later events count",
     "proof",
 )
 def _events_missing(run: RunAndTruth) -> int:
@@ -65,7 +65,7 @@ def _events_missing(run: RunAndTruth) -> int:
 @PROOF.metric(
     "events_invented",
     "1",
-    "found events without a proved one in their place, up to where the shot can be predicted",
+    "events in the run that match no certified event, up to the horizon",
     "proof",
 )
 def _events_invented(run: RunAndTruth) -> int:
@@ -111,7 +111,7 @@ def _phase_time_error(run: RunAndTruth) -> float:
 @PROOF.metric(
     "event_time_error_ulps",
     "1",
-    "largest error of an event's time up to there, in spacings of doubles at that time",
+    "largest error of an event time up to the horizon, in ulps (spacings of doubles) of that time",
     "proof",
 )
 def _event_time_error_ulps(run: RunAndTruth) -> float:
@@ -240,7 +240,7 @@ def _first_landing_error(run: RunAndTruth) -> float:
     if stated_error(run.resolution) == 0.0:
         raise NotMeasuredError("`event_time_error` compares all events of this engine")
     if landing is None:
-        raise NotMeasuredError("the certified shot has another contact first, or no landing")
+        raise NotMeasuredError("the certified result has another contact first, or no landing")
     found = events_in(events_of(run.result), (EventKind.BALL_CLOTH,))
     times = [one.t for one in found if one.a == landing.a]
     if not found:

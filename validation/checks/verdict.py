@@ -23,12 +23,12 @@ from ghostball.validation.results.records import (
 class Verdict(enum.Enum):
     """What the limits say of one engine in one scene: its sign, and how reports say it."""
 
-    PASS = ("✓", "as expected for its step")
-    LIMITS_HOLD = ("≈", "keeps its limits, none on how the shot ends")
-    FAIL = ("✗", "worse than its limits")
-    REFERENCE = ("=", "what the others are compared with")
-    SHOWN = ("○", "no limits")
-    NOT_REPRESENTABLE = ("–", "not representable")
+    PASS = ("✓", "passed")
+    LIMITS_HOLD = ("≈", "passed, final positions not judged")
+    FAIL = ("✗", "failed")
+    REFERENCE = ("=", "reference for the other engines")
+    SHOWN = ("○", "not judged: no limit applies")
+    NOT_REPRESENTABLE = ("–", "unsupported")
     UNAVAILABLE = ("–", "unavailable")
     CRASHED = ("!", "did not finish")
     MISSING = ("", "not run")
@@ -47,12 +47,12 @@ class Verdict(enum.Enum):
 FAILING = (Verdict.FAIL, Verdict.CRASHED)
 """Verdicts that make a run fail."""
 
-NOTHING_JUDGED = "nothing was judged: no limit covers what was run"
+NOTHING_JUDGED = "nothing was judged: no limit applies"
 """What is said of a run without a verdict; commands end with exit status 4 then."""
 
 UNJUDGED = (
-    "was judged by its final positions: give it `dt`, a class or a run with `resolution`, or "
-    "limits on `rest_error_max` that are no larger than a ball's radius"
+    "had its final positions judged: declare a time step `dt` or, in a class or a run, a "
+    "`resolution`; or set limits on `rest_error_max` of at most a ball's radius"
 )
 """Message for engines that state too little about how exact they are."""
 
@@ -61,9 +61,9 @@ class RestError(enum.Enum):
     """What the rest error of a case is worth, and so how it is shown."""
 
     JUDGED = "a limit judges it"
-    UNJUDGED = "an error, but no limit judges it: shown in brackets"
-    CHAOTIC = "no error: past the engine's horizon"
-    OWN = "our engine compared with itself"
+    UNJUDGED = "not judged: shown in brackets"
+    CHAOTIC = "no error: after the engine's horizon"
+    OWN = "Ghostball's engine compared with itself"
     NONE = "there is none"
 
 
@@ -101,7 +101,7 @@ def unfinished_text(case: CaseRecord) -> str:
         return ""
     if case.outcome == "failed":
         return case.reason
-    return f"it stopped early: {case.status}" + (f": {case.reason}" if case.reason else "")
+    return f"stopped early: {case.status}" + (f": {case.reason}" if case.reason else "")
 
 
 def is_nothing_judged(cases: Collection[CaseRecord]) -> bool:
@@ -140,7 +140,7 @@ def few_ends_judged(cases: Collection[CaseRecord]) -> str:
     judged = sum(case.is_own_measure or is_outcome_judged(case) for case in ran)
     if judged == len(ran) or any(case.excused or case.left_out for case in ran):
         return ""
-    return f"the end of the shot was judged in {judged} of {len(ran)} scenes"
+    return f"the final positions were judged in {judged} of {len(ran)} scenes"
 
 
 def not_judged(cases: Collection[CaseRecord]) -> str:
@@ -148,7 +148,7 @@ def not_judged(cases: Collection[CaseRecord]) -> str:
     if is_nothing_judged(cases):
         return NOTHING_JUDGED
     if engines := unjudged_engines(cases):
-        return f"no shot of {', '.join(engines)} {UNJUDGED}"
+        return f"no case of {', '.join(engines)} {UNJUDGED}"
     return ""
 
 

@@ -161,7 +161,7 @@ def attribute(
     proof, _ = proof_of(scene)
     growth = growth_along(scene, proof, known.result)
     predictable = horizon(growth, PREDICTABLE, ROUNDINGS * UNIT_ROUNDOFF)
-    limit = "past it, roundings move a ball by more than a micrometre"
+    limit = "after that, rounding moves a ball by more than a micrometre"
     open_ended = proof is not None and proof.ending in ("ambiguous", "precision cap")
     if proof is not None and open_ended and float(proof.t_end) < predictable:
         predictable, limit = float(proof.t_end), f"nothing later is certified: {proof.ending}"
@@ -306,8 +306,7 @@ def _compared(
         instant = agreed
         runs = [play(step, instant) for step in steps]
     raise NotComparedError(
-        f"engine `{runs[0].engine}` and the reference have no instant at which they could be "
-        "compared"
+        f"engine `{runs[0].engine}` and the reference have no time at which they could be compared"
     )
 
 

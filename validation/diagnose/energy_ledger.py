@@ -26,20 +26,20 @@ from ghostball.model import (
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.results.records import Motion
 
-SEVERAL = "several kinds at one instant"
+SEVERAL = "simultaneous events of several kinds"
 """Collisions of both kinds at one instant that share a ball: no order, so no loss of each."""
 
-UNSTORED = "at events whose states aren't stored"
+UNSTORED = "at events without stored states"
 """Of the balls that collide where a log is too long for all of its states to be kept."""
 
-PHASES = {Phase.SLIDING: "sliding", Phase.ROLLING: "rolling", Phase.RESTING: "spinning on the spot"}
+PHASES = {Phase.SLIDING: "sliding", Phase.ROLLING: "rolling", Phase.RESTING: "spinning in place"}
 """Names of what is lost on the way, by the phase of the ball."""
 
 ENTRIES = (*(kind.label for kind in COLLISION_KINDS), SEVERAL, UNSTORED, *PHASES.values())
 """Every entry in the order of tables."""
 
-FRAMES = "its frames don't say what is lost at an event, and what on the way between two"
-NOT_FINITE = "its motion isn't finite"
+FRAMES = "its frames don't separate losses at events from losses between them"
+NOT_FINITE = "its motion contains NaN or infinity"
 
 
 @dataclass(frozen=True)

@@ -213,21 +213,19 @@ def explain(
     moving = np.any(scene.velocities != 0.0) or np.any(scene.angular_velocities != 0.0)
     if not moving:
         raise ExplanationError(
-            f'scene "{scene.name}": nothing moves, so there is nothing to explain. Give a ball a '
+            f'scene "{scene.name}": no ball moves, so there is nothing to explain. Give a ball a '
             "`velocity`"
         )
     if engine.name == "certified":
-        raise ExplanationError(
-            "engine `certified` is the truth that others are explained by. Choose another engine"
-        )
+        raise ExplanationError("engine `certified` is itself the reference. Choose another engine")
     run = cache(partial(run_with_step, engine, scene, record="trajectory"))
     result = run(None)
     if result.status is Status.FAILED:
-        raise EngineFailedError(engine.name, f"it says so: {result.reason}")
+        raise EngineFailedError(engine.name, f"the engine reports a failure: {result.reason}")
     known = known_shot(scene)
     if engine.name == known.engine and known.kind == "our engine":
         raise ExplanationError(
-            f'engine `{engine.name}` is itself the truth of scene "{scene.name}", which has no '
+            f'engine `{engine.name}` is itself the reference of scene "{scene.name}", which has no '
             f"closed form and isn't certified ({known.why}). Choose another engine"
         )
     agreement = _compare(known, result)

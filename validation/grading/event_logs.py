@@ -107,9 +107,9 @@ class Parting:
         instead = self.other if missing else self.true
         words = [
             f"{self.first.describe(scene)} at t = {self.first.t:.17g} s",
-            "is proved but was not found;" if missing else "was found but is not so;",
-            "found in its place:" if missing else "proved in its place:",
-            "nothing more of these balls"
+            "is missing from the run;" if missing else "is not in the reference;",
+            "found instead:" if missing else "reference:",
+            "no further event of these balls"
             if instead is None
             else f"{instead.describe(scene)} at t = {instead.t:.17g} s",
         ]

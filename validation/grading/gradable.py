@@ -136,7 +136,7 @@ def _extent(certificate: Certificate, until: float, low_bounce: float) -> tuple[
         why = f"a bounce stays below {LOWEST_BOUNCE:.2g} diameters until t = {low_bounce:.6g} s"
         return "low bounce", why, math.nextafter(low_bounce, 0.0)
     if until <= end:
-        why = f"the shot can't be predicted beyond t = {until:.6g} s"
+        why = f"the horizon is t = {until:.6g} s"
         return "horizon", why, math.nextafter(until, 0.0)
     if not certificate.proved:
         return "proved part", f"{certificate.ending}: {certificate.reason}", end

@@ -302,11 +302,11 @@ def _distance(value: float, enclosure: Enclosure) -> float:
 def _quality(result: Result, errors: FloatArray, within: Gradable) -> tuple[float | None, str]:
     """Return the largest error, (n,) [m], over what rounding does until then; or None, and why."""
     if within.sizes is None:
-        return None, f"engine `{result.engine}` records frames: its steps err by more than rounding"
+        return None, f"engine `{result.engine}` records frames, whose errors exceed rounding"
     scale = UNIT_ROUNDOFF * within.sizes
     known = np.isfinite(scale)
     if not known.any():
-        return None, "no derivative says what rounding does to the shot until then"
+        return None, "the effect of rounding can't be computed up to that time"
     errors, scale = errors[known], scale[known]
     if not scale.any() and not errors.any():
         return None, "nothing has moved in what is graded"

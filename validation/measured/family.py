@@ -40,7 +40,7 @@ class Measured(BaseModel, frozen=True, allow_inf_nan=False):
         Raises `ValueError` where none is known.
         """
         if self.error is None:
-            raise ValueError("no standard error of this figure is known; it has a `difference`")
+            raise ValueError("this measurement has no standard error, only a `difference`")
         return self.difference / self.error
 
 
@@ -103,8 +103,8 @@ class Likeness(BaseModel, frozen=True):
         for one in self.families:
             if bool(one.figures) == bool(one.lacks):
                 raise ValueError(
-                    f"family {one.name!r}: must either have `figures` or say what is lacking in "
-                    "`lacks`. Give one of them"
+                    f"family {one.name!r}: must have either `figures` or, in `lacks`, the reason "
+                    "why it has none"
                 )
             if one.grades and any(figure.error is None for figure in one.figures):
                 raise ValueError(

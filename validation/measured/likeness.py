@@ -70,7 +70,7 @@ def families_of(name: str, player: Player) -> list[Family]:
     facts, (settings_of, figures_of) = facts_of(name), MEASUREMENTS[name]
     families, settings, failed = families_in(facts), settings_of(player), False
     if settings is None:
-        return [one.lacking("it has no law of cushions that turns balls") for one in families]
+        return [one.lacking("it has no cushion law that changes spin") for one in families]
     try:
         played = [tuple(figures) for figures in figures_of(player, settings, facts.rows)]
         return [

@@ -69,8 +69,8 @@ def rebound(play: Play, physics: Physics, speed: float, degrees: float) -> Cushi
     contacts = cushion_contacts({"cue": track}, surface, _ANY)
     if len(contacts) != 1:
         raise OperatorError(
-            f"a ball that came to a cushion at {speed:g} m/s, {degrees:g} degrees from the normal, "
-            f"bounced {len(contacts)} times in {_PLAYED:g} s where it should once"
+            f"a ball that hit a cushion at {speed:g} m/s, {degrees:g} degrees from the normal, "
+            f"bounced {len(contacts)} times in {_PLAYED:g} s instead of once"
         )
     return contacts[0]
 
@@ -101,7 +101,7 @@ def square_rebound(play: Play, physics: Physics, speed: float) -> CushionContact
     before, after = (_speed_at(track, time, sign) for sign in (-1.0, 1.0))
     if not before > 0.0 > after:
         raise OperatorError(
-            f"a ball that came square to a cushion at {speed:g} m/s left it at {-after:.3g} m/s"
+            f"a ball that hit a cushion squarely at {speed:g} m/s left it at {-after:.3g} m/s"
         )
     return CushionContact("cue", time, 0, before, -after)
 

@@ -112,5 +112,5 @@ def deceleration(play: Play, physics: Physics, speed: float) -> float:
     surface = Surface(_TABLE.length, _TABLE.width, POOL_BALL.radius)
     found = rolling_windows({"cue": track}, surface, _ANY_SPEED)
     if not found:
-        raise OperatorError(f"a ball that begins to roll at {start:.3g} m/s doesn't roll")
+        raise OperatorError(f"a ball that started to roll at {start:.3g} m/s did not roll")
     return found[0].deceleration

@@ -99,7 +99,8 @@ def read_tracks(path: Path, surface: Surface) -> Shots:
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
-        raise TracksError(f"{path}: expected a CSV file of tracks in UTF-8: {error}") from error
+        why = (error.strerror if isinstance(error, OSError) else "") or str(error)
+        raise TracksError(f"{path}: can't read a CSV file of tracks in UTF-8: {why}") from error
     for where, row in _rows(path, text):
         if len(row) != len(_HEADER):
             raise _refused(where, f"{len(_HEADER)} fields", f"{len(row)}")
@@ -156,12 +157,12 @@ def _sample(where: str, numbers: list[str], surface: Surface) -> _Sample:
     try:
         t, x, y = map(float, numbers)
     except ValueError:
-        raise _refused(where, "numbers as t, x and y", f"{numbers!s:.100}") from None
+        raise _refused(where, "numbers as t, x and y", f"{', '.join(numbers):.100}") from None
     if not all(map(math.isfinite, (t, x, y))):
-        raise _refused(where, "finite numbers as t, x and y", f"{numbers!s:.100}")
+        raise _refused(where, "finite numbers as t, x and y", f"{', '.join(numbers):.100}")
     for name, value, extent in (("x", x, surface.length), ("y", y, surface.width)):
         if not -_OUTSIDE <= value <= extent + _OUTSIDE:
-            hint = "; are these centimetres or millimetres?" if value > 10.0 * extent else ""
+            hint = "; are the units centimetres or millimetres?" if value > 10.0 * extent else ""
             expected = f"{name} between 0 and {extent:g} m, the playing surface"
             raise _refused(where, expected, f"{value:g}{hint}")
     return t, x, y
@@ -171,10 +172,10 @@ def _check_step(where: str, ball: str, before: _Sample, now: _Sample) -> None:
     """Refuse time that goes back, and a step that no ball makes."""
     step = now[0] - before[0]
     if step <= 0.0:
-        expected = f"a time after {before[0]:g} s, of ball {ball}'s sample before"
+        expected = f"a time after {before[0]:g} s, the time of ball {ball}'s previous sample"
         raise _refused(where, expected, f"{now[0]:g} s")
     way = math.dist(now[1:], before[1:])
     if way > _FASTEST * step:
-        expected = f"ball {ball} within {_FASTEST * step:.3g} m of its sample before"
-        found = f"it {way:.3g} m away: are two balls taken for each other?"
+        expected = f"ball {ball} within {_FASTEST * step:.3g} m of its previous sample"
+        found = f"a distance of {way:.3g} m: were two balls swapped?"
         raise _refused(where, expected, found)

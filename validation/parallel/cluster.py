@@ -100,8 +100,9 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
         except Exception as error:
             why = str(error) or f"no answer within {CONNECT_LIMIT:g} s"
             raise ClusterError(
-                f"no Dask scheduler can be reached at {address!r}: {why}. Give the address that "
-                "`dask scheduler` prints, such as tcp://10.0.0.1:8786"
+                f"no Dask scheduler can be reached at {address!r}: {why}. Use the address that "
+                "`dask scheduler` prints"
+                ", such as tcp://10.0.0.1:8786"
             ) from error
         try:
             yield Cluster(client, address)
@@ -198,7 +199,7 @@ class Cluster:
         elif self._alone_since is None:
             self._alone_since = now
         elif now - self._alone_since > PATIENCE:
-            raise ClusterLostError(self._lost(f"it has had no worker for {PATIENCE:g} s"))
+            raise ClusterLostError(self._lost(f"no worker has been available for {PATIENCE:g} s"))
         return max(1, self._threads)
 
     def _answer(self, future: Future) -> _Answer | None:
@@ -216,15 +217,15 @@ class Cluster:
                 )
             if isinstance(error, ClusterError):
                 raise ClusterError(
-                    f"a worker of the cluster at {self._address} has other code: {error}. Install "
-                    "the same there"
+                    f"a worker of the cluster at {self._address} has a different version of the "
+                    f"code: {error}. Install the same version there"
                 ) from error
             while error.__cause__ is not None:  # such as what of ours it can't import
                 error = error.__cause__
             why = " ".join(str(error).split())
             raise ClusterError(
-                f"the cluster at {self._address} can't run ghostball: {type(error).__name__}: "
-                f"{why}. Install the same version of ghostball on its workers"
+                f"the cluster at {self._address} can't run Ghostball: {type(error).__name__}: "
+                f"{why}. Install the same version of Ghostball on its workers"
             ) from error
         try:
             answer: _Answer = future.result(timeout=_FETCH_LIMIT)
@@ -241,13 +242,13 @@ class Cluster:
         try:
             yield
         except (OSError, asyncio.CancelledError) as error:
-            why = self._lost("its scheduler does not answer any more")
+            why = self._lost("its scheduler no longer answers")
             raise ClusterLostError(why) from error
 
     def _lost(self, why: str) -> str:
         return (
-            f"lost the cluster at {self._address}: {why}. What is done is kept: the same command "
-            "continues from there"
+            f"lost the cluster at {self._address}: {why}. Finished cases are stored: run the same "
+            "command to continue"
         )
 
 

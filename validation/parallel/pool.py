@@ -74,7 +74,10 @@ class Done(Generic[T, R]):
         try:
             given = pickle.loads(self.given)  # type: ignore[arg-type]
         except Exception as error:
-            why = f"its process gave an answer that can't be read ({type(error).__name__}: {error})"
+            why = (
+                f"its process returned an answer that can't be read ({type(error).__name__}: "
+                f"{error})"
+            )
             return Done(task, None, why, self.printed)
         return Done(task, given, self.crashed, self.printed)
 
@@ -259,16 +262,14 @@ class Process:
         except (EOFError, OSError):
             is_alive = False
         if not is_alive and self._is_late:
-            reason = (
-                f"it took longer than {self._limit:g} s, and was ended while it returned its answer"
-            )
+            reason = f"it exceeded the time limit of {self._limit:g} s while it returned its answer"
         elif not is_alive:
             self._process.join(_JOIN_TIMEOUT)
-            reason = f"the process running it crashed (exit code {self._process.exitcode})"
+            reason = f"its process crashed (exit code {self._process.exitcode})"
         elif self.left > 0.0:
             return None
         elif self._is_ready:
-            reason = f"it took longer than {self._limit:g} s, and was ended"
+            reason = f"it exceeded the time limit of {self._limit:g} s"
         else:
             reason = f"its process did not start within {self._start_limit:g} s"
         return Done(None, None, reason, text_of(self._output))

@@ -176,7 +176,7 @@ class Place:
         try:
             result, seconds = self.at_step.simulate(scene)
         except UnsupportedSceneError as error:
-            self.why_not = f"not representable: {'; '.join(error.features)}"
+            self.why_not = f"unsupported: {'; '.join(error.features)}"
         except EngineFailedError as error:
             self.why_not = f"failed: {error.reason}"
         else:
@@ -244,7 +244,9 @@ def measure_precision(
             why = f"unavailable: {error}"
         for scene, truth in truths:
             if not why and truth.kind == CERTIFIED and engine.name == "certified":
-                left_out.append(LeftOut(scene=scene.name, engine=label, why="it is the truth here"))
+                left_out.append(
+                    LeftOut(scene=scene.name, engine=label, why="it is the reference here")
+                )
             elif why:
                 left_out.append(LeftOut(scene=scene.name, engine=label, why=why))
             else:
@@ -253,7 +255,7 @@ def measure_precision(
                 for at_step in ladder_of(label, engine, truth.rest_time):
                     horizon = truth.horizon_of(resolution_of(at_step.engine, scene))
                     if horizon < truth.rest_time:
-                        past = f"past its horizon, {horizon:.3g} s: errors may change its events"
+                        past = f"after its horizon, {horizon:.3g} s, errors may change the events"
                         left_out.append(LeftOut(scene=scene.name, engine=at_step.label, why=past))
                     else:
                         places.append(Place(scene, truth, at_step, level))
@@ -277,6 +279,6 @@ def independent_truth(scene: Scene) -> Truth:
     proof = truth.certificate
     why = truth.no_certificate if proof is None else f"{proof.ending}: {proof.reason}"
     raise MeasurementError(
-        f'scene "{scene.name}" has no truth that is independent of our engine: it has no closed '
-        f"form, and it isn't proved to its end ({why}). Leave it out"
+        f'scene "{scene.name}" has no reference that is independent of Ghostball: it has no '
+        f"closed form, and it isn't certified to its end ({why}). Remove the scene"
     )

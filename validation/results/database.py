@@ -173,8 +173,8 @@ def reserved(folder: Path) -> Iterator[None]:
             held.enter_context(FileLock(folder / LOCK, timeout=0, thread_local=False))
         except Timeout:
             raise ResultsError(
-                f"{folder}: another run writes there. Wait until it has ended, or choose another "
-                "`--out`"
+                f"{folder}: another run is writing to this folder. Wait until that run finishes, "
+                "or choose another `--out`"
             ) from None
         except OSError as error:
             raise cannot_write(folder, error) from error
@@ -261,14 +261,14 @@ def _check(database: sqlite3.Connection, path: Path) -> None:
     (application,) = database.execute("PRAGMA application_id").fetchone()
     (version,) = database.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION:
-        raise ResultsError(f"{path}: holds no results of ghostball. {AGAIN}")
+        raise ResultsError(f"{path}: contains no Ghostball results. {AGAIN}")
     if version != SCHEMA:
         raise ResultsError(
-            f"{path}: its version must be {SCHEMA}, got {version}: another version of ghostball "
-            f"wrote it. {AGAIN}"
+            f"{path}: its version must be {SCHEMA}, got {version}: a different version of "
+            f"Ghostball wrote it. {AGAIN}"
         )
     if not _tables_of(_TABLES) <= _tables(database):
-        raise _damaged(path, "its tables are others")
+        raise _damaged(path, "its tables are wrong")
     state = path.stat()
     _check_pages(path, state.st_size, state.st_mtime_ns)
 
@@ -309,7 +309,9 @@ def _explained(path: Path) -> Iterator[None]:
         if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
             raise _damaged(path, error) from None
         if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
-            raise ResultsError(f"{path}: another process writes there. Try again later") from None
+            raise ResultsError(
+                f"{path}: another process is writing to this file. Try again later"
+            ) from None
         if code in _OF_THE_DISK:
             raise ResultsError(
                 f"{path}: can't be read or written: {error}. Make room, or choose another `--out`"
@@ -318,7 +320,7 @@ def _explained(path: Path) -> Iterator[None]:
 
 
 def _damaged(path: Path, why: object) -> ResultsError:
-    return ResultsError(f"{path}: is cut short or damaged ({why}). {AGAIN}")
+    return ResultsError(f"{path}: is truncated or damaged ({why}). {AGAIN}")
 
 
 _OF_THE_DISK: Final = (

@@ -28,7 +28,7 @@ def toml_of(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        raise ValueError("lists or tables are nested too deeply to read") from None
+        raise ValueError("lists or tables are nested too deeply") from None
 
 
 def describe_validation_error(

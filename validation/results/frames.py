@@ -47,7 +47,7 @@ def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
     Raises `GhostballError` where there is no such table, or the results can't be read.
     """
     if table not in TABLES:
-        raise GhostballError(f"no table `{table}`. There are: {', '.join(TABLES)}")
+        raise GhostballError(f"no table `{table}`. The tables are: {', '.join(TABLES)}")
     with reading(folder) as database:
         found = database.execute(TABLES[table])
         names = [column[0] for column in found.description]
@@ -67,9 +67,9 @@ def frame_of(folder: Path, table: str) -> Any:
         import polars  # noqa: PLC0415 - an optional dependency
     except ImportError:
         raise GhostballError(
-            "a data frame needs polars, which isn't installed. Install it by "
-            "`pip install '.[frames]'` in a clone of Ghostball, or write files by "
-            "`ghostball report DIR --export FOLDER`"
+            "a data frame needs polars, which isn't installed. Install it with `pip install "
+            "'.[frames]'` in a clone of Ghostball, or write files with `ghostball report DIR "
+            "--export FOLDER`"
         ) from None
     # All rows decide the types of columns: a first one may lack a value.
     return polars.DataFrame(
@@ -91,7 +91,7 @@ def export(folder: Path, target: Path) -> list[Path]:
             contents[target / f"{table}.jsonl"] = "".join(lines)
             contents[target / f"{table}.csv"] = csv_of(rows)
     if not contents:
-        raise ResultsError(f"{folder}: holds nothing that could be exported")
+        raise ResultsError(f"{folder}: contains nothing to export")
     try:
         target.mkdir(parents=True, exist_ok=True)
         write_all_whole(contents)

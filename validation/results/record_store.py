@@ -256,8 +256,8 @@ class RecordStore(Generic[W, R]):
             others = (path for path in self.path.iterdir() if not _is_ours(path))
             if not has_database(self.path) and any(True for _ in others):
                 raise ResultsError(
-                    f"{self.path}: not empty and not a results folder of ours, so nothing in it "
-                    "is replaced. Choose another `--out`, or empty it"
+                    f"{self.path}: not empty and not a Ghostball results folder, so nothing was "
+                    "overwritten. Choose another `--out`, or empty it"
                 )
             # Killed between the two, a run must not leave what the next takes for a user's file.
             probe = self.path / _PROBE

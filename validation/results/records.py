@@ -18,6 +18,7 @@ from ghostball.model import Events, GhostballError, Scene, SceneError, Status
 from ghostball.model.scene.fields import SceneName
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.results.fields import Definition, StoredArray, check_shape
+from ghostball.validation.results.quantities import scaled
 
 CLOSED_FORM: Final = "closed form"
 CERTIFIED: Final = "certified"
@@ -49,7 +50,11 @@ BrokenBy = Literal["stopped", "not finite", "energy", "overlap", "jump"]
 """What makes a run broken: it gave up, isn't finite, made energy, let balls through balls, or
 changed velocities at once although nothing touched the balls."""
 
-_SIGNS: Final[Mapping[LimitKind, str]] = {"at_most": "<=", "at_least": ">=", "equals": "=="}
+_COMPARISONS: Final[Mapping[LimitKind, str]] = {
+    "at_most": "at most",
+    "at_least": "at least",
+    "equals": "exactly",
+}
 
 
 def scene_from(definition: Mapping[str, Any], name: str) -> Scene:
@@ -97,22 +102,37 @@ class Check:
 
     @property
     def sentence(self) -> str:
-        """The limit and the value in one sentence, with the unit."""
-        limit = f"{_SIGNS[self.limit_kind]} {number_with_unit(self.limit, self.unit)}"
+        """The limit and the value in one sentence, with the unit, in as few digits as differ."""
+        must = f"{self.metric} must be {_COMPARISONS[self.limit_kind]}"
+        limit = number_with_unit(self.limit, self.unit, DIGITS[0])
         if self.value is None:
-            return f"{self.metric} must be {limit}, but has no value: {self.note}"
-        found = f"{self.metric} must be {limit}, got {number_with_unit(self.value, self.unit)}"
+            return f"{must} {limit}, but has no value: {self.note}"
+        for digits in DIGITS:
+            limit, value = (
+                number_with_unit(x, self.unit, digits) for x in (self.limit, self.value)
+            )
+            if limit != value:
+                break
+        found = f"{must} {limit}, got {value}"
         return f"{found}: {self.note}" if self.note and self.passed is not None else found
 
 
-def number_with_unit(value: float | int | None, unit: str) -> str:
+DIGITS: Final = (4, 6, 17)
+"""Significant digits of a limit and a value; more if fewer would show the two as equal."""
+
+
+def number_with_unit(value: float | int | None, unit: str, digits: int = 6) -> str:
     """Return a value as messages of checks have it; a pure number, unit "1", is alone.
 
     Of unit "class" it is the name of a class of accuracy.
     """
     if unit == "class" and value is not None:
         return ACCURACY_KINDS[int(value)]
-    number = "nothing" if value is None else f"{value:.6g}"
+    if unit in ("m", "s") and value is not None:
+        return scaled(value, unit, digits)
+    number = "nothing" if value is None else f"{value:.{digits}g}"
+    if isinstance(value, int):
+        number = str(value)
     return number if unit == "1" else f"{number} {unit}"
 
 
@@ -144,10 +164,13 @@ class Accuracy:
         if self.kind == "broken":
             much = "" if self.amount is None else f" ({self.amount:.3g})"
             cause = "velocities jump without a contact" if self.cause == "jump" else self.cause
-            return f"broken: {cause}{much}"
+            return f"unphysical: {cause}{much}"
         if self.kind == "another shot":
-            return f"another shot: {self.agree} of {self.of} collisions agree; the first other{at}"
-        return f"{self.kind}: {number_with_unit(self.error, 'm')} off{at}"
+            return (
+                f"wrong collisions: the first {self.agree} of {self.of} are right; first wrong "
+                f"collision{at}"
+            )
+        return f"{self.kind}: position error {number_with_unit(self.error, 'm')}{at}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -123,13 +123,13 @@ class Results:
             rows = current_records(database, "case")
         if environment is None:
             raise ResultsError(
-                f"{folder}: holds no results of the suite. Run `ghostball validate --out {path}`"
+                f"{folder}: contains no results. Run `ghostball validate --out {path}`"
             )
         what = f"{folder}: a case"
         found = [_case_of(what, *row) for row in rows]
         cases = [case for case in found if not case.varied_from]
         varied = [case for case in found if case.varied_from]
-        asked: dict[str, Any] = record_of(_SUITE, environment, f"{folder}: what was asked for")
+        asked: dict[str, Any] = record_of(_SUITE, environment, f"{folder}: the options of its run")
         return cls(folder, cases, asked, varied)
 
     @property

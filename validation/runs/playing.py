@@ -112,7 +112,7 @@ def differs_by_record(engine: ReferenceEngine, result: Result) -> str:
         if found:
             return (
                 f'its result depends on what is recorded: {found} between `record="{record}"` '
-                'and `record="trajectory"`. Play the same shot, whatever is recorded'
+                'and `record="trajectory"`. Make it independent of `record`'
             )
     return ""
 

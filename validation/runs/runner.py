@@ -41,7 +41,7 @@ def check_each_once(what: str, names: Sequence[str]) -> None:
         raise RunError(f"a run needs at least one {what}, got none")
     repeated = sorted({name for name in names if names.count(name) > 1})
     if repeated:
-        raise RunError(f"each {what} must be given once, got {', '.join(repeated)} again")
+        raise RunError(f"each {what} must be given once, got {', '.join(repeated)} more than once")
 
 
 @dataclass(frozen=True, eq=False)

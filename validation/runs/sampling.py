@@ -216,7 +216,7 @@ def events_of(result: Result) -> Events:
     if result.events is None:
         raise GhostballError(
             f"engine `{result.engine}` returned no `events` though it ran with "
-            'record="trajectory". Mend that engine'
+            'record="trajectory". Fix that engine'
         )
     return result.events
 

@@ -16,7 +16,7 @@ from ghostball.validation.runs.ladder import step_in
 from ghostball.validation.stress.families import FAMILIES, path_of
 from ghostball.validation.stress.shots import parameters_of
 
-Standing = Literal["passed", "failed", "not judged", "can't play"]
+Standing = Literal["passed", "failed", "not judged", "unsupported"]
 
 UNITS: Final[Mapping[str, str]] = {
     "depth": "diameters",
@@ -33,7 +33,7 @@ UNITS: Final[Mapping[str, str]] = {
 def standing_of(case: CaseRecord) -> Standing:
     """Return whether an engine passed a shot."""
     if case.outcome in ("not-representable", "unavailable"):
-        return "can't play"
+        return "unsupported"
     if is_unfinished(case) or case.passed is False:
         return "failed"
     return "passed" if case.passed else "not judged"

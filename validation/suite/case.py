@@ -35,7 +35,7 @@ from ghostball.validation.truth.scene_truth import (
     truth_of,
 )
 
-_NO_TRUTH = Truth(None, missing="a varied start is compared with others, not with a truth")
+_NO_TRUTH = Truth(None, missing="a perturbed initial state has no reference result")
 
 
 def prepare(
@@ -101,7 +101,7 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
     record = blank_record(case)
     truth = case.truth
     if isinstance(truth, TruthFailure):
-        reason = f"the truth of the scene could not be computed: {truth.reason}"
+        reason = f"the reference result of the scene could not be computed: {truth.reason}"
         return failed(record, reason, truth.traceback, fault="ghostball"), None
     try:
         with blamed_on_engine(record.engine):
@@ -123,7 +123,7 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
             )
         result = run_engine(engine, case.scene)
         if result.status is Status.FAILED:  # of its numbers none need be one
-            return failed(record, f"it says that it failed: {result.reason}"), None
+            return failed(record, f"the engine reports a failure: {result.reason}"), None
         if case.every_record and (differs := differs_by_record(engine, result)):
             return failed(record, differs), None
         return judge(record, case, truth, result, resolution, limits, engine)

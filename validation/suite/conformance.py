@@ -62,12 +62,14 @@ class SceneRun:
         """Return what came of `COMPLETES`, or of all limits on a metric."""
         record = self.record
         if record.outcome == "not-representable":
-            return Finding("skipped", f"{record.scene}: not representable: {record.reason}")
+            return Finding("skipped", f"{record.scene}: unsupported: {record.reason}")
         if record.outcome != "ran":
             return Finding("failed", f"{record.engine} failed: {record.reason}")
         if metric == COMPLETES:
             if is_unfinished(record):
-                return Finding("failed", f"the run must end by itself: {unfinished_text(record)}")
+                return Finding(
+                    "failed", f"the run must finish by itself: {unfinished_text(record)}"
+                )
             return Finding("passed")
         checks = tuple(check for check in record.checks if check.metric == metric)
         if not checks:

@@ -155,8 +155,9 @@ def shared(bad: Sequence[CaseRecord], good: Sequence[CaseRecord]) -> str:
     name = min(having, key=having.__getitem__)
     if having[name] > FEW * len(good):
         return ""
-    rest = f"{having[name]} of the {len(good)} others" if having[name] else "no other"
-    return f"all {len(bad)} have {name}, and {rest} has"
+    count = having[name]
+    rest = f"{count} of the other {len(good)} scenes" if count else "no other scene"
+    return f"all {len(bad)} have {name}; {rest} {'does' if count < 2 else 'do'}"
 
 
 def _traits() -> Iterator[tuple[str, Callable[[CaseRecord], bool]]]:

@@ -104,7 +104,7 @@ def plan(
     names = {label: engine_name(label) for label in labels}
     known = tuple(dict.fromkeys((*engine_names(), *names.values())))
     for scene in scenes:
-        own[scene.name].check_engines(known, f'criteria of scene "{scene.name}"')
+        own[scene.name].check_engines(known, f'limits of scene "{scene.name}"')
         if scene.name in criteria:  # the shipped ones are checked as their truth is computed
             check_truth(scene, own[scene.name].truth)
     of_others = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))

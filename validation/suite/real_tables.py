@@ -38,7 +38,7 @@ class LikenessWriter(RecordStore[Likeness, Likeness]):
 
     kind = "likeness"
     adapter = _LIKENESS
-    what = "figures of real tables"
+    what = "comparisons with measured tables"
 
     def name_of(self, record: Likeness) -> Name:
         """Return the label."""

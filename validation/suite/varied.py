@@ -57,7 +57,9 @@ class Size(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     @model_validator(mode="after")
     def _not_nothing(self) -> Self:
         if self.velocity == self.position == 0.0:
-            raise ValueError("must not be 0 in velocity and in position: all would be one shot")
+            raise ValueError(
+                "must not be 0 in both velocity and position: all members would be identical"
+            )
         return self
 
     def __str__(self) -> str:

@@ -56,4 +56,4 @@ def _say_accepted(done: Acceptance) -> None:
             "[bold yellow]accepted, although limits fail:[/] "
             + escape(f"{one.scene}: {'; '.join(one.broken)}")
         )
-    stdout().print(f"noted in {done.changelog}", soft_wrap=True, markup=False)
+    stdout().print(f"recorded in {done.changelog}", soft_wrap=True, markup=False)

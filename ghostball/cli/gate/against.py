@@ -40,7 +40,7 @@ for label in sys.argv[2:]:
     module = sys.modules[engine_class(parse_spec(label)[0]).__module__]
     file, root = os.path.realpath(module.__file__), os.path.realpath(sys.argv[1])
     if os.path.commonpath([file, root]) != root:
-        sys.exit(f"`{label}` is imported from {file}, which is not of that revision")
+        sys.exit(f"`{label}` is imported from {file}, which is not part of that revision")
 """
 """Ends with a message where an engine's code isn't that of the folder it is given."""
 
@@ -63,7 +63,7 @@ def run_both(asked: RegressOptions, labels: Sequence[str], revision: str) -> Exi
     with checked_out(root, commit) as place:
         there = place / here.relative_to(root) if here.is_relative_to(root) else place
         if why := _not_of(place, there, labels):
-            say(f"[bold red]error:[/] revision {commit[:12]} can't be run here: {why}")
+            say(f"[bold red]error:[/] can't run revision {commit[:12]}: {why}")
             return ExitStatus.NOT_JUDGED
         status = _validate([*files, *options], base, there)
         if status not in JUDGED:
@@ -71,7 +71,7 @@ def run_both(asked: RegressOptions, labels: Sequence[str], revision: str) -> Exi
         try:
             before = Results.open(base)
         except GhostballError as error:
-            say(f"[bold red]error:[/] revision {commit[:12]} can't be compared with: {error}")
+            say(f"[bold red]error:[/] can't compare with revision {commit[:12]}: {error}")
             return ExitStatus.NOT_JUDGED
         status = _validate([*files, *options], head, here)
         if status not in JUDGED:
@@ -87,7 +87,7 @@ def run_both(asked: RegressOptions, labels: Sequence[str], revision: str) -> Exi
 def _ratios(there: Path, here: Path, pairs: Sequence[Pair], time_limit: float) -> list[float]:
     """Return run times over those of the other revision; they decide nothing."""
     cases = [head for base, head in pairs if base and head and base.bits and head.bits]
-    say(f"measuring run times of both revisions by turns, in {many(len(cases), 'shot')}")
+    say(f"measuring run times of both revisions alternately, in {many(len(cases), 'shot')}")
     try:
         base, head = (Revision(place, _environment(place)) for place in (there, here))
         return run_time_ratios(base, head, cases, time_limit)
@@ -118,7 +118,7 @@ def _not_of(place: Path, there: Path, labels: Sequence[str]) -> str:
 def _validate(arguments: Sequence[str], out: Path, there: Path) -> ExitStatus:
     """Run `ghostball validate` in a folder, with the code there; what it prints goes to stderr."""
     out.mkdir(parents=True, exist_ok=True)
-    say(f"running {there}")
+    say(f"running the code in {there}")
     ended = subprocess.run(
         [sys.executable, "-m", "ghostball", "validate", *arguments, "--out", str(out)],
         cwd=there,

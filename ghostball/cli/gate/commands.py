@@ -27,14 +27,14 @@ app = typer.Typer()
 @command(app, "gate.regress")
 @dataclass(frozen=True)
 class RegressOptions(SuiteOptions):
-    """Say what changed in an engine since its baselines were accepted.
+    """Show what changed in an engine since its baselines were accepted.
 
-    The same run as `validate`, in the same folder, that asks for a baseline of each scene. A scene
-    is unchanged, moved by rounding only, better or worse than it was, has wrong collisions, or
-    changed in a way that no reference result judges. The first event that differs is named. Exit
-    status 1 if a scene changed, or a work counter did, unless `--fail-on` asks for less; rounding
-    fails only of Ghostball's own engine. Exit status 4 if a scene can't be compared, such as one
-    without a baseline.
+    Runs the scenes as `validate` does, into the same folder, and compares each with its baseline. A
+    scene is unchanged, changed by rounding only, better, worse, has wrong collisions, or changed in
+    a way that no reference result judges. The first event that differs is named. Exit status 1 if a
+    scene or a work counter changed, unless `--fail-on` is more lenient; changes by rounding only
+    fail for Ghostball's own engine alone. Exit status 4 if a scene can't be compared, for example
+    because it has no baseline.
     """
 
     scenes: SceneNames = None
@@ -43,28 +43,27 @@ class RegressOptions(SuiteOptions):
         str | None,
         typer.Option(
             metavar="REV",
-            help="Validate at another revision too, and say what differs, instead of comparing "
-            "with baselines. The results of that revision are in OUT/against. The run times of "
-            "both revisions are measured by turns; they decide nothing.",
+            help="Compare with another revision of the code instead of with baselines: run both "
+            "and show what differs. The results of that revision are in OUT/against. The run "
+            "times of both revisions are measured alternately; they don't affect the exit status.",
         ),
     ] = None
     baselines: BaselineFolder = None
     fail_on: Annotated[
         FailOnChoice | None,
         typer.Option(
-            help="What fails: whatever changed; of that only larger errors and wrong collisions; "
-            "or only failed limits, and shots that the engine did not finish, for which no "
-            "baseline is needed (default: that of [tool.ghostball] in pyproject.toml, else "
-            "changed)."
+            help="What fails: every change; only larger errors and wrong collisions; or only "
+            "failed limits and shots that the engine did not finish, which needs no baselines "
+            "(default: that of [tool.ghostball] in pyproject.toml, else changed)."
         ),
     ] = None
-    out: Annotated[Path | None, out_option("Folder of the results (default: out).")] = None
+    out: Annotated[Path | None, out_option("Results folder (default: out).")] = None
 
 
 @command(app, "gate.accept")
 @dataclass(frozen=True)
 class AcceptOptions:
-    """Accept what the last run found, and note why.
+    """Accept the results of the last run as baselines, with a reason.
 
     The baselines that changed are rewritten. If a result fails a limit on its error, nothing is
     written, and the exit status is 1. If the engine did not finish a scene, the scene is named, the
@@ -72,7 +71,7 @@ class AcceptOptions:
     """
 
     reason: Annotated[
-        str, typer.Option(metavar="TEXT", help="Why the change is right; kept in CHANGES.md.")
+        str, typer.Option(metavar="TEXT", help="Why the change is right; recorded in CHANGES.md.")
     ]
     scenes: Annotated[
         list[str] | None,
@@ -83,17 +82,15 @@ class AcceptOptions:
     engine: GuardedEngines = None
     out: Annotated[
         Path | None,
-        out_option(
-            "Folder that `regress` or `validate` wrote and that you have reviewed (default: out)."
-        ),
+        out_option("Results folder of `regress` that you have reviewed (default: out)."),
     ] = None
     baselines: BaselineFolder = None
     even_though_limits_fail: Annotated[
         bool,
         typer.Option(
             "--even-though-limits-fail",
-            help="Accept even results that fail a limit on the error, so are wrong, and results "
-            "that no limit judges.",
+            help="Accept even results that fail a limit on the error, and so are wrong, and "
+            "results that no limit judges.",
         ),
     ] = False
 
@@ -103,13 +100,13 @@ class AcceptOptions:
 class DiffOptions:
     """Compare two runs, or two engines, scene by scene.
 
-    Each scene has the answer that `regress` would give. Exit status 1 if a case of B is less
-    accurate by a class, or fails where A does not.
+    Changes have the same names as in `regress`. Exit status 1 if a case of B is less accurate by a
+    class, or fails although that of A does not.
     """
 
-    first: Annotated[str, typer.Argument(metavar="A", help="A results folder, or an engine.")]
-    second: Annotated[str, typer.Argument(metavar="B", help="A second one of the same kind.")]
+    first: Annotated[str, typer.Argument(metavar="A", help="Results folder or engine.")]
+    second: Annotated[str, typer.Argument(metavar="B", help="The other results folder or engine.")]
     out: Annotated[
-        Path | None, out_option("Folder that has the results of both engines (default: out).")
+        Path | None, out_option("Results folder with the results of both engines (default: out).")
     ] = None
     form: PlainFormat = Plain.TEXT

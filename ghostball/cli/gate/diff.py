@@ -47,14 +47,15 @@ def _sides(first: str, second: str, folder: Path) -> tuple[Results, Results, Map
             Results.open(path)  # says what is wrong with it, if anything is
             other = second if one == first else first
             raise GhostballError(
-                f"{other}: no results folder, as {one} is. Give two of them, or two engines"
+                f"{other}: not a results folder, but {one} is one. Give two results folders or two "
+                "engines"
             )
     results = Results.open(folder)
     for one in (first, second):
         if one not in results.labels:
             raise GhostballError(
-                f"{one}: neither a results folder nor an engine of {folder}, which has "
-                f"{', '.join(results.labels)}. Another folder is chosen by `--out`"
+                f"{one}: neither a results folder nor an engine in {folder}, which has results of "
+                f"{', '.join(results.labels)}. Choose another folder with `--out`"
             )
     return results, results, {first: second}
 
@@ -67,7 +68,9 @@ def show(
     `ratios`: run times of the second over those of the first.
     """
     if not found:
-        raise GhostballError(f"{first} and {second} have no scene, so there is nothing to compare")
+        raise GhostballError(
+            f"{first} and {second} have no scene in common, so there is nothing to compare"
+        )
     status = ExitStatus.CHECK_FAILED if any(one.failed for one in found) else ExitStatus.PASSED
     if form is Plain.JSON:
         ratio = median(ratios) if ratios else None
@@ -80,15 +83,15 @@ def show(
     if moved:
         console.print(changes_table(moved))
     counts = Counter(one.words for one in moved)
-    parts = [f"{len(found) - len(moved)} of {many(len(found), 'case')} alike"]
+    parts = [f"{len(found) - len(moved)} of {many(len(found), 'case')} unchanged"]
     parts += [f"{count} {words}" for words, count in counts.items()]
     if fail := sum(one.failed for one in found):
-        parts.append(f"[bold red]{fail} fail: a class lower, or a limit[/]")
+        parts.append(f"[bold red]{fail} failed: less accurate by a class, or failed a limit[/]")
     console.print(f"{', '.join(parts)}: {escape(first)} -> {escape(second)}", soft_wrap=True)
     if ratios:
         console.print(
-            f"run time, {escape(second)} over {escape(first)}: {median(ratios):.3g} in the median "
-            f"of {many(len(ratios), 'shot')}, {min(ratios):.3g} to {max(ratios):.3g}",
+            f"run time, {escape(second)} / {escape(first)}: median {median(ratios):.3g} in "
+            f"{many(len(ratios), 'shot')}, from {min(ratios):.3g} to {max(ratios):.3g}",
             soft_wrap=True,
         )
     return status

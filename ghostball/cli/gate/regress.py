@@ -49,8 +49,8 @@ def run(asked: RegressOptions) -> ExitStatus:
     """Compare, print what changed, and return the exit status."""
     if asked.against is not None and asked.fail_on is not None:
         raise typer.BadParameter(
-            "judges a comparison with baselines, and --against makes none: it fails where an "
-            "engine is less right by a class. Leave out one of both",
+            "applies to baselines, but --against compares revisions and fails if an engine is less "
+            "accurate by a class. Remove one of the two",
             param_hint="--fail-on",
         )
     started, config = time.perf_counter(), load_config()
@@ -63,7 +63,7 @@ def run(asked: RegressOptions) -> ExitStatus:
     chosen, criteria = select(names), criteria_beside_paths(names)
     if not (asked.engine or config.engines):
         say(
-            f"No engine is named, so `{OURS}` itself is compared, in {len(chosen)} scenes. "
+            f"No engine is named: comparing Ghostball's own engine in {len(chosen)} scenes. "
             "`ghostball init` sets up your own"
         )
     gates = [Gate.of(label, asked.baselines or config.baselines) for label in labels]
@@ -82,7 +82,7 @@ def run(asked: RegressOptions) -> ExitStatus:
         only=[(scene.name, label) for scene in chosen for label in labels],
     )
     if outcome.interrupted:
-        say("[bold]Interrupted:[/] nothing was compared. The same command continues from there")
+        say("[bold]Interrupted:[/] nothing was compared. Run the same command to continue")
         return ExitStatus.INTERRUPTED
     results = Results.open(place)
     # Of other scenes the folder may hold what another run found.
@@ -171,7 +171,7 @@ def _show(
     if changed:
         console.print(changes_table(changed))
     if new:
-        console.print(f"without a baseline: {escape(', '.join(new))}", soft_wrap=True)
+        console.print(f"no baseline: {escape(', '.join(new))}", soft_wrap=True)
     for warning in regression.warnings:
         console.print(f"[yellow]warning:[/] {escape(warning)}", soft_wrap=True)
     own = [case for case in outcome.cases if case.label == regression.label]
@@ -181,23 +181,26 @@ def _show(
     asked = regression.fail_on != "limits"
     if new and len(new) == len(regression.scenes) and asked and not (broken or unfinished):
         console.print(
-            f"{_VERDICTS[ExitStatus.NOT_JUDGED]} yet of {len(new)} scenes{of}, which ran in "
-            f"{seconds:.0f} s",
+            f"{_VERDICTS[ExitStatus.NOT_JUDGED]} yet for {many(len(new), 'scene')}{of}, which ran "
+            f"in {seconds:.0f} s",
             soft_wrap=True,
         )
-        say(f"To keep what they did, and see what changes: `{escape(advice)}`")
+        say(
+            f"To store these results as baselines and detect changes from now on: "
+            f"`{escape(advice)}`"
+        )
         return
     parts = [kinds_text(regression.scenes).replace("-", " ")] if regression.scenes else []
     if unfinished:
         parts.append(f"{unfinished} did not finish")
     if broken:
-        parts.append(f"{broken} limits failed")
+        parts.append(f"{many(broken, 'limit')} failed")
     moved = {one.scene for one in regression.moved}
     if said := shared(
         [case for case in own if case.scene in moved],
         [case for case in own if case.scene not in moved and case.outcome == "ran"],
     ):
-        console.print(f"Of the scenes that moved, {escape(said)}", soft_wrap=True)
+        console.print(f"Scenes that changed: {escape(said)}", soft_wrap=True)
     for line in _blind(regression.label, own):
         console.print(line, soft_wrap=True)
     if why := not_judged(own):
@@ -206,11 +209,11 @@ def _show(
     lenient = f"; {LENIENT[regression.fail_on]}" if regression.fail_on in LENIENT else ""
     console.print(
         f"{verdict}: {', '.join(parts) or 'nothing was compared'}, "
-        f"against the accepted baselines{of}, in {seconds:.0f} s{lenient}",
+        f"compared with the accepted baselines{of}, in {seconds:.0f} s{lenient}",
         soft_wrap=True,
     )
     if changed or new:
-        say(f"`ghostball report {escape(str(out))}` shows it, old and new side by side")
+        say(f"`ghostball report {escape(str(out))}` shows old and new side by side")
         say_what_next(regression, advice)
 
 
@@ -219,7 +222,7 @@ def _blind(label: str, own: Sequence[CaseRecord]) -> Iterator[str]:
     tries = f"ghostball stress{'' if label == OURS else f' -e {label}'}"
     yield (
         f"[dim]This compared {many(len(own), 'scene')}. `{escape(tries)}` tests grazing balls, "
-        "frozen racks, gases and extreme numbers[/]"
+        "frozen racks, gases and extreme values[/]"
     )
     if names_class(label):
         yield from coverage(own, label)
@@ -229,6 +232,6 @@ def say_what_next(regression: Regression, advice: str) -> None:
     """Say how to accept what moved, where that may be right."""
     if regression.broken:
         names = ", ".join(one.scene for one in regression.broken)
-        say(f"Limits of truth are broken, so this is to be mended, not accepted: {escape(names)}")
+        say(f"Limits failed. Fix the engine instead of accepting these results: {escape(names)}")
     elif any(one.can_be_accepted for one in regression.scenes):
-        say(f"Where it is right: `{escape(advice)}`")
+        say(f"If the change is intended: `{escape(advice)}`")

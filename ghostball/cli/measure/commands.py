@@ -32,10 +32,10 @@ app = typer.Typer()
 @command(app, "measure.run")
 @dataclass(frozen=True)
 class RunOptions(ShotOptions):
-    """Run one scene on one engine; print where the balls stop.
+    """Simulate one scene on one engine; print the rest positions.
 
-    Exit status 1 where the engine fails, crashes, hangs or doesn't come to the end of the shot, or
-    where the shot has another hash than was expected.
+    Exit status 1 if the engine does not finish (exception, crash, time limit), or if the hash
+    differs from --expect-hash.
     """
 
     scene: SceneName
@@ -43,12 +43,12 @@ class RunOptions(ShotOptions):
     record: Annotated[
         RecordChoice | None,
         typer.Option(
-            help="Keep rest positions, also each event (--format json prints them), or also the "
-            "whole motion (default: rest; with --plot: trajectory)."
+            help="Record only rest positions, also the events (--format json prints them), or "
+            "also the whole motion (default: rest; with --plot: trajectory)."
         ),
     ] = None
     plot: Annotated[
-        Path | None, plot_option("Draw the paths of the balls; .gif and .mp4 are films of the shot")
+        Path | None, plot_option("Draw the paths of the balls; .gif or .mp4 makes an animation")
     ] = None
     expect_hash: Annotated[
         str | None,
@@ -62,24 +62,25 @@ class RunOptions(ShotOptions):
 @command(app, "measure.validate")
 @dataclass(frozen=True)
 class ValidateOptions(SuiteOptions):
-    """Run scenes on several engines; say which are right.
+    """Run scenes on several engines and check the results.
 
-    Exit status 1 where a limit is broken, or an engine fails, crashes, hangs or doesn't come to the
-    end of a shot; 4 where no limit covers what was run, so that nothing was judged.
+    Exit status 1 if a check failed, or an engine did not finish (exception, crash, time limit); 4
+    if no limit applies, so nothing was judged.
     """
 
     scenes: SceneNames = None
     engine: Annotated[
         list[str] | None,
         engines_option(
-            "ghostball, pymunk and pybullet in three ways each, and the paper's two algorithms"
+            "ghostball, pymunk and pybullet in three configurations each, and the paper's two "
+            "algorithms"
         ),
     ] = None
     out: Annotated[
         Path | None,
         out_option(
-            "Folder of the results. Existing results are replaced; unchanged cases are reused "
-            "(default: out)."
+            "Results folder. Existing results are replaced; unchanged cases are reused (default: "
+            "out)."
         ),
     ] = None
     metric: Annotated[
@@ -87,9 +88,9 @@ class ValidateOptions(SuiteOptions):
         typer.Option(
             "--metric",
             metavar="GLOB",
-            help="Metrics that are computed and judged, such as rest_error_max or 'energy_*'; give "
-            "it once for each (default: all; `ghostball scenes --metrics` lists them). Limits on "
-            "others are left out, and counted.",
+            help="Metric to compute and check, such as rest_error_max or 'energy_*'; repeatable "
+            "(default: all; `ghostball scenes --metrics` lists them). Limits on all other "
+            "metrics are left out; their number is printed.",
         ),
     ] = None
     cluster: ClusterAddress = None
@@ -99,16 +100,17 @@ class ValidateOptions(SuiteOptions):
         int | None,
         typer.Option(
             metavar="K",
-            help="Also simulate each scene from K perturbed initial states, and compare the spread "
-            "of the ends. Use it for chaotic shots: `validate chaos --ensemble 20`.",
+            help="Also simulate each scene from K perturbed initial states, and compare the "
+            "spread of the rest positions. Use it for chaotic shots: `validate chaos --ensemble "
+            "20`.",
         ),
     ] = None
     ensemble_size: Annotated[
         str | None,
         typer.Option(
             metavar="SIZE",
-            help="How far starts are varied at most: speed and direction (relative, rad), and x "
-            "and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
+            help="Largest perturbation: of the speed (relative) and the direction (rad), and of "
+            "x and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
         ),
     ] = None
     details: Annotated[
@@ -128,7 +130,8 @@ class ExplainOptions(ShotOptions):
 
     Causes are a coefficient, such as a friction, with its factor; the time step, if the error
     shrinks with a shorter one; and different physics. The reference is certified if possible. Exit
-    status 0, even if collisions are wrong; 1 if the engine fails, crashes, hangs or doesn't finish.
+    status 0, even if collisions are wrong; 1 if the engine does not finish (exception, crash, time
+    limit).
     """
 
     scene: Annotated[
@@ -152,8 +155,8 @@ class ExplainOptions(ShotOptions):
     attribute: Annotated[
         bool,
         typer.Option(
-            help="Find the cause of the error, such as the engine's step or its model. Takes two "
-            "more runs or three, the finest at a sixteenth of the step or less."
+            help="Find the cause of the error, such as the engine's time step or its model. "
+            "Takes two or three more runs, with time steps down to a sixteenth or less."
         ),
     ] = True
 
@@ -224,11 +227,11 @@ class FitOptions(ShotOptions):
 @command(app, "measure.stress")
 @dataclass(frozen=True)
 class StressOptions(SuiteOptions):
-    """Try to break engines; say where each fails.
+    """Generate extreme shots; show where each engine fails.
 
-    The limits for every engine apply to generated shots, too, and so do limits on numbers that are
-    known for each shot. The first shot that an engine fails is saved as a scene. `ghostball report
-    out` writes a report with a section about the shots. The exit status is the same as for
+    The limits for every engine apply to generated shots, too, and so do limits on values that are
+    known for each shot. The first shot that fails on an engine is saved as a scene. `ghostball
+    report out` writes a report with a section about the shots. The exit status is the same as for
     `validate`; it depends on the engines that `--engine` names, or on Ghostball's own if none is
     named.
     """
@@ -237,18 +240,22 @@ class StressOptions(SuiteOptions):
         list[str] | None,
         typer.Argument(
             metavar="FAMILY|FAMILY/SHOT",
-            help="Families (`ghostball stress --list` names them) or single shots, also as "
-            "patterns such as 'grazing/*-miss-*' (default: all).",
+            help="Families (`ghostball stress --list` names them) or single shots, or patterns "
+            "such as 'grazing/*-miss-*' (default: all).",
         ),
     ] = None
     engine: Annotated[
         list[str] | None,
         engines_option(
-            "ghostball, pymunk and pybullet in two ways each, and the paper's two algorithms"
+            "ghostball, pymunk and pybullet in two configurations each, and the paper's two "
+            "algorithms"
         ),
     ] = None
     full: Annotated[
-        bool, typer.Option("--full", help="All shots, not only what a CI has time for.")
+        bool,
+        typer.Option(
+            "--full", help="All shots, not only the selection that is short enough for CI."
+        ),
     ] = False
     seed: Annotated[
         int, typer.Option(metavar="N", min=0, help="Number of the first random shot.")
@@ -258,14 +265,13 @@ class StressOptions(SuiteOptions):
         typer.Option(
             metavar="N",
             min=1,
-            help="How many random breaks are generated (default: 100; with --full: 5000).",
+            help="Number of random breaks (default: 100; with --full: 5000).",
         ),
     ] = None
     out: Annotated[
         Path | None,
         out_option(
-            "Folder of the results. A run continues where an earlier one by the same code ended "
-            "(default: out/stress)."
+            "Results folder. A run continues an earlier one by the same code (default: out/stress)."
         ),
     ] = None
     cluster: ClusterAddress = None
@@ -273,7 +279,8 @@ class StressOptions(SuiteOptions):
         bool,
         typer.Option(
             "--list",
-            help="List families and what they ask, or the shots of named families. Run nothing.",
+            help="List the families and their requirements, or the shots of named families; run "
+            "nothing.",
         ),
     ] = False
 
@@ -281,7 +288,7 @@ class StressOptions(SuiteOptions):
 @command(app, "measure.grade")
 @dataclass(frozen=True)
 class GradeOptions:
-    """Judge runs that an engine in any language has written.
+    """Check results that an engine in any language has written.
 
     The limits and the exit status are those of `validate`. `ghostball scenes --export DIR` writes
     the scenes. Each run is a JSON object: engine, scene (a shipped name, or the whole scene),
@@ -293,6 +300,6 @@ class GradeOptions:
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="JSON files of runs made elsewhere: one run, a list of runs, or one run per line.",
+            help="JSON files of results: one run, a list of runs, or one run per line.",
         ),
     ]

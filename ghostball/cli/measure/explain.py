@@ -42,10 +42,10 @@ BARS = 44
 LEVELS = " ▁▂▃▄▅▆▇█"
 
 TRUTHS = {
-    "certified": "the certified shot",
-    "closed form": "the closed form's end, with our engine's way to it",
-    "integration": "an integration in 40 digits, which is no proof",
-    "our engine": "our own engine, which is not independent",
+    "certified": "the certified result",
+    "closed form": "the closed-form rest positions, with the motion from Ghostball's engine",
+    "integration": "an integration in 40 digits, which is not certified",
+    "our engine": "Ghostball's own engine, which is not an independent reference",
 }
 """What a shot is compared with."""
 
@@ -60,8 +60,8 @@ def run(asked: ExplainOptions) -> ExitStatus:
     if engine is None:
         if not config.engines:
             raise typer.BadParameter(
-                "names no engine, and no [tool.ghostball] does. Give one, such as "
-                "`-e my_module:simulate`",
+                "must be given, because no [tool.ghostball] names an engine. Name one, such as `-e "
+                "my_module:simulate`",
                 param_hint="--engine",
             )
         engine = config.engines[0]
@@ -103,7 +103,7 @@ def _worst_scene(folder: Path, engine: str) -> str:
             ran.append((case.passed is not False, *right, case.scene))
     if not ran:
         raise typer.BadParameter(
-            f"must be given: {folder} holds no run of {engine} to take the worst scene from",
+            f"must be given: {folder} holds no result of {engine} to take the worst scene from",
             param_hint="SCENE",
         )
     return min(ran)[-1]
@@ -113,7 +113,7 @@ def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
     """Yield what is printed, from the first line to the last."""
     known = explanation.known
     heading = Text(explanation.scene.name, style="bold")
-    heading.append(f" on {explanation.label}, against {TRUTHS[known.kind]}", style="not bold")
+    heading.append(f" on {explanation.label}, compared with {TRUTHS[known.kind]}", style="not bold")
     if known.why:
         heading.append(f" (not certified: {known.why})", style="dim not bold")
     yield heading
@@ -235,7 +235,7 @@ def _telling(explanation: Explanation) -> list[Margin]:
 
 def _event_text(explanation: Explanation, one: Event | None, where: str) -> str:
     if one is None:
-        return f"no further collision of these balls, which collide {where}"
+        return f"no further collision of these balls, although they collide {where}"
     return f"{one.describe(explanation.scene)} at t = {one.t:.9g} s"
 
 
@@ -244,16 +244,16 @@ def _margin_text(explanation: Explanation, margin: Margin) -> str:
     event = margin.event.describe(explanation.scene)
     length = style.format_length(margin.length)
     if margin.ulps < FEW_ULPS:
-        length += f" ({margin.ulps:.2g} roundings of a position)"
+        length += f" ({margin.ulps:.2g} times the rounding of a position)"
     if margin.what == "miss":
-        return f"{where}, {event}: a path that is {length} aside would miss"
+        return f"{where}, {event}: shifting the path by {length} would make it miss"
     if margin.what == "collision":
         scene = explanation.scene
         first, what = margin.event.first_ball(scene), margin.event.obstacle(scene)
         return f"{where}, the smallest gap between {first} and {what} is {length}"
     assert margin.seconds is not None
     return (
-        f"{where}, {event} {style.format_time(margin.seconds)} before the collision of the other "
+        f"{where}, {event} {style.format_time(margin.seconds)} before the collision in the other "
         f"run; {length} more distance would reverse the order"
     )
 
@@ -285,16 +285,16 @@ def _attribution_table(found: Attribution) -> RenderableType:
     for k, one in enumerate(found.ladder):
         step = style.format_time(one.step)
         if one.difference is None:
-            table.add_row("" if k else "collisions", f"{_rung(one)} with a step of {step}")
+            table.add_row("" if k else "collisions", f"{_rung(one)} with a time step of {step}")
         elif k:
-            table.add_row("", f"{style.format_length(one.difference)} with a step of {step}")
+            table.add_row("", f"{style.format_length(one.difference)} with a time step of {step}")
     if found.with_exact_steps is not None:
         table.add_row(
             "", f"{style.format_length(found.with_exact_steps)} with `contact_steps=exact`"
         )
     table.add_row("cause", escape(found.reason or _SOURCES[found.outcome]))
     if found.outcome == "model" and not found.ladder:
-        table.add_row("", "the engine has no step that could be shorter")
+        table.add_row("", "the engine has no time step to shorten")
     if found.rounding is not None:
         table.add_row("rounding", f"moves a ball by {style.format_length(found.rounding)} at most")
     if found.approximations:
@@ -315,9 +315,9 @@ def _rung(one: Rung) -> str:
 
 _SOURCES = {
     "step": "the engine's time step: with a shorter one the error shrinks",
-    "model": "the engine's model, its physics",
+    "model": "the engine's model: its physics",
     "rounding": "rounding",
-    "agrees": "no error up to there: the engine is right as far as it can be compared",
-    "unseparated": "step and model can't be separated",
+    "agrees": "no error as far as the shot can be compared",
+    "unseparated": "time step and model can't be separated",
 }
 """Causes of an error, in words."""

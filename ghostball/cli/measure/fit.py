@@ -41,7 +41,7 @@ except ImportError as error:
 
 LARGEST_TABLE = 20.0
 """Length that no table has [m]."""
-_NOT_TOLD = "the tracks tell nothing of it"
+_NOT_TOLD = "not determined by these tracks"
 
 
 def run(asked: FitOptions) -> ExitStatus:
@@ -134,7 +134,7 @@ def _chosen(fields: str | None) -> Sequence[str]:
     for name in names:
         if name not in FIELDS:
             raise typer.BadParameter(
-                f"can't fit {name!r}; there are {', '.join(FIELDS)}", param_hint="--fields"
+                f"can't fit {name!r}. Choose from {', '.join(FIELDS)}", param_hint="--fields"
             )
     return names
 
@@ -173,7 +173,7 @@ def _parts(fitted: Fit) -> Iterator[RenderableType]:
     rows = []
     for name, error in fitted.errors.items():
         value = getattr(fitted.physics, name)
-        note = "at the end of what is allowed" if name in fitted.ends else ""
+        note = "at the limit of its allowed range" if name in fitted.ends else ""
         if not math.isfinite(error):
             note = _NOT_TOLD
         rows.append((name, rounded(value, error), f"{error:.2g}", note))
@@ -182,22 +182,24 @@ def _parts(fitted: Fit) -> Iterator[RenderableType]:
     )
     counts = ", ".join(f"{count} {name}" for name, count in fitted.counts.items())
     facts = {
-        "events": f"{counts}; the tracker's noise is {1e3 * fitted.noise:.2g} mm",
-        "goodness": f"{fitted.goodness:.2f}; 1 where only noise is left",
+        "events": f"{counts}; tracker noise: {1e3 * fitted.noise:.2g} mm",
+        "goodness": f"{fitted.goodness:.2f}; 1 if only noise is left",
     }
     if fitted.laws:
         tried = ", ".join(f"{name} {value:.2f}" for name, value in fitted.laws.items())
         facts["cushion"] = f"{fitted.physics.cushion}; goodness of contacts: {tried}"
     if len(fitted.laws_alike) > 1:
-        facts["not told apart"] = f"the laws {', '.join(fitted.laws_alike)}"
+        facts["not distinguishable"] = f"the laws {', '.join(fitted.laws_alike)}"
     for one, other in fitted.not_told_apart:
-        facts[f"not told apart: {one}"] = f"{other}: a change of one makes up for the other"
+        facts[f"not separable: {one}"] = f"{other}: a change in one compensates for the other"
     for name, known in fitted.assumed.items():
         facts[f"assumed: {name}"] = (
-            f"{known.mean:.4g} +- {known.spread:.2g}, as tables differ; the errors allow for it"
+            f"{known.mean:.4g} +- {known.spread:.2g} between tables; the errors allow for it"
         )
     for name in fitted.unsettled:
-        facts[f"not ended: {name}"] = "the search did not reach the best values; give more shots"
+        facts[f"not converged: {name}"] = (
+            "the search did not reach the best values; give more shots"
+        )
     for name, why in fitted.not_told.items():
         facts[f"not enough to tell {name}"] = why
     yield facts_table(facts)

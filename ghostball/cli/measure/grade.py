@@ -55,7 +55,7 @@ def run(asked: GradeOptions) -> ExitStatus:
             )
             for case in cases
         )
-        heads = ("scene", "engine", "how right", "collisions", "says")
+        heads = ("scene", "engine", "accuracy", "collisions", "message")
         stdout().print(table_of(heads, rows))
     for line in (
         *failure_lines(cases),
@@ -82,8 +82,8 @@ def _counts(case: CaseRecord) -> str:
 def _judge(run: Run) -> CaseRecord:
     if run.engine in engine_names():
         raise EngineError(
-            f"`engine` of a run must not be {run.engine!r}, that of an installed engine: limits go "
-            "by it. Rename it, or play that engine by `ghostball validate`"
+            f"`engine` of a run must not be {run.engine!r}, the name of an installed engine: "
+            "limits depend on the name. Rename it, or run that engine with `ghostball validate`"
         )
     scene = _scene_of(run)
     criteria = shipped_criteria(scene)
@@ -97,11 +97,11 @@ def _scene_of(run: Run) -> Scene:
     if isinstance(run.scene, str):
         if run.scene not in scene_names():  # a path would open any file of whoever grades
             raise EngineError(
-                "`scene` of a run must be the name of a shipped scene, or the scene itself as an "
+                "`scene` of a run must be the name of a shipped scene, or the whole scene as an "
                 f"object, got {run.scene!r:.100}. `ghostball scenes` lists the names"
             )
         return find_scene(run.scene)
     try:
         return Scene.model_validate(run.scene)
     except (GhostballError, ValueError) as error:
-        raise EngineError(f"the scene of a run of `{run.engine}` is refused: {error}") from None
+        raise EngineError(f"invalid scene in a run of `{run.engine}`: {error}") from None

@@ -43,7 +43,7 @@ def run(asked: RunOptions) -> ExitStatus:
         expect_hash = expect_hash.strip().lower()
         if not _HASH.fullmatch(expect_hash):
             raise typer.BadParameter(
-                f"must be 64 digits 0-9 and a-f, got {expect_hash!r}. `ghostball run {asked.scene} "
+                f"must be 64 hexadecimal digits, got {expect_hash!r}. `ghostball run {asked.scene} "
                 "--record events` prints it",
                 param_hint="--expect-hash",
             )
@@ -66,7 +66,7 @@ def run(asked: RunOptions) -> ExitStatus:
     else:
         stdout().print(result_table(result))
         if plot is not None:
-            stdout().print(f"paths drawn in {plot}", soft_wrap=True, markup=False)
+            stdout().print(f"written: {plot}", soft_wrap=True, markup=False)
     return status_of(result, made.name) or _compare_hash(result, expect_hash)
 
 
@@ -75,7 +75,7 @@ def _compare_hash(result: Result, expected: str | None) -> ExitStatus:
     if expected in (None, found):
         return ExitStatus.PASSED
     say(
-        f"[bold red]another hash:[/] {escape(result.scene.name)} on {escape(result.engine)} has "
+        f"[bold red]hash differs:[/] {escape(result.scene.name)} on {escape(result.engine)} has "
         f"{found}, expected {expected}"
     )
     return ExitStatus.CHECK_FAILED
@@ -107,7 +107,7 @@ def _outcome(result: Result) -> dict[str, str]:
         "collisions": _pairs(result.collision_counts),
         "energy": f"{energy['initial']:.6g} J at the start, {energy['final']:.6g} J at the end",
         "work": _pairs({name: count for name, count in result.work.items() if count}),
-        "wall time": f"{result.wall_time * 1e3:.3f} ms",
+        "run time": f"{result.wall_time * 1e3:.3f} ms",
     }
     if result.events is not None:
         if pocketed := _pocketed(result):

@@ -44,10 +44,11 @@ from ghostball.validation.scenes.library import select
 
 LEGEND = (
     "Times are for the whole call of `simulate`: the shortest of all samples. A time is shown if "
-    "all finer steps are as accurate, at every phase of the step; not reached: no step in the run "
-    "is. The least error is the error of the best step at its worst phase. The recommended step is "
-    "the one up to which four times as many steps at least halve the error at the worst phase; < "
-    "before a step: it is the shortest one in the run, and shorter ones may pay, too."
+    "all shorter steps are as accurate, at every phase of the step; not reached: no step in this "
+    "run is that accurate. Least error: the error of the best step at its worst phase. Recommended "
+    "step: the last one for which taking four times as many steps still halves the error at the "
+    "worst phase; < before a step: it is the shortest one in this run, and shorter ones may be "
+    "better."
 )
 
 
@@ -108,9 +109,9 @@ def _recommended(points: Sequence[PrecisionPoint]) -> Iterator[str]:
         most = format_time(max(one.call_seconds for one in knees))
         some = f", in {len(knees)} of {len(scenes)} scenes" if len(knees) < len(scenes) else ""
         finest = any(is_finest(knee, mine) for knee in knees)
-        more = "; shorter ones than were run may pay, too" * finest
+        more = "; shorter ones, which were not run, may be better" * finest
         yield (
-            f"{engine}: recommended step {steps}{some}: at most {error} off, {most} for a "
+            f"{engine}: recommended step {steps}{some}: error at most {error}, {most} for a "
             f"shot{more}"
         )
 

@@ -52,7 +52,7 @@ def run(asked: StressOptions) -> ExitStatus:
     if outcome.interrupted:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} shots are done and "
-            f"kept in {escape(str(folder))}. The same command continues from there."
+            f"stored in {escape(str(folder))}. Run the same command to continue."
         )
         return ExitStatus.INTERRUPTED
     # The default engines are there to be compared with: they need not pass.
@@ -70,7 +70,7 @@ def show_list(shots: Sequence[Shot], *, named: bool, as_json: bool) -> None:
     elif named:
         print(*paths, sep="\n")
     else:
-        heads = ("family", "shots", "what is asked of an engine")
+        heads = ("family", "shots", "requirement")
         rows = (
             (one.name, str(sum(path.startswith(f"{one.name}/") for path in paths)), one.asks)
             for one in FAMILIES.values()
@@ -116,5 +116,5 @@ def _failures(found: dict[tuple[str, str], Tally], folder: Path) -> Iterator[Ren
             first = one.failed[0]
             more = len(one.failed) - FAULTS_SHOWN
             rest = f"{more} more in {family}; " if more > 0 else ""
-            yield f"        {escape(f'{rest}again: {again(first)}')}"
-            yield f"        {escape(f'why: {explaining(first, folder)}')}"
+            yield f"        {escape(f'{rest}to repeat: {again(first)}')}"
+            yield f"        {escape(f'to explain: {explaining(first, folder)}')}"

@@ -90,7 +90,7 @@ def run(asked: ValidateOptions) -> ExitStatus:
     )
     folder = escape(str(plan.out))
     if not outcome.cases:
-        say(f"[bold]Interrupted[/] before the first case was done: {_left(outcome)} in {folder}")
+        say(f"[bold]Interrupted[/] before the first case finished: {_left(outcome)} in {folder}")
         return outcome.exit_status
     # What was measured is said before anything is made of it: whatever may yet fail or be
     # interrupted, the verdicts are there.
@@ -105,7 +105,7 @@ def run(asked: ValidateOptions) -> ExitStatus:
                 results, plan.gates, plan.scenes, asked.time_limit, plan.fail_on
             ):
                 status = worst(status, _say_moved(regression, console))
-        with busy("engines beside real tables"):
+        with busy("engines compared with measured tables"):
             beside = plan.engines if plan.whole else ()
             measured = measure_likenesses(beside, plan.out, asked.time_limit, reuse=not asked.rerun)
         if found := list(measured.records.values()):
@@ -121,8 +121,8 @@ def run(asked: ValidateOptions) -> ExitStatus:
     except KeyboardInterrupt:
         say(
             f"[bold]Interrupted:[/] {len(outcome.cases)} of {outcome.planned} cases are done and "
-            f"kept in {folder}; `ghostball report {folder}` reports on them, and "
-            "`validate` without --rerun continues from there"
+            f"stored in {folder}; `ghostball report {folder}` makes a report of them, and "
+            "`validate` without --rerun continues"
         )
         return ExitStatus.INTERRUPTED
     print_for_programs(plan.out, asked.form)
@@ -193,7 +193,7 @@ def _show(
         console.print(line, soft_wrap=True)
     console.print(headline(outcome, seconds), soft_wrap=True)
     if count := outcome.counts.reused:
-        console.print(f"{reused_text(count, plan.out)}; their run times are of then")
+        console.print(f"{reused_text(count, plan.out)}; their run times are from that run")
     say_all_printed(outcome.cases)
     if not plan.named and (others := _other_engines()):
         console.print(f"[dim]{escape(others)}[/]", soft_wrap=True)
@@ -204,9 +204,9 @@ def _show(
 
 _TRUTHS = {
     CLOSED_FORM: "its closed form",
-    CERTIFIED: "a proof of it, event by event",
-    INTEGRATION: "an integration in 40 digits, which is no proof; estimated error below 1e-20 m",
-    OUR_ENGINE: "the engine `ghostball` alone, which is no independent truth",
+    CERTIFIED: "a certified result, event by event",
+    INTEGRATION: "an integration in 40 digits, not certified; estimated error below 1e-20 m",
+    OUR_ENGINE: "the result of Ghostball's own engine, which is not an independent reference",
 }
 
 
@@ -224,17 +224,17 @@ def _say_moved(regression: Regression, console: Console) -> ExitStatus:
     if moved:
         command = escape(commands.regress(engine=regression.label))
         console.print(
-            f"[bold red]{label} moved since its baselines were accepted:[/] "
-            f"{escape(', '.join(moved))}; `{command}` says how",
+            f"[bold red]{label} changed since its baselines were accepted:[/] "
+            f"{escape(', '.join(moved))}; `{command}` shows how",
             soft_wrap=True,
         )
         return ExitStatus.CHECK_FAILED
     new = [one.scene for one in regression.scenes if one.change in UNCOMPARED]
     if new:
         console.print(
-            f"[yellow]{label} can't be compared with its baselines of[/] "
+            f"[yellow]{label} can't be compared with its baselines for[/] "
             f"{escape(', '.join(new))}; `{escape(commands.regress(engine=regression.label))}` "
-            "says why",
+            "shows why",
             soft_wrap=True,
         )
     return ExitStatus.PASSED
@@ -245,8 +245,8 @@ def _left(outcome: Outcome) -> str:
     if not has_results(outcome.folder):
         return "no results"
     if not outcome.begun:
-        return "the results stay as they were"
-    return "no results yet, but what earlier runs found and a next run may reuse is kept"
+        return "the earlier results are unchanged"
+    return "no results yet, but results of earlier runs are kept for reuse"
 
 
 def _other_engines() -> str:
@@ -259,10 +259,10 @@ def _other_engines() -> str:
             (here if _is_here(name) else absent).append(name)
     parts = []
     if here:
-        parts.append(f"here, and not run: {', '.join(here)}; `--engine` names one")
+        parts.append(f"Installed but not run (add with `--engine`): {', '.join(here)}")
     if absent:
-        parts.append(f"not here: {', '.join(absent)}; `ghostball engines NAME` says how to get one")
-    return f"Other engines are {'; '.join(parts)}" if parts else ""
+        parts.append(f"Not installed (see `ghostball engines NAME`): {', '.join(absent)}")
+    return ". ".join(parts)
 
 
 def _is_here(name: str) -> bool:
@@ -275,22 +275,23 @@ def _is_here(name: str) -> bool:
 def _advice(outcome: Outcome) -> str:
     """Say why no limit judges what was run, and how to have it judged."""
     if outcome.counts.checks_left_out:
-        return "--metric leaves out every limit. Ask for a metric that has one"
+        return "--metric leaves out every limit. Choose a metric that has one"
     ran = [case for case in outcome.cases if case.outcome == "ran"]
     if not ran:
         return (
-            "No engine that was asked can play these scenes. `ghostball engines` says what each can"
+            "None of the engines supports these scenes. `ghostball engines` lists what each "
+            "supports"
         )
     unlimited = [case for case in ran if not case.checks]
     if not unlimited:
-        return "Every limit compares our engine with itself. Add engines"
+        return "Every limit compares Ghostball's engine with itself. Add another engine"
     case = next((one for one in unlimited if one.scene not in scene_names()), unlimited[0])
-    why = f"Of `{case.label}` nothing is asked that holds for all: {case.excused} "
+    why = f"`{case.label}` is excused from the common limits: {case.excused} "
     why = why if case.excused else ""
     if case.scene in scene_names():
-        return f"{why}Ask for an engine, or for settings, of which the scene states a limit"
+        return f"{why}Choose an engine or settings for which the scene has a limit"
     return (
-        f"{why}Say what must hold in {case.scene}{CRITERIA_SUFFIX} beside the scene, such as:\n"
+        f"{why}Add a limit to {case.scene}{CRITERIA_SUFFIX} beside the scene, such as:\n"
         f'[[criteria]]\nengines = ["{case.engine}"]\nmetric = "rest_error_max"\nat_most = 5e-3\n'
-        'reason = "why no more than 5 mm"'
+        'reason = "why at most 5 mm"'
     )

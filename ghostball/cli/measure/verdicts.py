@@ -32,7 +32,7 @@ from ghostball.reports.shared_tables import (
     spread_remarks,
     spread_rows,
 )
-from ghostball.reports.words import LIKENESS_KEY, likeness_cell
+from ghostball.reports.words import LIKENESS_KEY, likeness_cell, many
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.measured.likeness import Likeness
 from ghostball.validation.results.store import CaseRecord, Results
@@ -76,7 +76,7 @@ def _key(results: Results) -> str:
     seen = {verdict_of(case) for case in results.cases}
     marks = [f"{MARKS[one]} {MEANINGS[one]}" for one in MARKS if one in seen]
     if seen & {Verdict.NOT_REPRESENTABLE, Verdict.UNAVAILABLE}:
-        marks.append("– can't be played")
+        marks.append("– unsupported, or engine unavailable")
     lines = ["; ".join(classes), "; ".join(marks)]
     return "".join(f"[dim]{line}.[/]\n" for line in lines if line)
 
@@ -104,7 +104,7 @@ def spread_table(results: Results, size: Size) -> RenderableType:
     heads = [escape(head) for head in SPREAD_HEADS]
     rows = (tuple(map(escape, row)) for row in spread_rows(results))
     table = table_of(heads, rows, right=heads[2:], whole=heads)
-    key = f"[dim]Starts varied by {escape(str(size))} at most. {escape(SPREAD_KEY)}[/]"
+    key = f"[dim]Initial states perturbed by at most {escape(str(size))}. {escape(SPREAD_KEY)}[/]"
     return Group(table, key, *map(escape, spread_remarks(results)))
 
 
@@ -118,16 +118,18 @@ def headline(outcome: Outcome, seconds: float) -> str:
     counts = outcome.counts
     parts = [f"{counts.checks_passed} checks passed", f"{counts.checks_failed} failed"]
     if counts.checks_reference:
-        parts.append(f"{counts.checks_reference} only compare our engine with itself")
+        parts.append(f"{counts.checks_reference} only compare Ghostball's engine with itself")
     if counts.checks_left_out:
         parts.append(f"{counts.checks_left_out} left out by --metric")
     if counts.unfinished:
-        parts.append(f"cases that did not finish: {counts.unfinished}")
+        parts.append(f"{many(counts.unfinished, 'case')} did not finish")
     if counts.unavailable:
-        parts.append(f"cases without their engine here: {counts.unavailable}")
+        parts.append(f"{many(counts.unavailable, 'case')} not run: engine unavailable")
     colour = "green" if outcome.exit_status == 0 else "bold red"
-    line = f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"
     wrong = wrong_text(outcome.cases)
+    if wrong and outcome.exit_status == 0:
+        colour = "yellow"
+    line = f"[{colour}]{', '.join(parts)}[/] in {seconds:.0f} s"
     return f"{line}; {wrong}" if wrong else line
 
 
@@ -156,7 +158,7 @@ def _engines(results: Results, *, broken: bool = False) -> Table:
     heads = [f"[{CLASSES[k].terminal}]{_stacked(CLASSES[k].short)}[/]" for k in kinds]
     found = [tally(results, label) for label in results.labels]
     unable, crashed = any(one.unable for one in found), any(one.crashed for one in found)
-    heads += ["can't\nplay"] * unable + ["did not\nfinish"] * crashed
+    heads += ["not\nrun"] * unable + ["did not\nfinish"] * crashed
     heads += [
         "median\nerror",
         "median\ntime",
@@ -227,7 +229,7 @@ def likeness_table(found: Sequence[Likeness]) -> RenderableType:
     return Group(
         *_likenesses(
             found,
-            "Difference from real tables: typical (largest)",
+            "Difference from measured tables: typical (largest)",
             f"[dim]{LIKENESS_KEY}[/]\n",
             grades=True,
         ),

@@ -51,4 +51,4 @@ def refuse_given(context: typer.Context, why: str, *names: str) -> None:
         source = context.get_parameter_source(parameter.name or "")
         if parameter.name in names and source is not None and source.name == "COMMANDLINE":
             what = parameter.opts[0] if parameter.param_type_name == "option" else parameter.metavar
-            raise typer.BadParameter(f"{why}. Leave out `{what}`")
+            raise typer.BadParameter(f"{why}. Remove `{what}`")

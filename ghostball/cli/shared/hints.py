@@ -33,7 +33,7 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
     if missing := lacked(own):
         unable = sum(verdict_of(case) is Verdict.NOT_REPRESENTABLE for case in own)
         listed = _listed([f"{what} ({count})" for what, count in missing.items()])
-        yield f"[dim]{name} can't play {unable} of these scenes (–), for it lacks {listed}[/]"
+        yield f"[dim]{name} doesn't support {unable} of these scenes (–). Missing: {listed}[/]"
     try:
         found = untried(make_engine(label), set().union(*map(tried_by, own)))
     except EngineError:
@@ -41,14 +41,14 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
     scenes = " ".join(dict.fromkeys(filter(None, found.values())))
     parts = []
     for is_shipped, what in (
-        (True, f"`ghostball validate {scenes} -e {label}`"),
-        (False, "no shipped scene that it supports"),
+        (True, f"test with `ghostball validate {scenes} -e {label}`"),
+        (False, "no shipped scene that it supports tests this"),
     ):
         if names := [one.value for one, scene in found.items() if bool(scene) is is_shipped]:
-            parts.append(f"{_listed(names)}: {what} tries {'this' if len(names) == 1 else 'these'}")
+            parts.append(f"{_listed(names)}: {what}")
     if parts:
         said = escape("; ".join(parts))
-        yield f"[yellow]Not tried, though {name} claims it:[/] {said}"
+        yield f"[yellow]{name} claims features that no scene tested:[/] {said}"
 
 
 def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
@@ -56,9 +56,9 @@ def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
     crashed = [case for case in own if is_unfinished(case)]
     played = [case for case in own if case.outcome == "ran" and case not in bad + crashed]
     if said := shared(bad, played):
-        yield f"Of the scenes that fail on {escape(label)}, {escape(said)}"
+        yield f"Scenes that fail on {escape(label)}: {escape(said)}"
     if (one := simplest(bad)) is not None:
-        yield f"next: `{escape(commands.explain(one.scene, label))}` says what is wrong"
+        yield f"next: `{escape(commands.explain(one.scene, label))}` shows what is wrong"
     elif (one := simplest(crashed)) is not None:
         yield f"next: `{escape(commands.simulate(one.scene, label))}` shows where it stopped"
 

@@ -49,7 +49,7 @@ class Written:
         for traceback in dict.fromkeys(one.traceback for one in self.failed):
             say(escape(traceback))
         say(
-            f"[bold red]warning:[/] the report is written, but "
+            f"[bold red]warning:[/] the report was written, but "
             f"{escape(failed_text(self.failed))}. [bold red]ghostball itself failed there.[/] This "
             "is a bug: please report it with the lines above and the output of `ghostball engines "
             "--check`"

@@ -65,17 +65,18 @@ def _announce(reused: Reuse[CaseRecord], labels: Sequence[str], out: Path) -> No
     if reused.records:
         say(reused_text(len(reused.records), out))
     elif reused.stored or reused.why:
-        why = reused.why or "scene, settings, criteria or metrics of every case differ"
-        say(f"nothing is reused from {escape(str(out))}: {escape(why)}")
+        why = reused.why or "every case differs in its scene, settings, limits or metrics"
+        say(f"nothing was reused from {escape(str(out))}: {escape(why)}")
     if reused.stored and (always := [label for label in labels if not is_ours(label)]):
-        say(f"always run, for other packages bring them: {escape(', '.join(always))}")
+        say(
+            f"rerun every time, because Ghostball can't detect changes in their code: "
+            f"{escape(', '.join(always))}"
+        )
 
 
 def reused_text(count: int, out: Path) -> str:
     """Say how many cases are not run again."""
-    return (
-        f"{many(count, 'case')} unchanged, reused from {escape(str(out))} (run again with --rerun)"
-    )
+    return f"{many(count, 'case')} reused from {escape(str(out))} (--rerun runs them again)"
 
 
 def say_all_printed(cases: Sequence[CaseRecord]) -> None:
@@ -83,5 +84,6 @@ def say_all_printed(cases: Sequence[CaseRecord]) -> None:
     for label in dict.fromkeys(case.label for case in cases if case.printed):
         mine = [case for case in cases if case.label == label and case.printed]
         say_printed(label, mine[0].printed)
-        more = f", and in {len(mine) - 1} more cases: the report has them" * (len(mine) > 1)
-        say(escape(f"engine {label} printed that in scene {mine[0].scene}{more}"))
+        others = many(len(mine) - 1, "more case")
+        more = f", and in {others}, listed in the report" * (len(mine) > 1)
+        say(escape(f"engine {label} printed this in scene {mine[0].scene}{more}"))

@@ -161,14 +161,14 @@ def _explain(error: Exception) -> ExitStatus:
             say(escape(error.trace.rstrip()))
         advice = ""  # to an author, of an engine of his own
         if error.engine in engine_names():
-            advice = ". Please report it to who maintains that engine"
+            advice = ". Please report it to the maintainers of that engine"
             advice += ", with the lines above" * bool(error.trace)
         said = f"{error.reason.rstrip('.')}{advice}"
         say(f"[bold red]engine {escape(error.engine)} failed:[/] {escape(said)}")
         return ExitStatus.CHECK_FAILED
     if isinstance(error, GhostballError):
         unsupported = isinstance(error, UnsupportedSceneError)
-        hint = ". `ghostball engines` lists which engines can" * unsupported
+        hint = ". `ghostball engines` lists what each engine supports" * unsupported
         say(f"[bold red]error:[/] {escape(str(error) + hint)}")
         lost = isinstance(error, ClusterLostError)  # no fault of the input or of Ghostball
         return ExitStatus.CHECK_FAILED if lost else ExitStatus.BAD_INPUT

@@ -32,7 +32,7 @@ app = typer.Typer()
 @command(app, "show.report")
 @dataclass(frozen=True)
 class ReportOptions:
-    """Write the report of a run again, or print or export its results.
+    """Write the report of a run, or print or export its results.
 
     Runs of `stress` within the folder are a section of the report. In Python,
     `Results.open(DIR).to_frame()` gives the exported tables as data frames.
@@ -56,8 +56,8 @@ class ReportOptions:
         Path | None,
         typer.Option(
             metavar="FOLDER",
-            help="Write the results into this folder instead, as JSON lines and as CSV: a file of "
-            "each kind for each table, such as cases, checks, metrics and events.",
+            help="Write the results into this folder instead, as JSON lines and as CSV: both "
+            "formats for each table, such as cases, checks, metrics and events.",
         ),
     ] = None
 
@@ -97,14 +97,14 @@ class ScenesOptions:
 @command(app, "show.engines")
 @dataclass(frozen=True)
 class EnginesOptions:
-    """List engines, describe them, or measure which step each needs.
+    """List engines, describe them, or measure which time step each needs.
 
-    A description has an engine's settings, and how it represents each feature of scenes.
+    A description lists an engine's settings, and how it supports each feature of scenes.
 
     With --steps, an engine whose settings have a time step, `dt`, simulates each scene with time
-    steps from 20 ms down, each half as long as the one before. The error is the largest distance
-    of a ball from its reference rest position. Runs follow one another in this process, so that
-    run times are right: with the default engines they take some minutes. Exit status 4 if no engine
+    steps from 20 ms down, each half as long as the one before. The error is the largest distance of
+    a ball from its reference rest position. Runs are made one after another in this process, so
+    that run times are accurate; the default engines take some minutes. Exit status 4 if no engine
     supports any of the scenes.
     """
 
@@ -140,8 +140,8 @@ class EnginesOptions:
             help="Measure each engine's error against its run time instead, and recommend a time "
             "step. Engines may have settings, such as pymunk:iterations=1, or be your own, such as "
             "my_module:simulate. Default: those of [tool.ghostball] in pyproject.toml, else "
-            "ghostball, pymunk in four ways and pybullet in three, the paper's two algorithms, and "
-            "the proof.",
+            "ghostball, pymunk in four configurations and pybullet in three, the paper's two "
+            "algorithms, and the certified results.",
         ),
     ] = False
     scene: Annotated[
@@ -149,8 +149,8 @@ class EnginesOptions:
         typer.Option(
             "--scene",
             metavar="SCENE|TAG",
-            help="For --steps: a scene with a closed form, or a proof to the end; give it once for "
-            "each (default: six closed forms).",
+            help="For --steps: a scene with a closed form, or one certified to the end; "
+            "repeatable (default: six closed forms).",
             autocompletion=complete_scene,
         ),
     ] = None
@@ -159,11 +159,11 @@ class EnginesOptions:
         typer.Option(
             min=1,
             help="For --steps: number of rounds, each with another phase of the time step; the "
-            "shortest run time counts. Slow shots get two.",
+            "shortest run time counts. Slow shots get two rounds.",
         ),
     ] = 4
     out: Annotated[
-        Path | None, out_option("For --steps: write what is measured to DIR, as precision.json.")
+        Path | None, out_option("For --steps: write the measurements to DIR, as precision.json.")
     ] = None
     plot: Annotated[
         Path | None,
@@ -194,7 +194,7 @@ class InitOptions:
         bool,
         typer.Option(
             "--ci",
-            help="Also write a GitHub Actions workflow that guards the engine; in a project that "
+            help="Also write a GitHub Actions workflow that runs `regress`; in a project that "
             "already has settings, write only the workflow.",
         ),
     ] = False

@@ -27,17 +27,17 @@ from ghostball.validation.parallel.sources import PACKAGE_OF, version_of, versio
 from ghostball.validation.scenes.library import select
 
 ENGINES_KEY = (
-    "Lacks most: what it doesn't represent and most of the {count} shipped scenes need.\n"
-    "`ghostball engines NAME` says all of it, its settings, and why it isn't here; "
-    "with --recipe, its best settings as code of that engine ({recipes})."
+    "Main gaps: unsupported features that most of the {count} shipped scenes need.\n"
+    "`ghostball engines NAME` lists all features and settings, and why an engine is unavailable; "
+    "with --recipe, its best settings as code for that engine ({recipes})."
 )
 
 LACKS_SHOWN = 2
 """Features of the table of engines that each is said to lack."""
 
 SETTINGS_KEY = (
-    "Settings with their defaults, and other choices in brackets; a setting that is unset is left "
-    "to the engine.\nTo change them: NAME:KEY=VALUE,... as in "
+    "Settings with their defaults, and other choices in brackets; unset: the engine's own default "
+    "applies.\nTo change them: NAME:KEY=VALUE,... as in "
     "`--engine pymunk:contact_steps=exact`.\n"
 )
 
@@ -48,7 +48,7 @@ def run(asked: EnginesOptions) -> ExitStatus:
     if asked.steps:
         refuse_given(context, "`--steps` measures engines", "recipe", "check")
         return measure_steps(names, asked.scene, asked.repeats, asked.out, asked.plot, asked.form)
-    why = "only `--steps` runs engines, and has results"
+    why = "only `--steps` runs engines"
     refuse_given(context, why, "scene", "repeats", "out", "plot", "form")
     if asked.check:
         refuse_given(context, "`--check` examines the whole installation", "names", "recipe")
@@ -87,8 +87,8 @@ def engines_table() -> RenderableType:
         rows.append((name, found.version, here, Text(", ".join(said))))
     key = ENGINES_KEY.format(count=len(scenes), recipes=", ".join(recipe_names()))
     if absent:
-        key = f"Not here: {', '.join(absent)}.\n{key}"
-    heads = ("engine", "version", "here", "lacks most (scenes)")
+        key = f"Not installed: {', '.join(absent)}.\n{key}"
+    heads = ("engine", "version", "installed", "main gaps (scenes)")
     return Group(table_of(heads, rows, whole=heads[:3]), Text(key))
 
 
@@ -104,8 +104,8 @@ def recipe_of(name: str) -> str:
     """
     if name not in recipe_names():
         raise EngineError(
-            f"engine {name!r} has no recipe. There are those of {', '.join(recipe_names())}; "
-            "the settings of others, and why, stand in reference_adapters/ENGINE/"
+            f"engine {name!r} has no recipe. Recipes exist for {', '.join(recipe_names())}; for "
+            "other engines, see the settings in reference_adapters/ENGINE/"
         )
     (path,) = _recipes(name)
     return path.read_text(encoding="utf-8")
@@ -159,7 +159,7 @@ def _described(name: str) -> _Described:
     except EngineError as error:
         return _Described(str(error))
     except Exception as error:  # someone's broken package must not hide the other engines
-        return _Described(f"it failed when asked: {type(error).__name__}: {error}")
+        return _Described(f"the check failed: {type(error).__name__}: {error}")
 
 
 def _version(engine: type[ReferenceEngine]) -> str:
@@ -179,7 +179,7 @@ def _capability_rows(capabilities: Mapping[Feature, Capability]) -> dict[str, st
         capability = capabilities.get(feature, Capability("none"))
         by_explanation = grouped.setdefault(capability.support, {})
         by_explanation.setdefault(capability.how, []).append(feature.value)
-    titles = {"exact": "exact", "approximate": "approximate", "none": "not represented"}
+    titles = {"exact": "exact", "approximate": "approximate", "none": "unsupported"}
     return {
         title: "\n".join(
             ", ".join(features) + (f": {how}" if how else "")

@@ -23,9 +23,9 @@ from ghostball.validation.results.files import write_all_whole
 _CONFIG = """\
 [tool.ghostball]
 engines = [{engine}]  # what `ghostball validate`, `regress` and pytest run
-scenes = ["smoke"]  # names, tags, files such as "scenes/*.toml"; "full" is all that are shipped
-baselines = "baselines"  # what was accepted: to be committed
-out = "out"  # results: not to be committed
+scenes = ["smoke"]  # names, tags, files such as "scenes/*.toml"; "full" is all shipped scenes
+baselines = "baselines"  # accepted results: commit this folder
+out = "out"  # results: do not commit
 """
 
 WORKFLOW = Path(".github/workflows/ghostball.yml")
@@ -47,25 +47,22 @@ def run(asked: InitOptions) -> ExitStatus:
     path = Path(FILE)
     begun = load_table(path) is not None
     if begun and (not ci or engine is not None):
-        raise ConfigError(f"{path}: has `[tool.ghostball]` already. Edit it there")
+        raise ConfigError(f"{path}: already has `[tool.ghostball]`. Edit that table")
     files: dict[Path, str] = {} if begun else _project(engine)
     if ci:
         files[WORKFLOW] = workflow_text(package=_is_package(path))
     _write(files)
     if not begun:
         say(
-            "Next: `ghostball validate` says how right it is, and `ghostball explain` what is "
-            'wrong; `ghostball regress` and `ghostball accept --reason "..."` guard what it does'
+            "Next: `ghostball validate` measures its errors, and `ghostball explain` finds their "
+            'cause; `ghostball regress` and `ghostball accept --reason "..."` detect changes'
         )
     if ci:
-        say(
-            f"{WORKFLOW} compares each push with the baselines that `ghostball accept` made: "
-            "commit both"
-        )
+        say(f"{WORKFLOW} compares each push with the baselines of `ghostball accept`: commit both")
         if UNKNOWN in files[WORKFLOW]:
             say(
-                f"In it, put the account that Ghostball lies under on GitHub in place of "
-                f"{UNKNOWN.partition('/')[0]}: this installation doesn't say which"
+                f"In it, replace {UNKNOWN.partition('/')[0]} by the GitHub account that hosts "
+                "Ghostball, which this installation doesn't name"
             )
     return ExitStatus.PASSED
 
@@ -103,7 +100,7 @@ def _engine_text() -> str:
 def _write(files: Mapping[Path, str]) -> None:
     there = [path for path in files if path.exists() and path.name != FILE]
     if there:
-        raise ExistsError(f"{there[0]}: is there already. Choose another name, or remove it")
+        raise ExistsError(f"{there[0]}: already exists. Choose another name, or remove it")
     try:
         for path in files:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -21,13 +21,13 @@ def run(asked: ReportOptions) -> ExitStatus:
     """Write the page, or print what the results came to, or write all of their tables as files."""
     context, folder = asked.context, asked.folder
     if asked.export is not None:
-        why = "`--export` writes the tables of results, and no report"
+        why = "`--export` writes the tables of results instead of a report"
         refuse_given(context, why, "opened", "figures", "jobs", "form")
         for path in frames.export(folder, asked.export):
             typer.echo(path)
         return ExitStatus.PASSED
     if asked.form is not None:
-        why = "`--format` prints results, and writes no report"
+        why = "`--format` prints results instead of writing a report"
         refuse_given(context, why, "opened", "figures", "jobs")
         typer.echo(printed(folder, asked.form), nl=False)
         return ExitStatus.PASSED

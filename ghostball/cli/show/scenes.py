@@ -25,7 +25,7 @@ from ghostball.validation.scenes.library import select
 def run(asked: ScenesOptions) -> ExitStatus:
     """List the scenes, or the metrics; of a single scene, show its file."""
     if asked.metrics:
-        why = "`--metrics` lists metrics, and no scenes"
+        why = "`--metrics` lists metrics instead of scenes"
         refuse_given(asked.context, why, "wanted", "schema", "export")
         _list_metrics(asked.form)
     elif asked.export is not None:
@@ -84,7 +84,7 @@ def _export(scenes: Sequence[Scene], folder: Path) -> None:
         write_all_whole(files)
     except OSError as error:
         raise GhostballError(f"{folder} can't be written: {error}. Choose another folder") from None
-    stdout().print(f"{len(scenes)} scenes and their schema in {folder}", soft_wrap=True)
+    stdout().print(f"{len(scenes)} scenes and their schema written to {folder}", soft_wrap=True)
 
 
 def _plain(scene: Scene) -> dict[str, object]:

@@ -65,8 +65,8 @@ def check_polygon(
     if area <= 0.0:
         raise problem(
             "polygon",
-            "`vertices` must go round counterclockwise, with the table on the left, but go round "
-            "clockwise. Turn their order round",
+            "`vertices` must go round counterclockwise, with the table on the left, but are "
+            "clockwise. Reverse their order",
             at=("vertices",),
         )
 
@@ -120,7 +120,7 @@ def _check_simple(vertices: Sequence[Point]) -> None:
                     "polygon",
                     f"`vertices` must be those of a polygon that doesn't cross itself, but the "
                     f"side from {edge[0]} to {edge[1]} m meets that from {edges[other][0]} to "
-                    f"{edges[other][1]} m. Mend their order",
+                    f"{edges[other][1]} m. Reorder them",
                     at=("vertices", k),
                 )
 

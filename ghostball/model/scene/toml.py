@@ -66,7 +66,7 @@ def _parsed(text: str, source: str) -> dict[str, Any]:
         found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         line = int(found[1]) if found else text.count("\n") + 1
         detail = re.sub(r" \(at .*\)$", "", str(error))
-        raise refusal(f"{source}:{line}: not valid TOML: {detail}. Mend the syntax there") from None
+        raise refusal(f"{source}:{line}: not valid TOML: {detail}. Fix the syntax there") from None
     except RecursionError:
         raise refusal(
             f"{source}: lists or tables are nested too deeply to read. A scene needs 3 levels"

@@ -54,7 +54,7 @@ def test_the_same_hash_is_unchanged_and_costs_no_other_run():
     change = compare(
         gate.Played(BASE.record, never), gate.Played(BASE.record, never), never, "ghostball ..."
     )
-    assert (change.change, change.summary, change.moved) == ("unchanged", "the same bits", False)
+    assert (change.change, change.summary, change.moved) == ("unchanged", "bit-identical", False)
     assert change.first_difference is None
     assert change.base_hash == change.head_hash == BASE.record.bits
 
@@ -82,7 +82,7 @@ def test_counters_that_differ_are_named_and_new_ones_are_not():
     assert (change.change, change.moved, change.words) == (
         "unchanged",
         True,
-        "same bits, other work",
+        "same result, different work counters",
     )
     (one,) = change.counters
     assert one.words == f"events {BASE.record.work['events']} -> 99"
@@ -349,13 +349,13 @@ def test_runs_without_motion_are_compared_by_error_counts_and_status():
 def test_another_scene_is_not_comparable():
     change = compare(BASE, gate.played(gate.cut_shot(1.5)))
     assert (change.change, change.metrics) == ("not-comparable", ())
-    assert "the scene itself was changed" in change.summary
+    assert "the scene itself has changed" in change.summary
 
 
 def test_a_shot_that_is_not_finished_is_worse_than_one_that_is():
     lost = gate.having(BASE, outcome="failed", reason="planted", bits="")
     assert compare(BASE, lost).change == "worse"
-    assert "did not run it: planted" in compare(BASE, lost).summary
+    assert "did not run the scene: planted" in compare(BASE, lost).summary
     assert compare(lost, BASE).change == "better"
     assert compare(lost, lost).change == "unchanged"
     unable = gate.having(BASE, outcome="not-representable", bits="")

@@ -30,9 +30,9 @@ def test_another_cost_of_the_same_bits_fails_until_it_is_accepted(accepted, monk
     found = accepted.compare()
     roll = found.scene("roll")
     assert (roll.change, roll.failed, found.outcome) == ("unchanged", True, "failed")
-    assert roll.summary == "the same bits; events 1 -> 2"
+    assert roll.summary == "bit-identical; events 1 -> 2"
     accepted.accept("Counts one more.")
-    assert "* roll: same bits, other work; the same bits; events 1 -> 2" in (
+    assert "* roll: same result, different work counters; bit-identical; events 1 -> 2" in (
         accepted.baselines / CHANGES_FILE
     ).read_text("utf-8")
     assert accepted.compare().outcome == "passed"

@@ -101,7 +101,7 @@ def test_a_wrong_tangent_map_does_not_make_a_changed_result_rounding(monkeypatch
     monkeypatch.setattr(TangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
     change = gate.compared(base, head, far)
     assert change.change == "changed", change.summary
-    assert "from the proof of the shot" in change.summary
+    assert "from the certified result" in change.summary
 
 
 def test_a_shot_that_is_not_proved_is_explained_by_our_engine_alone():

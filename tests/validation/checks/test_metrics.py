@@ -229,7 +229,7 @@ def test_first_divergence(events: Any, when: float | None, note: str) -> None:
 def test_an_order_without_times_has_no_instant_and_the_lower_ball_comes_first() -> None:
     measured = measure(still(events=[(1.0, BB, 1, 0)]), truth(collisions=(A, B)))
     assert measured.values["matching_events"] == 1
-    assert "does not say when" in measured.notes["first_divergence_time"]
+    assert "doesn't give its time" in measured.notes["first_divergence_time"]
 
 
 # --- energy

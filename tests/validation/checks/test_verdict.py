@@ -88,7 +88,7 @@ def test_what_did_not_run_or_has_no_limit(changes: dict[str, str], verdict: Verd
 
 def test_a_run_that_stops_early_did_not_finish_whatever_it_keeps() -> None:
     early = replace(case(), status="step-limit", reason="too many")
-    assert unfinished_text(early) == "it stopped early: step-limit: too many"
+    assert unfinished_text(early) == "stopped early: step-limit: too many"
     for checks in ((), (check("rest_error_max"),), (check("rest_error_max", False),)):
         assert verdict_of(replace(early, checks=checks)) is Verdict.CRASHED
     for ended in ("rest", "t-max"):
@@ -113,7 +113,7 @@ def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
     silent, ours = replace(case(kept), unstated=True), case(check("rest_error_max"), engine="mine")
     assert unjudged_engines([silent, ours]) == ("pymunk",)
     assert not_judged([silent, ours]).startswith(
-        "no shot of pymunk was judged by its final positions"
+        "no case of pymunk had its final positions judged"
     )
     # One shot with a limit on how it ends is enough, whether it holds or not.
     for passed in (True, False):
@@ -130,7 +130,7 @@ def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
 
 def test_how_many_ends_were_judged_is_said_unless_all_were() -> None:
     judged, free = case(check("rest_error_max")), case(check("energy_rise"))
-    said = "the end of the shot was judged in 1 of 3 scenes"
+    said = "the final positions were judged in 1 of 3 scenes"
     # A shot that fails was judged; one that the engine can't play wasn't run.
     failed = case(check("rest_error_max", False))
     unable = replace(free, outcome="not-representable")

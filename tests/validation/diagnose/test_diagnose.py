@@ -59,10 +59,10 @@ def test_an_engine_in_steps_has_no_fault(name):
 
 def test_a_failure_of_our_own_engine_is_no_absence_of_faults(monkeypatch):
     def fail(scene):
-        raise GhostballError(f"no run of {scene.name}")
+        raise GhostballError(f"no result of {scene.name}")
 
     monkeypatch.setattr("ghostball.validation.diagnose.contact_states.run_ours", fail)
-    with pytest.raises(GhostballError, match="no run of contact"):
+    with pytest.raises(GhostballError, match="no result of contact"):
         fault_at_contacts(run_engine(stepping(energy=1.5, dt=1e-4), hit()))
 
 

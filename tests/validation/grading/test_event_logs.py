@@ -173,11 +173,11 @@ def test_the_parting_says_what_came_instead():
     one, two, three = (ball.id for ball in scene.balls[:3])
     missing = compare_logs(log("ABC"), log("AXC"), strict=True).parting
     assert missing.describe(scene) == (
-        f'"{three}" hits the left cushion at t = 2 s is proved but was not found; found in its '
-        f'place: "{two}" hits "{three}" at t = 2 s'
+        f'"{three}" hits the left cushion at t = 2 s is missing from the run; found instead: '
+        f'"{two}" hits "{three}" at t = 2 s'
     )
     extra = compare_logs(log("A"), log("AB"), strict=True).parting
-    assert extra.describe(scene).endswith("proved in its place: nothing more of these balls")
+    assert extra.describe(scene).endswith("reference: no further event of these balls")
     again = compare_logs(log("A"), log("AA"), strict=True).parting
     assert again.describe(scene).startswith(f'"{one}" hits "{two}" at t = 2 s was found but is not')
 

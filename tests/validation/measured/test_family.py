@@ -41,9 +41,9 @@ def test_figures_with_errors_are_off_by_standard_errors():
 def test_figures_without_errors_are_off_in_their_unit_and_by_nothing_else():
     found = with_figures("cushion-snooker", None)
     assert found.typical_difference == pytest.approx(0.00025**0.5)
-    with pytest.raises(ValueError, match="no standard error of this figure is known"):
+    with pytest.raises(ValueError, match="this measurement has no standard error"):
         _ = found.typical
-    with pytest.raises(ValueError, match="it has a `difference`"):
+    with pytest.raises(ValueError, match="only a `difference`"):
         _ = found.most
 
 
@@ -80,7 +80,7 @@ def test_an_engine_as_a_whole_is_where_it_is_furthest_off_of_what_grades():
 @pytest.mark.parametrize("fields", [{"figures": ()}, {"lacks": "it rolls none"}])
 def test_a_family_of_an_engine_has_figures_or_says_why_not(fields):
     wrong = family("rolling", 1.0).model_copy(update=fields)
-    with pytest.raises(ValidationError, match="must either have `figures` or say what is lacking"):
+    with pytest.raises(ValidationError, match="must have either `figures` or, in `lacks`"):
         Likeness(label="any", families=(wrong,))
 
 

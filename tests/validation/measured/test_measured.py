@@ -206,7 +206,7 @@ def test_banks_are_those_of_a_table(spec):
 @pytest.mark.parametrize("facts", ["banks-pool", "cushion-snooker"])
 def test_an_engine_that_turns_no_balls_says_so(facts):
     (family,) = of("paper-discrete", facts)
-    assert family.lacks == "it has no law of cushions that turns balls"
+    assert family.lacks == "it has no cushion law that changes spin"
 
 
 # How like a real table engines can be: every family, and what each engine lacks
@@ -231,7 +231,7 @@ def test_our_engine_plays_everything_that_was_measured():
 
 def test_an_engine_that_only_rolls_lacks_it_all():
     families = likeness_of("paper-discrete")
-    assert families["cushion"].lacks == "it has no law of cushions that turns balls"
+    assert families["cushion"].lacks == "it has no cushion law that changes spin"
     assert families["rolling-pool"].lacks.startswith("it has no sliding that turns into rolling")
     assert not any(family.figures for family in families.values())
 

@@ -35,9 +35,9 @@ def test_what_is_written_is_read(tmp_path):
         (GOOD + "2,cue,0.1,1.0,left\n", "tracks.csv:6: expected numbers as t, x and y"),
         (GOOD + "2,cue,0.1,nan,1\n", "tracks.csv:6: expected finite numbers as t, x and y"),
         (GOOD + "2,cue,0.1,2.95,1\n", "expected x between 0 and 2.84 m, the playing surface"),
-        (GOOD + "2,cue,0.1,100,51\n", "found 100; are these centimetres or millimetres?"),
+        (GOOD + "2,cue,0.1,100,51\n", "found 100; are the units centimetres or millimetres?"),
         (GOOD + "2,cue,-0.1,1,1\n", "expected a time after 0 s, of ball cue's sample before"),
-        (GOOD + "2,cue,0.02,2,1\n", "found it 1 m away: are two balls taken for each other?"),
+        (GOOD + "2,cue,0.02,2,1\n", "found a distance of 1 m: were two balls swapped?"),
     ],
 )
 def test_what_is_wrong_is_named_in_one_line(tmp_path, text, said):
@@ -69,5 +69,5 @@ def test_a_byte_order_mark_is_no_part_of_the_header(tmp_path):
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(TracksError, match=r"none.csv: expected a CSV file of tracks"):
+    with pytest.raises(TracksError, match=r"none.csv: can't read a CSV file of tracks"):
         read_tracks(tmp_path / "none.csv", SURFACE)

@@ -174,5 +174,5 @@ def test_a_scheduler_that_is_killed_is_said(tmp_path):
         answers = run_tasks([f"note {note}", *"abcdef"], there, work, LIMIT)
         next(answers)
         cluster.scheduler.kill()
-        with pytest.raises(ClusterLostError, match="the same command continues"):
+        with pytest.raises(ClusterLostError, match="run the same command to continue"):
             list(answers)

@@ -36,9 +36,9 @@ def test_without_a_limit_one_job_is_this_process():
 
 def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
     assert results(["crash 7", "a", "crash 3", "b"]) == [
-        "crash 7: the process running it crashed (exit code 7)",
+        "crash 7: its process crashed (exit code 7)",
         "done a",
-        "crash 3: the process running it crashed (exit code 3)",
+        "crash 3: its process crashed (exit code 3)",
         "done b",
     ]
 
@@ -47,7 +47,7 @@ def test_a_process_that_ends_as_if_all_were_well_has_crashed_too():
     # Without a limit of time nothing else would end the wait for it.
     found = results(["crash 0", "a", "b"], jobs=2, limit=None)
     assert sorted(found) == [
-        "crash 0: the process running it crashed (exit code 0)",
+        "crash 0: its process crashed (exit code 0)",
         "done a",
         "done b",
     ]
@@ -55,7 +55,7 @@ def test_a_process_that_ends_as_if_all_were_well_has_crashed_too():
 
 def test_what_raises_costs_its_task_and_says_where():
     raised, after = run_tasks(["raise no luck", "a"], 1, work, LIMIT)
-    assert (raised.crashed, raised.given) == ("the process running it crashed (exit code 1)", None)
+    assert (raised.crashed, raised.given) == ("its process crashed (exit code 1)", None)
     assert raised.printed.endswith("ValueError: no luck")
     assert "in work" in raised.printed
     assert after.given == "done a"
@@ -80,7 +80,7 @@ def test_a_hang_is_ended_and_a_task_may_have_a_limit_of_its_own():
         return 0.3 if task == "sleep 600" else 60.0
 
     assert results(["sleep 600", "sleep 0.5"], limit=limit) == [
-        "sleep 600: it took longer than 0.3 s, and was ended",
+        "sleep 600: it exceeded the time limit of 0.3 s, and was ended",
         "done sleep 0.5",
     ]
 
@@ -89,7 +89,7 @@ def test_a_hang_is_ended_and_a_task_may_have_a_limit_of_its_own():
 @pytest.mark.parametrize("task", ["native", "deaf"])
 def test_one_that_lets_no_handler_run_or_ignores_its_end_is_ended_at_once(task):
     found = results([task, "a"], limit=lambda one: 0.3 if one == task else 60.0)
-    assert found == [f"{task}: it took longer than 0.3 s, and was ended", "done a"]
+    assert found == [f"{task}: it exceeded the time limit of 0.3 s, and was ended", "done a"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
@@ -107,7 +107,7 @@ def test_a_process_that_crashes_while_idle_costs_no_task():
 def test_a_process_that_crashes_in_the_midst_of_its_answer_costs_its_task():
     # Breaks where half a message ends the whole run with an OSError.
     found = results(["half", "a"])
-    assert found == ["half: the process running it crashed (exit code 3)", "done a"]
+    assert found == ["half: its process crashed (exit code 3)", "done a"]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="process groups are POSIX")
@@ -115,8 +115,8 @@ def test_a_process_that_crashes_in_the_midst_of_its_answer_costs_its_task():
 @pytest.mark.parametrize(
     ("then", "outcome"),
     [
-        ("sleep 600", "it took longer than 2 s, and was ended"),
-        ("crash 7", "the process running it crashed (exit code 7)"),
+        ("sleep 600", "it exceeded the time limit of 2 s, and was ended"),
+        ("crash 7", "its process crashed (exit code 7)"),
         ("a", ""),
     ],
 )
@@ -148,7 +148,7 @@ def test_a_child_that_returns_ends_and_its_parent_answers(limit):
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
 def test_an_answer_that_cannot_be_read_costs_its_task():
     first, after = results(["garbage", "a"])
-    assert first.startswith("garbage: its process gave an answer that can't be read (")
+    assert first.startswith("garbage: its process returned an answer that can't be read (")
     assert after == "done a"
 
 
@@ -156,7 +156,7 @@ def test_an_answer_that_cannot_be_read_costs_its_task():
 def test_an_answer_without_an_end_is_given_up_in_time():
     # It was waited for without a limit.
     found = results(["header", "a"], limit=lambda one: 0.5 if one == "header" else 60.0)
-    said = "header: it took longer than 0.5 s, and was ended while it returned its answer"
+    said = "header: it exceeded the time limit of 0.5 s, and was ended while it returned its answer"
     assert found == [said, "done a"]
 
 
@@ -171,8 +171,8 @@ def test_a_process_does_tasks_of_one_kind_only():
 
 def test_a_process_that_cannot_start_costs_a_task_each():
     assert results(["a", "b"], prepare=never) == [
-        "a: the process running it crashed (exit code 5)",
-        "b: the process running it crashed (exit code 5)",
+        "a: its process crashed (exit code 5)",
+        "b: its process crashed (exit code 5)",
     ]
 
 

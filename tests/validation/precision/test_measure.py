@@ -93,7 +93,7 @@ def test_our_engine_is_a_point_beside_the_ladders(engines):
     assert ours.step is None
     assert ours.error < 1e-15
     assert ours.truth == "closed form" or {"certified"} == {
-        one.engine for one in measured.left_out if "the truth here" in one.why
+        one.engine for one in measured.left_out if "the reference here" in one.why
     }
 
 
@@ -133,7 +133,7 @@ def test_what_cannot_be_measured_is_left_out_with_its_reason(engines, monkeypatc
     measured = measure(["lacks", "exits", "absent", "pymunk:max_time=0.5"])
     assert measured.points == ()
     whys = {one.engine: one.why for one in measured.left_out}
-    assert whys["lacks"] == "not representable: no balls"
+    assert whys["lacks"] == "unsupported: no balls"
     assert whys["exits"] == "failed: SystemExit: gone"
     assert whys["absent"].startswith("unavailable: not installed")
     assert "stopped early" in whys["pymunk:max_time=0.5"]

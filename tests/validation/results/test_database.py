@@ -144,12 +144,12 @@ def anyones(path: Path) -> None:
 
 OTHER_VERSION = f"its version must be {SCHEMA}, got %d: another version of ghostball wrote it"
 DAMAGE: list[tuple[Callable[[Path], object], str]] = [
-    *((cut_to(part), "is cut short or damaged (") for part in (0.02, 0.3, 0.6, 0.99)),
+    *((cut_to(part), "is truncated or damaged (") for part in (0.02, 0.3, 0.6, 0.99)),
     (lambda path: path.write_text("years of work\n" * 99), "damaged (file is not a database)"),
-    (anyones, "holds no results of ghostball"),
+    (anyones, "contains no Ghostball results"),
     (after(f"PRAGMA user_version = {SCHEMA - 1}"), OTHER_VERSION % (SCHEMA - 1)),
     (after(f"PRAGMA user_version = {SCHEMA + 1}"), OTHER_VERSION % (SCHEMA + 1)),
-    (after("DROP TABLE events"), "damaged (its tables are others)"),
+    (after("DROP TABLE events"), "damaged (its tables are wrong)"),
     (
         after("PRAGMA ignore_check_constraints = ON; UPDATE documents SET content = 'no json'"),
         "damaged (CHECK constraint failed in documents)",
@@ -216,7 +216,10 @@ def test_a_change_while_another_process_changes_it_is_refused(tmp_path: Path) ->
 def test_a_reserved_folder_is_refused_to_others_and_the_lock_goes_with_the_process(
     tmp_path: Path,
 ) -> None:
-    wanted = f"^{re.escape(str(tmp_path))}: another run writes there. Wait .* another `--out`$"
+    wanted = (
+        f"^{re.escape(str(tmp_path))}: another run is writing to this folder. Wait .* another "
+        f"`--out`$"
+    )
     with reserved(tmp_path), pytest.raises(ResultsError, match=wanted), reserved(tmp_path):
         pass
     held = "with reserved(folder): print('held', flush=True); time.sleep(600)"
@@ -224,7 +227,10 @@ def test_a_reserved_folder_is_refused_to_others_and_the_lock_goes_with_the_proce
         try:
             assert process.stdout is not None
             assert process.stdout.readline() == "held\n"
-            with pytest.raises(ResultsError, match="another run writes there"), reserved(tmp_path):
+            with (
+                pytest.raises(ResultsError, match="another run is writing to this folder"),
+                reserved(tmp_path),
+            ):
                 pass
         finally:
             process.kill()

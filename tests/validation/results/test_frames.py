@@ -157,7 +157,7 @@ def test_what_cannot_be_exported_is_said(folder: Path, tmp_path: Path) -> None:
         export(tmp_path / "none", tmp_path / "files")
     with writing(tmp_path) as database, transaction(database):
         pass
-    with pytest.raises(ResultsError, match="holds nothing that could be exported"):
+    with pytest.raises(ResultsError, match="contains nothing to export"):
         export(tmp_path, tmp_path / "files")
     (tmp_path / "files").write_text("in the way")
     with pytest.raises(ResultsError, match="can't write"):

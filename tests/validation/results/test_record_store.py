@@ -66,10 +66,16 @@ def test_two_writers_are_never_in_one_folder(tmp_path: Path) -> None:
     # Breaks where their lines interleave, and each deletes the other's motion.
     first = written(tmp_path, record(), finish=False)
     second = ResultsWriter(tmp_path)
-    message = f"^{re.escape(str(tmp_path))}: another run writes there. Wait .* another `--out`$"
+    message = (
+        f"^{re.escape(str(tmp_path))}: another run is writing to this folder. Wait .* another "
+        f"`--out`$"
+    )
     with pytest.raises(ResultsError, match=message):
         second.begin(ENVIRONMENT)
-    with pytest.raises(ResultsError, match="another run writes there"), second.reserved():
+    with (
+        pytest.raises(ResultsError, match="another run is writing to this folder"),
+        second.reserved(),
+    ):
         pass
     second.finish("interrupted")
     first.write((record("ghostball"), motion()))
@@ -84,7 +90,7 @@ def test_a_reserved_folder_is_free_only_afterwards(tmp_path: Path) -> None:
     with writer.reserved():
         writer.begin(ENVIRONMENT)
         writer.finish("complete")
-        with pytest.raises(ResultsError, match="another run writes there"):
+        with pytest.raises(ResultsError, match="another run is writing to this folder"):
             other.begin(ENVIRONMENT)
     other.begin(ENVIRONMENT)
     other.finish("complete")
@@ -108,7 +114,7 @@ def test_a_run_that_is_killed_as_it_begins_leaves_the_folder_ours(
 def test_a_folder_that_is_not_ours_is_refused_and_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("years of work")
     before = contents(tmp_path)
-    with pytest.raises(ResultsError, match="not empty and not a results folder"):
+    with pytest.raises(ResultsError, match="not empty and not a Ghostball results folder"):
         ResultsWriter(tmp_path)
     assert contents(tmp_path) == before
 

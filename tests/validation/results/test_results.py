@@ -249,7 +249,7 @@ def test_a_run_that_was_killed_reads_back(tmp_path: Path) -> None:
 
 
 def test_a_folder_without_results_of_the_suite_says_so(tmp_path: Path) -> None:
-    with writing(tmp_path), pytest.raises(ResultsError, match="holds no results of the suite"):
+    with writing(tmp_path), pytest.raises(ResultsError, match="contains no results"):
         Results.open(tmp_path)
     assert not has_results(tmp_path)
     assert ResultsWriter(tmp_path, "code").known() == (0, {})

@@ -80,7 +80,7 @@ def test_a_process_that_crashes_costs_its_task_which_is_done_again(tmp_path):
         assert outcome.reused == reused
         assert sorted(outcome.records.values()) == [
             ("a", "done a"),
-            ("crash 3", "crash 3: the process running it crashed (exit code 3)"),
+            ("crash 3", "crash 3: its process crashed (exit code 3)"),
         ]
     assert multiprocessing.active_children() == []
 

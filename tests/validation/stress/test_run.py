@@ -85,7 +85,7 @@ def test_shots_are_counted_by_family_and_engine():
     assert found["grazing", "pymunk"].text == "1/3, 1 not judged"
     assert found["grazing", "other"].text == "–"
     assert [why_failed(one) for one in found["grazing", "pymunk"].failed] == [
-        "collision_count must be == 1, got 0",
+        "collision_count must be exactly 1, got 0",
         "lost the balls",
     ]
 

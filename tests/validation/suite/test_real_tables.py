@@ -91,7 +91,7 @@ def test_what_is_damaged_is_refused_by_name(tmp_path):
     with closing(sqlite3.connect(tmp_path / DATABASE)) as database:
         database.execute("""UPDATE records SET record = '{"label": "ghostball"}'""")
         database.commit()
-    with pytest.raises(ResultsError, match=r"figures of real tables.*families"):
+    with pytest.raises(ResultsError, match=r"comparisons with measured tables.*families"):
         load_likenesses(tmp_path)
 
 

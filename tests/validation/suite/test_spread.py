@@ -86,7 +86,9 @@ def test_the_command_says_and_reports_it(tmp_path: Path, monkeypatch: pytest.Mon
     assert result.exit_code == 0, result.output
     for part in ("6 of 6", "velocity=0.01,position=0.0001", "rest time [s]"):
         assert part in result.stdout
-    assert "Ends of varied starts" in (tmp_path / "out/report.html").read_text("utf-8")
+    assert "Rest positions from perturbed initial states" in (
+        tmp_path / "out/report.html"
+    ).read_text("utf-8")
     for wrong, said in (
         (["--ensemble", 1], "at least 2 members"),
         (["--ensemble-size", "velocity=0.01"], "needs --ensemble K"),

@@ -139,7 +139,7 @@ def test_either_part_of_the_size_may_be_zero(only: Size):
         ("position=nan", "`position` must be a finite number, got 'nan'"),
         ("position=inf", "`position` must be a finite number, got 'inf'"),
         ("velocity=0.2", "`velocity` must be less than or equal to 0.1"),
-        ("velocity=0,position=0", "must not be 0 in velocity and in position"),
+        ("velocity=0,position=0", "must not be 0 in both velocity and position"),
         ("velocty=1e-3", "`velocty` is not a known field. Did you mean `velocity`?"),
         ("velocity=", "`velocity` must be a valid number"),
         ("velocity", "must give each number once, by its name, got 'velocity'"),

@@ -130,7 +130,7 @@ class _Fitting:
         """Fit, and say what came of it."""
         fields = self._told(self._asked or DEFAULT_FIELDS)
         if not fields:
-            raise NotEnoughError(f"not enough to tell anything: {self._too_few(frozenset(_NAMES))}")
+            raise NotEnoughError(f"not enough data for a fit: {self._too_few(frozenset(_NAMES))}")
         assumed = self._assumptions(fields)
         self._assumed = dict(assumed)
         self._values = self._begin(fields)
@@ -291,11 +291,11 @@ class _Fitting:
             if not told_by(one) <= set(self._families):
                 why = self._too_few(told_by(one))
             elif name in NEEDS and not has_feature(self._engine.capabilities, NEEDS[name]):
-                why = f"{self._engine.name} has no {NEEDS[name].value}"
+                why = f"{self._engine.name} doesn't support {NEEDS[name].value}"
             elif told_by(one) == CUSHION and not cushion_laws(self._engine):
-                why = f"{self._engine.name} has no law of cushions that can be fitted"
+                why = f"{self._engine.name} has no cushion law that can be fitted"
             if why and self._asked:
-                raise NotEnoughError(f"not enough to tell `{name}`: {why}")
+                raise NotEnoughError(f"can't fit `{name}`: {why}")
             if why:
                 self._not_told[name] = why
             else:
@@ -304,7 +304,7 @@ class _Fitting:
 
     def _too_few(self, families: frozenset[str]) -> str:
         parts = [f"{self._counts[name]} {_NAMES[name]}" for name in _NAMES if name in families]
-        return f"{', '.join(parts)} were found clean, {LEAST_EVENTS} of a kind are needed"
+        return f"{', '.join(parts)} are clean; at least {LEAST_EVENTS} of a kind are needed"
 
     def _laws(self, fields: Sequence[Field]) -> list[LawEntry]:
         """Return the laws of cushions to try: none where no field of theirs is fitted."""
@@ -318,7 +318,7 @@ class _Fitting:
             if self._law in (None, law.name) and wanted <= {*law.uses}
         ]
         if not laws:
-            asked = f'no law "{self._law}"' if self._law else "no law of cushions"
+            asked = f'no law "{self._law}"' if self._law else "no cushion law"
             uses = f" that uses {', '.join(sorted(wanted))}" if wanted else ""
             raise GhostballError(f"{self._engine.name} has {asked}{uses}")
         return laws
@@ -383,7 +383,7 @@ class _Fitting:
 
 
 _NAMES = {
-    "rolling": "windows of rolling",
+    "rolling": "stretches of rolling",
     "cushion": "contacts with cushions",
     "hit": "hits of a ball at rest",
 }

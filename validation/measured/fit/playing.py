@@ -92,7 +92,7 @@ class Player:
         """Tell the progress."""
         before, self._played = self._played, self._played + played
         if self._progress is not None and before // _TELL < self._played // _TELL:
-            self._progress(self._done, self.steps, f"{self._step}, {self._played} shots played")
+            self._progress(self._done, self.steps, f"{self._step}, {self._played} shots simulated")
 
 
 _AT_ONCE = 16

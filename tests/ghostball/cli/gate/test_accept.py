@@ -16,21 +16,21 @@ def test_what_breaks_limits_of_truth_is_refused_and_listed(accepted, planted):
     found = regress("--rerun")
     assert found.exit_code == 1
     assert "ghostball accept" not in found.stderr
-    assert "Limits of truth are broken, so this is to be mended, not accepted: cut" in found.stderr
+    assert "Limits failed. Fix the engine instead of accepting these results: cut" in found.stderr
     before = contents(accepted / "accepted" / "ghostball")
     refused = accept()
     assert refused.exit_code == 1
     assert refused.stdout == ""
-    assert re.search(r"cut: .*must be <= .*, got ", refused.stderr)
+    assert re.search(r"cut: .*must be at most .*, got ", refused.stderr)
     assert "--even-though-limits-fail" in refused.stderr
     assert contents(accepted / "accepted" / "ghostball") == before
     page = cli("report", "out", "--format", "markdown").stdout
-    assert "fails until that is mended" in page
+    assert "fails until the engine is fixed" in page
 
 
 def test_accepting_needs_a_reason_and_a_comparison(here):
     assert cli("accept").exit_code == 2
-    assert refused(accept(), "holds no comparison", "`ghostball regress")
+    assert refused(accept(), "contains no comparison", "`ghostball regress")
     regress()
     assert refused(accept(reason=" "), "`reason`")
     assert refused(accept("--out", "cut.toml"), "cut.toml")
@@ -47,7 +47,9 @@ def test_the_gate_of_an_engine_of_ones_own_from_none_to_a_change_and_its_accepta
     assert second.exit_code == 0, second.output
     assert "passed: 2 unchanged" in second.stdout
     edit_engine("1e-3", "2e-3")
-    assert refused(cli("accept", "--reason", "Unseen."), "the code changed since that comparison")
+    assert refused(
+        cli("accept", "--reason", "Unseen."), "the code has changed since that comparison"
+    )
     third = cli("regress")
     assert third.exit_code == 1, third.output
     assert "2 ms" not in third.stdout
@@ -77,5 +79,8 @@ def test_a_scene_that_did_not_finish_is_named_and_is_no_success(project):
     done = cli("accept", "--reason", "The first.")
     assert done.exit_code == 1
     assert done.stdout.startswith("accepted: stop\n")
-    assert "not accepted: head-on: the engine did not run it: RuntimeError: lost it" in done.stderr
+    assert (
+        "not accepted: head-on: the engine did not run the scene: RuntimeError: lost it"
+        in done.stderr
+    )
     assert [path.name for path in (project / "baselines/my_engine").glob("*.json")] == ["stop.json"]

@@ -38,16 +38,16 @@ def here(runs, monkeypatch):
 def test_the_same_run_twice_is_alike(here):
     result = cli("diff", "a", "a")
     assert result.exit_code == 0, result.output
-    assert result.stdout.startswith("6 of 6 cases alike: a -> a\n")
+    assert result.stdout.startswith("6 of 6 cases unchanged: a -> a\n")
 
 
 def test_what_is_only_on_one_side_is_described(here):
     result = cli("diff", "a", "b")
     assert result.exit_code == 0, result.output
-    assert "3 of 6 cases alike" in result.stdout
+    assert "3 of 6 cases unchanged" in result.stdout
     assert "head-on" in result.stdout
-    assert "not there: b has no such case" in result.stdout
-    assert "not there: b has no such case" in cli("diff", "b", "a").stdout
+    assert "missing: b has no such case" in result.stdout
+    assert "missing: b has no such case" in cli("diff", "b", "a").stdout
 
 
 def test_two_engines_of_one_folder_are_compared_scene_by_scene(here):
@@ -66,7 +66,7 @@ def test_two_engines_of_one_folder_are_compared_scene_by_scene(here):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["a", "none"], "none: no results folder, as a is"),
+        (["a", "none"], "none: not a results folder, but a is one"),
         (["ghostball", "pymonk", "--out", "a"], "pymonk: neither a results folder nor an engine"),
         (["ghostball", "pymunk", "--out", "none"], "none: no such results folder"),
     ],
@@ -78,7 +78,7 @@ def test_bad_input_is_refused(here, arguments, said):
 def test_damaged_results_are_refused(runs, tmp_path):
     cli("validate", "stop", "-e", "ghostball", "--no-report", "--out", tmp_path)
     cut_short(tmp_path)
-    assert refused(cli("diff", runs / "a", tmp_path), "is cut short or damaged")
+    assert refused(cli("diff", runs / "a", tmp_path), "is truncated or damaged")
 
 
 def test_what_drops_a_class_or_fails_in_the_second_alone_fails(here):

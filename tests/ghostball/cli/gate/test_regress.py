@@ -21,8 +21,8 @@ from ghostball.validation.baselines.regression import Regression
 def test_no_baseline_then_accepted_then_passed(here):
     first = regress()
     assert first.exit_code == 4, first.output
-    assert "without a baseline: cut, roll" in first.stdout
-    assert first.stdout.splitlines()[-1].startswith("no baseline yet of 2 scenes, which ran")
+    assert "no baseline: cut, roll" in first.stdout
+    assert first.stdout.splitlines()[-1].startswith("no baseline yet for 2 scenes, which ran")
     assert '`ghostball accept --baselines accepted --reason "..."`' in first.stderr
     assert not (here / "accepted").exists()
     done = accept()
@@ -39,10 +39,11 @@ def test_what_moved_is_reported_and_fails(accepted, planted):
     result = regress("--rerun")
     assert result.exit_code == 1, result.output
     assert re.search(
-        r"cut +worse +\S+ fm -> 1\.\d+ nm +exact: .* -> nanometres: 1\.\d+e-09 m off", result.stdout
+        r"cut +worse +\S+ fm -> 1\.\d+ nm +exact: .* -> nanometres: position error 1\.\d+ nm",
+        result.stdout,
     )
     assert result.stdout.splitlines()[-1].startswith("failed: 1 worse, 1 unchanged")
-    assert "`ghostball report out` shows it" in result.stderr
+    assert "`ghostball report out` shows old and new" in result.stderr
     compared = load_regression(accepted / "out").scenes
     assert [one.scene for one in compared if one.can_be_accepted] == ["cut"]
 
@@ -87,7 +88,7 @@ def test_each_of_several_engines_has_its_own_gate(project):
     assert cli("accept", "--reason", "Both.", *both).exit_code == 0
     folders = sorted(path.name for path in (project / "baselines").iterdir())
     assert folders == ["ghostball", "my_engine"]
-    assert refused(cli("accept", "--reason", "Again.", *both), "nothing to accept")
+    assert refused(cli("accept", "--reason", "Again.", *both), "no change to accept")
 
 
 # --- validate ---------------------------------------------------------------------------------
@@ -108,18 +109,18 @@ def test_validate_compares_with_the_projects_baselines(ours):
     here = ours
     result = validate()
     assert result.exit_code == 0, result.output
-    assert "moved since" not in result.output
+    assert "changed since" not in result.output
     found = load_regression(here / "out")
     assert found.scene("stop").change == "unchanged"
-    assert refused(cli("accept", "--reason", "None.", "--out", "out"), "nothing to accept")
+    assert refused(cli("accept", "--reason", "None.", "--out", "out"), "no change to accept")
 
 
 def test_validate_says_what_moved_and_fails(ours, busier):
     here, before = ours, contents(BASELINES / "ghostball")
     result = validate()
     assert result.exit_code == 1, result.output
-    assert "ghostball moved since its baselines were accepted: stop" in result.stdout
-    assert "`ghostball regress` says how" in result.stdout
+    assert "ghostball changed since its baselines were accepted: stop" in result.stdout
+    assert "`ghostball regress` shows how" in result.stdout
     assert load_regression(here / "out").scene("stop").failed
     assert contents(BASELINES / "ghostball") == before
 
@@ -144,10 +145,10 @@ def test_what_only_changed_may_pass(accepted, busier):
     for asked in ("worse", "limits"):
         passed = regress("--fail-on", asked)
         assert passed.exit_code == 0, passed.output
-        assert "of what moved," in passed.stdout.splitlines()[-1]
+        assert "count as failures" in passed.stdout.splitlines()[-1]
     page = cli("report", "out", "--format", "markdown").stdout
-    assert "1 of 2 scenes moved as they may" in page
-    assert "of what moved, nothing fails but for broken limits" in page
+    assert "1 of 2 scenes changed as allowed" in page
+    assert "only failed limits count as failures" in page
 
 
 def test_limits_alone_need_no_baseline(here):

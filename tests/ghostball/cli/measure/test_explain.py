@@ -21,11 +21,11 @@ def test_where_two_shots_part(cli, tmp_path):
     found = cli("break-7", "--engine", "pymunk", "--no-attribute", "--plot", picture)
     assert found.exit_code == 0, found.output
     for part in (
-        "break-7 on pymunk, against the certified shot",
+        "break-7 on pymunk, compared with the certified result",
         "The first wrong collision, at t = 0.62675331",
         '"1" hits "3" at t =',
         '"3" hits "5" at t =',
-        "before the collision of the other run",
+        "before the collision in the other run",
         "the smallest gap between",
         "reference",
         f"drawn in {picture}",
@@ -43,8 +43,8 @@ def test_where_nothing_parts(cli):
         'Largest time error: "cue" hits "object" 11.5 ms late',
         'Largest error at the end: "object", 92.9 mm',
         "Cause of the error",
-        "with a step of 5 ms",
-        "with a step of 1.25 ms",
+        "with a time step of 5 ms",
+        "with a time step of 1.25 ms",
         "the engine's time step: with a shorter one the error shrinks",
         "semi-implicit Euler",
     ):
@@ -86,7 +86,7 @@ def test_a_wrong_factor_is_said_first(cli, tmp_path, monkeypatch):
     assert found.exit_code == 0, found.output
     first = " ".join(found.stdout.split("\n\n")[1].split())
     assert first.startswith(
-        "From the start, five_sevenths:simulate plays as if `rolling_friction` were 0.01429: 5/7 "
+        "From the start, five_sevenths:simulate behaves as if `rolling_friction` were 0.01429: 5/7 "
         "of 0.02."
     )
     assert "A rolling ball should slow by 0.1962 m/s², but slows by 0.1401" in first

@@ -41,7 +41,7 @@ def test_the_cloth_alone_of_a_few_shots(cli, tracks, tmp_path):
     out, picture = tmp_path / "table.toml", tmp_path / "left.png"
     found = cli(tracks, *TABLE, "--fields", "rolling_friction", "--out", out, "--plot", picture)
     assert found.exit_code == 0, found.output
-    for part in ("rolling_friction", "standard error", "tracker's noise is 1 mm", "goodness"):
+    for part in ("rolling_friction", "standard error", "tracker noise: 1 mm", "goodness"):
         assert part in found.stdout
     assert "[physics]" not in found.stdout  # it is in the file
     assert f"written to {out}\ndrawn in {picture}" in found.stdout

@@ -70,11 +70,11 @@ JUDGED = [
     ({}, 0, ""),
     ({"scene": WHOLE}, 0, ""),
     # Planted errors: a ball that rests elsewhere, a collision that nobody saw.
-    ({"off": 2e-3}, 1, "accuracy must be <= nanometres, got millimetres: 0.002 m off"),
-    ({"blind": True}, 1, "ball_ball_count_error must be == 0, got 1"),
+    ({"off": 2e-3}, 1, "accuracy must be at most nanometres, got millimetres: position error 2 mm"),
+    ({"blind": True}, 1, "ball_ball_count_error must be exactly 0, got 1"),
     # Frames were graded as those of an engine that steps: 500 nm off passed, whatever is claimed.
     ({"resolution": 0.0}, 0, ""),
-    ({"resolution": 0.0, "off": 5e-7}, 1, "quality_factor must be <= 32"),
+    ({"resolution": 0.0, "off": 5e-7}, 1, "quality_factor must be at most 32"),
     # Who claims less is asked for less: it makes no energy, and nothing limits how it ends.
     ({"off": 2e-3, "approximate": NEARLY}, 4, ""),
     ({"off": 2e-3, "resolution": 5e-4}, 0, ""),
@@ -117,7 +117,7 @@ def test_no_run_opens_a_file(cli, here, name):
     # Whoever made the run chose which file of whoever grades it was opened.
     find_scene("stop").save(here / "own.toml")
     (here / "run.json").write_text(json.dumps(made_elsewhere("stop", scene=name)))
-    rule = "must be the name of a shipped scene, or the scene itself as an object, got "
+    rule = "must be the name of a shipped scene, or the whole scene as an object, got "
     assert refused(cli("grade", "run.json"), f"`scene` of a run {rule}{name!r}")
 
 

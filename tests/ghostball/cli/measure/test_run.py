@@ -63,7 +63,7 @@ def test_a_hash_that_is_expected_is_compared_in_one_line(cli) -> None:
     assert (same.exit_code, same.stderr) == (0, "")
     other = cli("run", "stop", "--expect-hash", "0" * 64)
     assert other.exit_code == 1
-    assert other.stderr == (f"another hash: stop on ghostball has {found}, expected {'0' * 64}\n")
+    assert other.stderr == (f"hash differs: stop on ghostball has {found}, expected {'0' * 64}\n")
 
 
 def test_run_shows_rest_positions_counts_energy_work_and_time(cli):

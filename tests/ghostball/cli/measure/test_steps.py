@@ -48,4 +48,4 @@ def test_an_own_engine_is_told_its_step(measured, tmp_path):
 def test_where_nothing_can_be_played_nothing_was_judged(measured):
     found = measured("paper-discrete", "--scene", "draw-shot", "--plot", "none.png")
     assert found.exit_code == 4, found.output
-    assert "not representable" in found.stdout
+    assert "unsupported" in found.stdout

@@ -88,13 +88,13 @@ def test_a_second_run_reuses_what_is_unchanged_and_says_so(cli, tmp_path):
     assert "reused" not in first.output
     second = cli(*command)
     assert second.exit_code == 0, second.output
-    said = f"2 cases unchanged, reused from {tmp_path} (run again with --rerun)"
+    said = f"2 cases reused from {tmp_path} (--rerun runs them again)"
     assert said in second.stderr
-    assert f"{said}; their run times are of then" in second.stdout
+    assert f"{said}; their run times are from that run" in second.stdout
     cases = Results.open(tmp_path).cases
     assert all(case.reused for case in cases)
     report = (tmp_path / "report.html").read_text()
-    assert "2 of 2 cases reused from an earlier run, since they were unchanged" in report
+    assert "2 of 2 cases reused from an earlier run (" in report
     assert report.count(f"({cases[0].measured[:10]})") == 4  # beside each run time, in two tables
     third = cli(*command, "--rerun", "--no-report")
     assert "reused" not in third.output
@@ -144,14 +144,11 @@ def test_only_the_metrics_asked_for_are_judged_and_the_others_counted(cli, tmp_p
     report = (tmp_path / "out" / "report.html").read_text()
     said = "Only some metrics were measured</strong>: <code>rest_error_max</code>, "
     assert said in report
-    assert f"{left_out} limits on others were not judged" in report
+    assert f"{left_out} limits on other metrics were not checked" in report
     root = ElementTree.fromstring(result.stdout.encode())
     assert int(root.get("tests")) - int(root.get("skipped")) == int(passed)
     nothing = cli(*command, "--metric", "wall_time", "--no-report")
-    assert (
-        "nothing was judged: no limit covers what was run. --metric leaves out every limit"
-        in nothing.stderr
-    )
+    assert "nothing was judged: no limit applies. --metric leaves out every limit" in nothing.stderr
 
 
 def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, tmp_path):
@@ -166,7 +163,7 @@ def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, t
     out = tmp_path / "out"
     result = cli("validate", path, "-e", "ghostball", "--out", out, "--no-report")
     assert result.exit_code == 1, result.output
-    assert "failed  shot on ghostball: ball_cushion_count must be == 77, got" in result.stdout
+    assert "failed  shot on ghostball: ball_cushion_count must be exactly 77, got" in result.stdout
 
 
 def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
@@ -175,12 +172,12 @@ def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
     out = tmp_path / "out"
     result = cli("validate", "galperin-1", *engines, "--out", out, "--no-report")
     assert result.exit_code == 4, result.output
-    assert "no shot of paper-discrete was judged by its final positions" in result.stderr
+    assert "no case of paper-discrete had its final positions judged" in result.stderr
     row = next(line for line in result.stdout.splitlines() if line.startswith(" galperin-1"))
     cells = [cell.strip() for cell in row.split("  ") if cell.strip()]
     assert cells[1:3] == ["exact ✓", "400 pm ✓"]
-    assert cells[3] == "broken: balls 50.9 mm inside each other ≈"
-    assert "≈ keeps its limits, but none of them judges how the shot ends" in result.stdout
+    assert cells[3] == "unphysical: balls overlap by 50.9 mm ≈"
+    assert "≈ passed, but no limit judges the final positions" in result.stdout
 
 
 def test_what_an_engine_raises_is_a_fault_of_that_engine(cli, tmp_path, monkeypatch):
@@ -193,7 +190,7 @@ def test_what_an_engine_raises_is_a_fault_of_that_engine(cli, tmp_path, monkeypa
     assert (
         "did not finish stop on paper-discrete: ZeroDivisionError: of the engine" in result.stdout
     )
-    assert "0 failed, cases that did not finish: 1" in result.stdout
+    assert "0 failed, 1 case did not finish" in result.stdout
     lines = result.stdout.splitlines()
     (row,) = [line.split() for line in lines if line.startswith(" paper-discrete ")]
     # It finishes one less than it was asked; no error, no time, no limit.
@@ -220,6 +217,6 @@ def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
     assert process.returncode == 130, stderr
     results = Results.open(out)
     done = len(results.cases)
-    assert f"Interrupted: {done} of {2 * len(names)} cases are done and kept" in stderr
+    assert f"Interrupted: {done} of {2 * len(names)} cases are done and stored" in stderr
     assert results.state == "interrupted"
     assert "checks passed" in stdout

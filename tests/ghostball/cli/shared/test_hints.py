@@ -31,12 +31,12 @@ def test_a_run_that_never_tried_it_says_so(twice):
     found = validate("head-on", "draw-shot", "-e", twice)
     assert found.exit_code == 0, found.output
     assert "0 failed" in found.stdout
-    assert "Not tried, though twice:simulate claims it:" in found.stdout
+    assert "twice:simulate claims features that no scene tested:" in found.stdout
     text = " ".join(found.stdout.split())
     assert "ball-ball restitution below 1" in text
     scenes = "cloth-frictionless restitution-head-on unbounded-cut wall-bounce"
-    assert f"`ghostball validate {scenes} -e twice:simulate` tries these" in text
-    assert "can't play 1 of these scenes (–), for it lacks sliding" in found.stdout
+    assert f"test with `ghostball validate {scenes} -e twice:simulate`" in text
+    assert "doesn't support 1 of these scenes (–). Missing: sliding" in found.stdout
 
 
 WIDE_BUT_FOR_ONE = """
@@ -64,7 +64,7 @@ def test_a_run_says_in_how_many_scenes_it_judged_the_end(tmp_path, monkeypatch, 
     monkeypatch.chdir(tmp_path)
     found = validate("head-on", "stop", "half-ball-cut", "-e", "wide:Wide")
     assert found.exit_code == 0, found.output
-    assert "wide:Wide: the end of the shot was judged in 1 of 3 scenes" in found.stdout
+    assert "wide:Wide: the final positions were judged in 1 of 3 scenes" in found.stdout
     assert "the end of the shot" not in validate("stop", "-e", "wide:Wide").stdout
     sys.modules.pop("wide", None)
 
@@ -78,14 +78,14 @@ def test_what_no_scene_tries_that_it_can_play_is_said(tmp_path, monkeypatch, in_
     monkeypatch.chdir(tmp_path)
     found = validate("draw-shot", "-e", "narrow:simulate")
     sys.modules.pop("narrow", None)
-    assert "no shipped scene that it supports tries this" in " ".join(found.stdout.split())
+    assert "no shipped scene that it supports tests this" in " ".join(found.stdout.split())
 
 
 def test_after_a_failure_the_next_command_is_named(twice):
     found = validate("stop", "restitution-head-on", "restitution-cut", "-e", twice)
     assert found.exit_code == 1, found.output
     text = " ".join(found.stdout.split())
-    assert "all 2 have ball collisions, and no other has" in text
+    assert "all 2 have ball collisions; no other scene does" in text
     assert "next: `ghostball explain restitution-cut --engine twice:simulate`" in text
 
 

@@ -37,7 +37,7 @@ def test_what_could_not_be_made_is_said_with_its_traceback_once(
     assert written.status() is (ExitStatus.HARNESS_FAILED if failed else ExitStatus.PASSED)
     said = capsys.readouterr().err
     assert said.count("Traceback: here") == bool(failed)
-    assert ("2 parts of it could not be made: section 0" in said) is bool(failed)
+    assert ("2 parts of it could not be written: section 0" in said) is bool(failed)
 
 
 # What stored results came to is printed for other programs, and nothing else is

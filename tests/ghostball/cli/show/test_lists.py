@@ -47,7 +47,7 @@ def test_an_engine_that_is_not_here_takes_a_word_of_the_table_and_not_its_reason
     reason = "needs /a/path " + 20 * "that is long "
     monkeypatch.setattr("ghostball.cli.show.engines._described", lambda _: _Described(reason))
     shown = cli("engines").stdout
-    assert "Not here: ghostball, billiards, box2d, " in shown
+    assert "Not installed: ghostball, billiards, box2d, " in shown
     assert "that is long" not in shown
     assert len(shown.splitlines()) < 40
 
@@ -59,7 +59,7 @@ def test_engines_lists_settings_and_capabilities(cli):
         "max_events=",
         "contact_steps=fixed (exact)",
         "dt unset",
-        "not represented",
+        "unsupported",
         "balls that roll and never slide",
     ):
         assert part in shown

@@ -20,7 +20,7 @@ from ghostball.validation.results.database import DATABASE
 def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, monkeypatch):
     listed = cli("engines")
     assert listed.exit_code == 0
-    assert "pybullet" in listed.stdout.partition("Not here: ")[2].partition(".")[0]
+    assert "pybullet" in listed.stdout.partition("Not installed: ")[2].partition(".")[0]
     assert "pybullet isn't installed" in cli("engines", "pybullet").stdout
     examined = cli("engines", "--check")
     assert "pip install pybullet" in " ".join(examined.stdout.split())
@@ -29,8 +29,8 @@ def test_a_missing_optional_engine_is_listed_and_breaks_nothing(cli, tmp_path, m
     out = tmp_path / "out"
     validated = cli("validate", "stop", "--out", out, "--format", "junit")
     assert validated.exit_code == 0, validated.output
-    assert "cases without their engine here: 1" in validated.stderr
-    assert "unavailable here" in (out / "report.html").read_text()
+    assert "1 case not run: engine unavailable" in validated.stderr
+    assert "unavailable" in (out / "report.html").read_text()
     assert "pybullet isn't installed" in validated.stdout
     assert "unavailable" in cli("report", out, "--format", "markdown").stdout
 
@@ -83,7 +83,7 @@ def test_what_a_project_has_stays(cli, here):
     before = (here / "pyproject.toml").read_bytes()
     again = cli("init")
     assert again.exit_code == 2
-    assert "has `[tool.ghostball]` already" in again.stderr
+    assert "already has `[tool.ghostball]`" in again.stderr
     assert (here / "pyproject.toml").read_bytes() == before
 
 
@@ -91,7 +91,7 @@ def test_a_file_that_is_there_is_not_overwritten(cli, here):
     (here / "my_engine.py").write_text("mine = 1\n", "utf-8")
     result = cli("init")
     assert result.exit_code == 2
-    assert "my_engine.py: is there already" in result.stderr
+    assert "my_engine.py: already exists" in result.stderr
     assert (here / "my_engine.py").read_text("utf-8") == "mine = 1\n"
     assert not (here / "pyproject.toml").exists()
 
@@ -111,7 +111,7 @@ def test_results_that_cannot_be_read_are_one_line_and_stay(cli, tmp_path, damage
     else:
         path.write_text("years of work")
     left = path.read_bytes()
-    said = "its version must be" if damage == "another version" else "is cut short or damaged"
+    said = "its version must be" if damage == "another version" else "is truncated or damaged"
     for again in (command, ("report", tmp_path), ("report", tmp_path, "--export", "there")):
         assert refused(cli(*again), str(path), said, "Move the file away")
     assert path.read_bytes() == left
@@ -149,19 +149,19 @@ def test_a_workflow_is_written_that_uses_the_action(cli, here):
     assert set(step["with"]) <= set(action["inputs"])
     assert "install" not in step["with"]  # the project is a file
     assert step["uses"] == f"{repository()}@v1"
-    assert (UNKNOWN in step["uses"]) == ("doesn't say which" in result.stderr)
+    assert (UNKNOWN in step["uses"]) == ("doesn't name" in result.stderr)
 
 
 def test_a_project_that_has_settings_gets_the_workflow_alone_and_once(cli, here):
     text = '[project]\nname = "mine"\n[tool.ghostball]\nengines = ["pymunk"]\n'
     (here / "pyproject.toml").write_text(text, "utf-8")
-    assert "Edit it there" in cli("init", "--ci", "-e", "pymunk").stderr
+    assert "Edit that table" in cli("init", "--ci", "-e", "pymunk").stderr
     assert cli("init", "--ci").stdout.split() == [".github/workflows/ghostball.yml"]
     assert (here / "pyproject.toml").read_text("utf-8") == text
     assert workflow_of(here)["with"]["install"] == "."
     again = cli("init", "--ci")
     assert again.exit_code == 2
-    assert "ghostball.yml: is there already" in again.stderr
+    assert "ghostball.yml: already exists" in again.stderr
 
 
 @pytest.mark.parametrize(

@@ -75,9 +75,7 @@ def test_what_a_few_events_do_not_tell_is_said(found):
 
 
 def test_no_events_are_an_error_that_counts_them(found):
-    with pytest.raises(
-        NotEnoughError, match=r"not enough to tell anything: 2 windows of rolling, 0"
-    ):
+    with pytest.raises(NotEnoughError, match=r"not enough data for a fit: 2 windows of rolling, 0"):
         fitted(Harvest(found.rolling[:2], [], [], found.noise))
 
 

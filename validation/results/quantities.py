@@ -1,0 +1,33 @@
+"""Quantities as text: a number with a unit that suits its size."""
+
+from __future__ import annotations
+
+import math
+
+SMALLEST = 1e-16
+"""Below this size a number gets a power of ten: few know the prefixes past femto."""
+
+# By exponent, since 1e-3 * 1e-6 is not 1e-9 in floating point.
+_PREFIXES = {0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
+
+
+def scaled(value: float, unit: str, digits: int = 3) -> str:
+    """Return a value with a prefix of its unit, so that the number is in [1, 1000): "3.67 mm".
+
+    `digits`: significant digits.
+    """
+    if value < 0.0:
+        return f"-{scaled(-value, unit, digits)}"
+    if not math.isfinite(value):
+        return f"{value} {unit}"
+    if value == 0.0:
+        return "0"
+    # One unit for one size: the number in front is in [1, 1000), once it is rounded.
+    rounded = float(f"{value:.{digits}g}")
+    if rounded < SMALLEST:
+        return f"{value:.1e} {unit}"
+    exponent = 3 * math.floor(math.log10(rounded) / 3.0 + 1e-9)
+    exponent = min(max(exponent, min(_PREFIXES)), 0)
+    number = rounded * 10.0**-exponent
+    shown = f"{value:.0f}" if number >= 999.5 else f"{number:.{digits}g}"
+    return f"{shown} {_PREFIXES[exponent]}{unit}"
