@@ -112,9 +112,7 @@ def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
     kept = check("energy_rise")
     silent, ours = replace(case(kept), unstated=True), case(check("rest_error_max"), engine="mine")
     assert unjudged_engines([silent, ours]) == ("pymunk",)
-    assert not_judged([silent, ours]).startswith(
-        "no case of pymunk had its final positions judged"
-    )
+    assert not_judged([silent, ours]).startswith("no case of pymunk had its final positions judged")
     # One shot with a limit on how it ends is enough, whether it holds or not.
     for passed in (True, False):
         limited = replace(case(kept, check("rest_error_max", passed)), unstated=True)

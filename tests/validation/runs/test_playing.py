@@ -109,7 +109,7 @@ def test_another_process_costs_the_shot_alone(fake, capfd):
 def test_a_limit_of_time_ends_what_hangs(fake):
     with in_other_process(fake, 0.5) as player, pytest.raises(EngineFailedError) as failed:
         run_engine(with_setting(player, "does", "hang"), SCENE)
-    assert failed.value.reason == "it exceeded the time limit of 0.5 s, and was ended"
+    assert failed.value.reason == "it exceeded the time limit of 0.5 s"
 
 
 def test_without_a_limit_it_runs_in_this_process_and_prints_nothing(fake, capfd):
