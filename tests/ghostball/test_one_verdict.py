@@ -51,11 +51,11 @@ def label(way: str) -> str:
 
 
 def broken_in(text: str) -> frozenset[str]:
-    """Return the limits that a text says are broken, as "METRIC <= LIMIT"."""
+    """Return the limits that a text says are broken, as "METRIC at most LIMIT"."""
     return frozenset(
         " ".join(found)
         for found in re.findall(
-            r"\b(\w+) must be (==|<=|>=) ([\w.+-]+(?: shot)?)(?: \w+)?, (?:got|but)", text
+            r"\b(\w+) must be (exactly|at most|at least) ([\w.+-]+(?: \w+)?), (?:got|but)", text
         )
     )
 
@@ -176,7 +176,7 @@ def test_a_wrong_engine_fails_with_every_command(here, way):
     assert statuses(said) == dict.fromkeys(said, 1), ROWS[way].fault
     limits = {command: broken for command, (_, broken) in said.items()}
     if way == "nondeterministic":  # of two plays, no more is the same than that both are wrong
-        found = {one for one in limits if "accuracy <= nanometres" in limits[one]}
+        found = {one for one in limits if "accuracy at most nanometres" in limits[one]}
         assert found >= limits.keys() - {"accept", "regress"}
     else:
         by_others = limits.pop("stress")

@@ -90,7 +90,7 @@ BAD = {
     "ball": (lambda s: still(s, events=[(0.0, "ball-ball", 0, 99)]), r"`events\[0\].b` must be"),
     "no cushion": (
         lambda s: still(s, events=[(0.0, "ball-cushion", 0, 9)]),
-        "of a cushion that is",
+        "of an existing cushion",
     ),
     "not finite": (
         lambda s: still(s, samples=two(s, np.nan), rest_time=0.0),
@@ -135,5 +135,5 @@ def test_sliding_balls_need_angular_velocities():
     def simulate(scene):
         return still(scene)
 
-    with pytest.raises(EngineFailedError, match=r"`samples.angular_velocities` is missing, and in"):
+    with pytest.raises(EngineFailedError, match=r"`samples.angular_velocities` is missing; it is"):
         run_engine(engine(simulate), sliding)

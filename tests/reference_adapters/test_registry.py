@@ -133,7 +133,7 @@ def test_an_engine_that_can_be_imported_is_loaded_without_its_metadata(packages,
 
 def test_an_engine_that_calls_itself_otherwise_is_refused(packages):
     packages.install("some-engine", foreign(name="other"))
-    with pytest.raises(EngineUnavailableError, match="calls itself 'other'"):
+    with pytest.raises(EngineUnavailableError, match="has the name 'other'"):
         engine_class("foreign")
 
 

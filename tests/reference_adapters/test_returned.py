@@ -231,15 +231,15 @@ WRONG = {
     ),
     "cushion 9": (
         lambda r: planted(r, first(r, 1), b=9),
-        "b` must be the index of a cushion that is there: 0 (left), 1 (right), got 9",
+        "b` must be the index of an existing cushion: 0 (left), 1 (right), got 9",
     ),
     "an open side": (
         lambda r: planted(r, first(r, 1), b=2),
-        "b` must be the index of a cushion that is there: 0 (left), 1 (right), got 2",
+        "b` must be the index of an existing cushion: 0 (left), 1 (right), got 2",
     ),
     "a ball that leaves over no cushion": (
         lambda r: planted(r, first(r, 1), kind=6, b=-1),
-        "b` must be the index of a cushion that is there: 0 (left), 1 (right), got -1",
+        "b` must be the index of an existing cushion: 0 (left), 1 (right), got -1",
     ),
     "a rest with a cushion": (
         lambda r: planted(r, first(r, 3), b=0),
@@ -272,7 +272,7 @@ def test_a_result_that_breaks_the_contract_is_refused(whole, case):
     with pytest.raises(ResultRefusedError) as refused:
         check(plant(whole))
     assert says in str(refused.value)
-    assert "Mend `simulate` of engine `ghostball`" in str(refused.value)
+    assert "Fix `simulate` of engine `ghostball`" in str(refused.value)
 
 
 def test_a_scene_without_a_table_has_no_cushion():
@@ -282,7 +282,7 @@ def test_a_scene_without_a_table_has_no_cushion():
     events = result.events.copy()
     events["kind"][k] = 1
     counts = {"ball-ball": result.collision_counts["ball-ball"] - 1, "ball-cushion": 1}
-    with pytest.raises(ResultRefusedError, match=r"cushion that is there: this scene has none"):
+    with pytest.raises(ResultRefusedError, match=r"existing cushion: this scene has none"):
         check_result(replace(result, events=events, collision_counts=counts), scene, "ghostball")
 
 
@@ -309,7 +309,7 @@ def test_a_ball_that_leaves_the_table_may_name_the_cushion_that_it_leaves_over()
     result = simulate(scene, record="trajectory")
     assert result.events["kind"].tolist() == [EventKind.LEAVES_TABLE]
     check_result(result, scene, "ghostball", "trajectory")
-    with pytest.raises(ResultRefusedError, match="the index of a cushion that is there"):
+    with pytest.raises(ResultRefusedError, match="the index of an existing cushion"):
         check_result(planted(result, 0, b=3), scene, "ghostball", "trajectory")
 
 
