@@ -179,7 +179,9 @@ def test_the_parting_says_what_came_instead():
     extra = compare_logs(log("A"), log("AB"), strict=True).parting
     assert extra.describe(scene).endswith("reference: no further event of these balls")
     again = compare_logs(log("A"), log("AA"), strict=True).parting
-    assert again.describe(scene).startswith(f'"{one}" hits "{two}" at t = 2 s was found but is not')
+    assert again.describe(scene).startswith(
+        f'"{one}" hits "{two}" at t = 2 s is not in the reference'
+    )
 
 
 def test_thousands_of_events_that_repeat_themselves():

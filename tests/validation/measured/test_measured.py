@@ -321,7 +321,7 @@ def soon_over(scene):
         ),
         (
             lambda: square_rebound(PLAY, law(0.0), 1.0),
-            "came square to a cushion at 1 m/s left it at",
+            "hit a cushion squarely at 1 m/s left it at",
         ),
         (
             lambda: oblique_hit(PLAY, Physics(motion="sliding", sliding_friction=0.03), 1.5, 30.0),
@@ -331,7 +331,7 @@ def soon_over(scene):
             lambda: throw_angle(PLAY, Physics(motion="sliding"), 0.01, 30.0),
             r"hit at 0\.01 m/s, a cut of 30, rests",
         ),
-        (lambda: deceleration(soon_over, Physics(motion="sliding"), 0.8), "doesn't roll"),
+        (lambda: deceleration(soon_over, Physics(motion="sliding"), 0.8), "did not roll"),
     ],
 )
 def test_a_ball_that_does_not_do_what_was_measured_is_said(operator, said):

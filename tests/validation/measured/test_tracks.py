@@ -36,7 +36,10 @@ def test_what_is_written_is_read(tmp_path):
         (GOOD + "2,cue,0.1,nan,1\n", "tracks.csv:6: expected finite numbers as t, x and y"),
         (GOOD + "2,cue,0.1,2.95,1\n", "expected x between 0 and 2.84 m, the playing surface"),
         (GOOD + "2,cue,0.1,100,51\n", "found 100; are the units centimetres or millimetres?"),
-        (GOOD + "2,cue,-0.1,1,1\n", "expected a time after 0 s, of ball cue's sample before"),
+        (
+            GOOD + "2,cue,-0.1,1,1\n",
+            "expected a time after 0 s, the time of ball cue's previous sample",
+        ),
         (GOOD + "2,cue,0.02,2,1\n", "found a distance of 1 m: were two balls swapped?"),
     ],
 )

@@ -142,7 +142,7 @@ def anyones(path: Path) -> None:
     after("CREATE TABLE cases (record)")(path)
 
 
-OTHER_VERSION = f"its version must be {SCHEMA}, got %d: another version of ghostball wrote it"
+OTHER_VERSION = f"its version must be {SCHEMA}, got %d: a different version of Ghostball wrote it"
 DAMAGE: list[tuple[Callable[[Path], object], str]] = [
     *((cut_to(part), "is truncated or damaged (") for part in (0.02, 0.3, 0.6, 0.99)),
     (lambda path: path.write_text("years of work\n" * 99), "damaged (file is not a database)"),
@@ -228,7 +228,7 @@ def test_a_reserved_folder_is_refused_to_others_and_the_lock_goes_with_the_proce
             assert process.stdout is not None
             assert process.stdout.readline() == "held\n"
             with (
-                pytest.raises(ResultsError, match="another run is writing to this folder"),
+                pytest.raises(ResultsError, match="another process is writing to this file"),
                 reserved(tmp_path),
             ):
                 pass

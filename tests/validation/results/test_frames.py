@@ -151,7 +151,7 @@ def test_files_hold_every_row(folder: Path, tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_exported_is_said(folder: Path, tmp_path: Path) -> None:
-    with pytest.raises(GhostballError, match=r"no table `motion`\. There are: cases, metrics"):
+    with pytest.raises(GhostballError, match=r"no table `motion`\. The tables are: cases, metrics"):
         rows_of(folder, "motion")
     with pytest.raises(ResultsError, match="no such results folder"):
         export(tmp_path / "none", tmp_path / "files")

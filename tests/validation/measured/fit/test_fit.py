@@ -69,19 +69,23 @@ def test_what_a_few_events_do_not_tell_is_said(found):
     fit = fitted(few)
     assert set(fit.errors) == {"rolling_friction", "rolling_friction_quadratic"}
     assert fit.not_told["ball_restitution"] == (
-        "3 hits of a ball at rest were found clean, 8 of a kind are needed"
+        "3 hits of a ball at rest are clean; at least 8 of a kind are needed"
     )
     assert "cushion_restitution" in fit.not_told
 
 
 def test_no_events_are_an_error_that_counts_them(found):
-    with pytest.raises(NotEnoughError, match=r"not enough data for a fit: 2 windows of rolling, 0"):
+    with pytest.raises(
+        NotEnoughError,
+        match=r"not enough data for a fit: 2 stretches of "
+        r"rolling, 0",
+    ):
         fitted(Harvest(found.rolling[:2], [], [], found.noise))
 
 
 def test_a_field_that_was_asked_for_must_be_told(found):
     few = Harvest(found.rolling, [], [], found.noise)
-    with pytest.raises(NotEnoughError, match="not enough to tell `ball_restitution`: 0 hits"):
+    with pytest.raises(NotEnoughError, match="can't fit `ball_restitution`: 0 hits"):
         fitted(few, fields=["ball_restitution"])
     with pytest.raises(NotEnoughError, match="pybullet has no cushions whose restitution falls"):
         fitted(found, "pybullet", fields=["cushion_restitution_loss"])
