@@ -59,13 +59,17 @@ def flies(height: FloatArray | None, balls: Balls, i: int) -> bool:
 
 
 @kernel(inline=True)
-def any_flies(height: FloatArray | None, balls: Balls) -> bool:
-    """Whether any ball is in the air: mostly none is, also where balls may leave the cloth."""
+def may_meet_in_space(height: FloatArray | None, balls: Balls) -> bool:
+    """Whether any ball is in the air, or lies higher than others, being larger.
+
+    Mostly neither is so, also where balls may leave the cloth.
+    """
     if height is None:
         return False
     count = 0
     for i in range(len(balls.own_kind)):
         count += balls.state[i].phase == st.FLYING
+        count += height[i, st.BASE] != height[0, st.BASE]
     return count > 0
 
 

@@ -22,7 +22,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import FloatArray, Pairs, World
 from ghostball.engine.motion.air import in_air
 from ghostball.engine.motion.crossings import first_crossing, first_meeting
-from ghostball.engine.motion.flight import any_flies
+from ghostball.engine.motion.flight import may_meet_in_space
 from ghostball.engine.motion.position import (
     FOR_EVER,
     displacement,
@@ -100,7 +100,7 @@ def _bound_row(
     """Put in row i when, at the soonest, ball i touches each of the others after the instant t."""
     balls = world.balls
     n = len(balls.own_kind)
-    if height is not None and any_flies(height, balls):
+    if height is not None and may_meet_in_space(height, balls):
         _bound_each(world, i, t)
         return
     radius, own_time = balls.state[i].radius, meets_until(balls, i)
@@ -120,7 +120,7 @@ def _bound_row(
 
 @kernel
 def _bound_each(world: World, i: int, t: float) -> None:
-    """`_bound_row` while balls fly."""
+    """`_bound_row` while balls may meet in space."""
     balls = world.balls
     n = len(balls.own_kind)
     for j in range(n):

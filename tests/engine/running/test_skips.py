@@ -108,3 +108,8 @@ def test_a_matrix_that_would_not_fit_is_refused():
 )
 def test_cells_change_no_bit_in_air_and_in_flight_without_compilation(number, having):
     assert CHECKS["cells"](random_scene(number, count="few", **having)) is None
+
+
+def test_balls_of_other_sizes_that_may_fly_and_do_not_have_the_same_bits_in_cells():
+    """On the cloth their line of centres isn't level: they touch nearer than the radii's sum."""
+    assert CHECKS["cells"](random_scene(330)) is None
