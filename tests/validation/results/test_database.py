@@ -206,7 +206,7 @@ def test_a_change_while_another_process_changes_it_is_refused(tmp_path: Path) ->
         with writing(tmp_path) as second:
             second.execute("PRAGMA busy_timeout = 10")
             with (
-                pytest.raises(ResultsError, match="another process writes there"),
+                pytest.raises(ResultsError, match="another process is writing to this file"),
                 transaction(second),
             ):
                 pass
@@ -228,7 +228,7 @@ def test_a_reserved_folder_is_refused_to_others_and_the_lock_goes_with_the_proce
             assert process.stdout is not None
             assert process.stdout.readline() == "held\n"
             with (
-                pytest.raises(ResultsError, match="another process is writing to this file"),
+                pytest.raises(ResultsError, match="another run is writing to this folder"),
                 reserved(tmp_path),
             ):
                 pass

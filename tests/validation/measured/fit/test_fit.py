@@ -87,7 +87,9 @@ def test_a_field_that_was_asked_for_must_be_told(found):
     few = Harvest(found.rolling, [], [], found.noise)
     with pytest.raises(NotEnoughError, match="can't fit `ball_restitution`: 0 hits"):
         fitted(few, fields=["ball_restitution"])
-    with pytest.raises(NotEnoughError, match="pybullet has no cushions whose restitution falls"):
+    with pytest.raises(
+        NotEnoughError, match="pybullet doesn't support cushions whose restitution falls"
+    ):
         fitted(found, "pybullet", fields=["cushion_restitution_loss"])
 
 
