@@ -228,7 +228,9 @@ def _verdict(run: Run | None, about: str) -> str:
         return accuracy_text(run.case)
     reasons = run.case.reason.split("; no ")
     said = next((reason for reason in reasons if about in f"no {reason}"), reasons[0])
-    return f"{run.case.outcome.replace('-', ' ')}: no {said.removeprefix('no ')}"
+    lacks = run.case.outcome == "not-representable"
+    outcome = "unsupported" if lacks else run.case.outcome
+    return f"{outcome}: no {said.removeprefix('no ')}"
 
 
 def _look(run: Run) -> dict[str, Any]:

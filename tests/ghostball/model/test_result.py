@@ -101,7 +101,7 @@ def test_frames_have_no_phases_and_a_trajectory_of_ones_own_no_orientation():
     class Own:
         t_end, sample = 0.0, trajectory.sample
 
-    with pytest.raises(GhostballError, match=r"engine `toy` .* of its own, .* no orientation"):
+    with pytest.raises(GhostballError, match=r"engine `toy` returned its own .* no orientation"):
         result_with(trajectory=Own()).orientation([0.0])
 
 

@@ -50,7 +50,7 @@ def test_balls_that_stop_dead_with_nothing_near_them_jump(name: str, resolution:
     found = accuracy_of(stopped, truth_of(scene), resolution=resolution)
     assert found is not None
     assert (found.kind, found.cause) == ("broken", "jump")
-    assert found.sentence.startswith("broken: velocities jump without a contact (0.")
+    assert found.sentence.startswith("unphysical: velocities jump without a contact (0.")
 
 
 def test_a_ball_may_stop_where_it_touches_something_but_not_where_it_only_says_so() -> None:

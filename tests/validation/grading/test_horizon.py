@@ -144,7 +144,7 @@ def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():
     assert far.horizon == pytest.approx(1.4837, abs=1e-3)
     ends = [name for name, metric in METRICS.items() if metric.judges == "end"]
     assert {far.metrics[name] for name in ends} == {None}
-    assert all("unpredictable" in far.notes[name] for name in ends)
+    assert all("after the horizon" in far.notes[name] for name in ends)
     assert far.ball_errors is None
     assert far.metrics["matching_events"] >= 0
     # Up to its horizon, by when it plays another shot: errors didn't grow so far by themselves.

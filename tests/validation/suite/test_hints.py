@@ -272,7 +272,7 @@ def test_what_an_engine_lacked_is_counted():
 def test_what_failing_scenes_share_is_said_where_the_others_lack_it():
     collided = [case("head-on", ball_ball=1), case("half-ball-cut", ball_ball=1)]
     alone = [case("stop"), case("wall-bounce", ball_cushion=1)]
-    assert shared(collided, alone) == "all 2 have ball collisions, and no other has"
+    assert shared(collided, alone) == "all 2 have ball collisions; no other scene does"
     assert shared(collided, [case("thin-cut", ball_ball=1)]) == ""
     assert shared(collided[:1], alone) == ""
     assert shared(collided, []) == ""

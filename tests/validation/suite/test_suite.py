@@ -141,7 +141,7 @@ def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
     outcome = run_suite([scene()], engines, tmp_path, time_limit=300.0)
     cases = by_label(Results.open(tmp_path).cases)
     assert "exit code 7" in cases["fake:does=crash"].reason
-    assert "longer than 0.5 s" in cases["fake:does=hang"].reason
+    assert "exceeded the time limit of 0.5 s" in cases["fake:does=hang"].reason
     assert cases["fake"].outcome == "ran"
     assert outcome.exit_status == 1
     assert multiprocessing.active_children() == []
