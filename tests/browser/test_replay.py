@@ -216,7 +216,7 @@ def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
     assert first is None
     assert second is not None
     row = replay_of(page).locator(".gb-readout tbody tr").last
-    assert "ball cue is lost from 0.5" in row.inner_text()
+    assert "ball cue is lost after 0.5" in row.inner_text()
 
 
 @pytest.mark.parametrize(
@@ -228,7 +228,7 @@ def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
         ),
         (
             "data.schema = 99",
-            "This motion can't be replayed: its data are of version 99, and this page reads 2.",
+            "This motion can't be replayed: the data have version 99, but this page reads version 2.",
         ),
         (
             "data.engines[0].motion.tick = 1e-7; data.balls.push(data.balls[0])",
