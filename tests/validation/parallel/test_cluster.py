@@ -124,9 +124,9 @@ def test_workers_with_other_code_are_refused(cluster, monkeypatch):
         list(run_tasks(["a", "b"], there, work))
     assert not isinstance(refused.value, ClusterLostError)
     assert str(refused.value) == (
-        f"a worker of the cluster at {cluster.address} has other code: ghostball's sources is "
-        f"{sources} there and 0123456789ab here, numpy is {theirs['numpy']} "
-        "there and 1.0 here. Install the same there"
+        f"a worker of the cluster at {cluster.address} has a different version of the code: "
+        f"ghostball's sources is {sources} there and 0123456789ab here, numpy is {theirs['numpy']} "
+        "there and 1.0 here. Install the same version there"
     )
 
 
