@@ -194,7 +194,7 @@ def test_a_scene_runs_once_in_several_processes_too(pytester):
     ran = Path("runs.txt").read_text(encoding="utf-8").split()
     # The smallest scene is played with each `record`.
     assert sorted(ran) == ["half-ball-cut", "head-on", "stop", "stop", "stop"]
-    result.stdout.fnmatch_lines(["rest errors in 3 scenes: median * largest * in *"])
+    result.stdout.fnmatch_lines(["rest position errors in 3 scenes: median * largest * in *"])
 
 
 def test_every_metric_is_in_the_junit_file(pytester):
