@@ -228,7 +228,8 @@ def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
         ),
         (
             "data.schema = 99",
-            "This motion can't be replayed: the data have version 99, but this page reads version 2.",
+            "This motion can't be replayed: the data have version 99, but this page reads "
+            "version 2.",
         ),
         (
             "data.engines[0].motion.tick = 1e-7; data.balls.push(data.balls[0])",
