@@ -174,7 +174,7 @@ class TestInARepository:
         assert ended.status == 0, ended.log
         assert ended.outputs == {"verdict": "passed", "changed": "", "worst": ""}
         assert not ended.notes
-        assert "nothing moved in 3 scenes" in ended.summary
+        assert "nothing changed in 3 scenes" in ended.summary
         assert [path.name for path in ended.kept] == ["report.html", "results.db"]
         assert f"{ROOT}[compiler]" in ended.log
 
@@ -210,7 +210,7 @@ class TestInARepository:
 
     @pytest.mark.parametrize(
         ("change", "title", "said"),
-        [("making energy", "breaks a limit", ""), ("raising", "did not finish", "KeyError")],
+        [("making energy", "fails a limit", ""), ("raising", "did not finish", "KeyError")],
     )
     def test_one_that_makes_energy_or_raises_fails_by_limits_alone(self, act, change, title, said):
         ended = act(change, fail_on="limits")
