@@ -3,14 +3,14 @@
     >>> from ghostball import Scene, simulate
     >>> simulate(Scene.load("break.toml")).rest_positions
 
-What a user needs is named here; `__init__.pyi` says where each name comes from. They are imported
-when they are asked for: `ghostball --help` must not wait for numpy and the engines, and its
-commands import what they call inside functions.
+This module exports the public names; `__init__.pyi` lists the module that defines each name. A name
+is imported on first use, so that `import ghostball` and `ghostball --help` don't wait for numpy and
+the engines.
 
-In a notebook the reports are imported at once, because they draw scenes and results there.
+In a notebook the package `reports` is imported at once, because it draws scenes and results there.
 
-`ghostball.engine`, `ghostball.reference_adapters`, `ghostball.validation` and `ghostball.reports`
-lie beside this package in the repository, and are linked into it. Installed, they are parts of it.
+In the repository, the folders `engine`, `reference_adapters`, `validation` and `reports` lie beside
+this package, and symbolic links make them subpackages. A wheel contains them as subpackages.
 """
 
 import os
@@ -21,11 +21,12 @@ import lazy_loader
 
 _HERE = os.path.dirname(__file__)
 if not os.path.isdir(os.path.join(_HERE, "engine")):
-    # A clone without symbolic links, as is usual on Windows, has a line of text in their place, and
-    # an unpacked source archive has nothing: the folders are found where they lie.
+    # A clone on Windows usually has text files in place of the symbolic links, and a source archive
+    # has neither. Then the subpackages are found in the parent folder.
     __path__.append(os.path.dirname(_HERE))
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 if "IPython" in sys.modules:
-    import_module("ghostball.reports")  # looked up like all names above: nothing here imports them
+    # By name, like the public names: this module has no import statement for a subpackage.
+    import_module("ghostball.reports")

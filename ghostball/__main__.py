@@ -1,4 +1,4 @@
-"""`python -m ghostball` is the command `ghostball`."""
+"""Run the command line: `python -m ghostball` is the same as `ghostball`."""
 
 from ghostball.cli import main
 

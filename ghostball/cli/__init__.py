@@ -1,4 +1,4 @@
-"""The command line: reads options, calls the packages that do the work, shows what they return."""
+"""The command line: reads options, calls the other packages, and prints their results."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ SECTIONS = {
     "Guard an engine against changes": ("init", "regress", "accept", "diff"),
     "More commands": ("scenes", "engines", "stress", "grade", "fit"),
 }
-"""The commands in the order of the help: what a user needs first."""
+"""The commands by section of the help; those that a new user needs come first."""
 
 
 class Commands(typer.core.TyperGroup):
-    """The commands in sections, each with the whole first line of its help."""
+    """Group of commands; the help lists them in sections, with uncut first lines."""
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002
-        """Return the names of the commands, in the order of the help."""
+        """Return the names of the commands in the order of the help."""
         return [name for names in SECTIONS.values() for name in names]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command, or None; click would cut its first line short."""
+        """Return a command with its whole first line as the short help (click cuts it), or None."""
         found = super().get_command(ctx, cmd_name)
         if found is not None:
             found.short_help = (found.help or "").partition("\n")[0]
@@ -56,7 +56,7 @@ app = typer.Typer(
     ),
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    # Plain help and one-line errors, also where a CI pretends to be a terminal.
+    # Plain help and one-line errors, even in CI services that report a terminal.
     rich_markup_mode=None,
 )
 
@@ -83,7 +83,7 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    """Hold the options that come before a command."""
+    """Declare the options that come before a command."""
 
 
 PARTS = (measuring, gate, showing)

@@ -1,8 +1,8 @@
-"""What `action.yml` runs for a project that is guarded on GitHub: `python -m ghostball.cli.action`.
+"""The program behind `action.yml`, Ghostball's GitHub action: `python -m ghostball.cli.action`.
 
-It is `ghostball regress`, of which it says what GitHub asks for: notes in the run of the workflow,
-a summary of the step, a page to be kept, and outputs for the steps that follow. Inputs are
-environment variables, `INPUT_ENGINE` and so on; where outputs and summary go is in GitHub's own.
+It runs `ghostball regress` and writes the results for GitHub: annotations of the workflow run, a
+step summary, a report page to upload, and outputs for later steps. The inputs are environment
+variables (`INPUT_ENGINE`, ...); GitHub's own variables name the files for outputs and summary.
 """
 
 from __future__ import annotations
@@ -34,13 +34,16 @@ VERDICTS = {
     ExitStatus.CHECK_FAILED: "failed",
     ExitStatus.NOT_JUDGED: "not-judged",
 }
-"""What the output `verdict` says; anything else is "error"."""
+"""Value of the output `verdict` for each exit status; "error" for all other statuses."""
 
 
-def asked_by(given: Mapping[str, str]) -> RegressOptions:
-    """Return what environment variables ask for; raises `ConfigError` where one is nonsense."""
+def options_from(environment: Mapping[str, str]) -> RegressOptions:
+    """Return the options of `regress` from environment variables.
+
+    Raises `ConfigError` if an input is invalid, or if no engine is named.
+    """
     texts = {
-        name: given.get(f"INPUT_{name.upper()}", "").strip()
+        name: environment.get(f"INPUT_{name.upper()}", "").strip()
         for name in ("engine", "scenes", "baselines", "fail_on")
     }
     known = [choice.value for choice in FailOnChoice]
@@ -66,9 +69,9 @@ def asked_by(given: Mapping[str, str]) -> RegressOptions:
 
 @command
 def main() -> None:
-    """Judge, say it in all of GitHub's ways, and end with the status of `ghostball regress`."""
+    """Run `regress`, write annotations, outputs, summary and report, and exit with its status."""
     try:
-        status, out = regress.run(asked_by(os.environ)), load_config().out
+        status, out = regress.run(options_from(os.environ)), load_config().out
     except GhostballError as error:
         print(note("error", "not run", str(error)), flush=True)
         _append("GITHUB_STEP_SUMMARY", f"## ✗ Ghostball: not run\n\n{error}\n")
@@ -80,7 +83,7 @@ def main() -> None:
         "verdict": VERDICTS.get(status, "error"),
         "changed": " ".join(changed),
         "worst": worst_scene(results, compared),
-        "results": str(out.resolve()),  # not every step has the same working directory
+        "results": str(out.resolve()),  # steps may differ in their working directory
     }
     _append("GITHUB_OUTPUT", "".join(f"{name}={value}\n" for name, value in outputs.items()))
     _append("GITHUB_STEP_SUMMARY", report.printed(out, Format.MARKDOWN))
@@ -89,13 +92,13 @@ def main() -> None:
 
 
 def changed_scenes(compared: Sequence[Regression]) -> list[str]:
-    """Return the scenes in which an engine did something else than its baseline says."""
+    """Return the scenes in which an engine's result differs from its baseline."""
     changes = (change for one in compared for change in one.scenes)
     return list(dict.fromkeys(one.scene for one in changes if one.moved and one.base_hash))
 
 
 def worst_scene(results: Results, compared: Sequence[Regression]) -> str:
-    """Return the scene that is to be looked at first; "" where none moved, and none fails."""
+    """Return the scene to look at first; "" if no scene changed and none fails."""
     order = list(CHANGES)
     changes = [
         change for one in compared for change in one.scenes if change.failed or change.base_hash
@@ -107,7 +110,7 @@ def worst_scene(results: Results, compared: Sequence[Regression]) -> str:
 
 
 def _append(variable: str, text: str) -> None:
-    """Append to the file that GitHub names; elsewhere there is none."""
+    """Append to the file that an environment variable of GitHub names, if the variable is set."""
     if name := os.environ.get(variable):
         with Path(name).open("a", encoding="utf-8", newline="\n") as file:
             file.write(text)

@@ -1,4 +1,4 @@
-"""Options that several commands share, and the values that they take."""
+"""Options that several commands share, and their values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 
 
 class RecordChoice(enum.StrEnum):
-    """What a run keeps; see `engine.Record`."""
+    """What a run records; see `engine.Record`."""
 
     REST = "rest"
     EVENTS = "events"
@@ -20,7 +20,7 @@ class RecordChoice(enum.StrEnum):
 
 
 class Format(enum.StrEnum):
-    """What is printed on stdout."""
+    """Formats of the results of a run on stdout."""
 
     TEXT = "text"
     JSON = "json"
@@ -38,15 +38,15 @@ class FailOnChoice(enum.StrEnum):
     LIMITS = "limits"
 
 
-class Plain(enum.StrEnum):
-    """What is printed on stdout where there are no verdicts."""
+class TextOrJson(enum.StrEnum):
+    """Formats on stdout of commands that give no verdicts."""
 
     TEXT = "text"
     JSON = "json"
 
 
 class FigureChoice(enum.StrEnum):
-    """Which pictures a report draws."""
+    """Pictures of a report."""
 
     PNG = "png"
     SVG = "svg"
@@ -54,7 +54,10 @@ class FigureChoice(enum.StrEnum):
 
 
 def complete_scene(incomplete: str) -> list[str]:
-    """Return the shipped scenes and tags that begin so, for the shell; files are its own."""
+    """Return the shipped scenes and tags with this prefix, for the shell's completion.
+
+    The shell itself completes file names.
+    """
     from ghostball.validation.scenes.library import (  # noqa: PLC0415
         scene_names,
         scene_tags,
@@ -64,56 +67,56 @@ def complete_scene(incomplete: str) -> list[str]:
 
 
 def complete_engine(incomplete: str) -> list[str]:
-    """Return the installed engines that begin so, for the shell."""
+    """Return the installed engines with this prefix, for the shell's completion."""
     from ghostball.reference_adapters import engine_names  # noqa: PLC0415
 
     return [one for one in engine_names() if one.startswith(incomplete)]
 
 
-# typer's functions return Any; these helpers give mypy the type that `Annotated` needs.
+# typer's functions return Any. These helpers return the types that mypy needs in `Annotated`.
 
 
-def scene_argument(metavar: str, said: str) -> typer.models.ArgumentInfo:
-    """Return an argument that names scenes, with what its help says."""
+def scene_argument(metavar: str, text: str) -> typer.models.ArgumentInfo:
+    """Return an argument that names scenes, with its help text."""
     option: typer.models.ArgumentInfo = typer.Argument(
-        metavar=metavar, help=said, autocompletion=complete_scene
+        metavar=metavar, help=text, autocompletion=complete_scene
     )
     return option
 
 
-def engine_option(said: str) -> typer.models.OptionInfo:
-    """Return the option `--engine`, with what its help says."""
+def engine_option(text: str) -> typer.models.OptionInfo:
+    """Return the option `--engine`, with its help text."""
     option: typer.models.OptionInfo = typer.Option(
-        "--engine", "-e", metavar="ENGINE", help=said, autocompletion=complete_engine
+        "--engine", "-e", metavar="ENGINE", help=text, autocompletion=complete_engine
     )
     return option
 
 
 def engines_option(default: str) -> typer.models.OptionInfo:
-    """Return the option `--engine`, which repeats; `default` says which where it is left out."""
+    """Return the repeatable option `--engine`; `default` names its default in the help."""
     return engine_option(
         f"Engine; repeatable. {_ENGINE} Default: those of [tool.ghostball] in "
         f"pyproject.toml, else {default}."
     )
 
 
-def out_option(said: str, metavar: str = "DIR") -> typer.models.OptionInfo:
-    """Return the option `--out`, a folder if `metavar` names no other kind of place."""
-    option: typer.models.OptionInfo = typer.Option("--out", "-o", metavar=metavar, help=said)
+def out_option(text: str, metavar: str = "DIR") -> typer.models.OptionInfo:
+    """Return the option `--out`, with its help text; the value is a folder by default."""
+    option: typer.models.OptionInfo = typer.Option("--out", "-o", metavar=metavar, help=text)
     return option
 
 
-def plot_option(said: str) -> typer.models.OptionInfo:
-    """Return the option `--plot`, which `check_plot` looks at; `said` says what it draws."""
+def plot_option(text: str) -> typer.models.OptionInfo:
+    """Return the option `--plot`, with its help text; `check_plot` checks the value."""
     option: typer.models.OptionInfo = typer.Option(
-        metavar="FILE", help=f"{said} (.png, .svg or .pdf)."
+        metavar="FILE", help=f"{text} (.png, .svg or .pdf)."
     )
     return option
 
 
-def format_option(said: str) -> typer.models.OptionInfo:
-    """Return the option `--format`, with what its help says."""
-    option: typer.models.OptionInfo = typer.Option("--format", help=said)
+def format_option(text: str) -> typer.models.OptionInfo:
+    """Return the option `--format`, with its help text."""
+    option: typer.models.OptionInfo = typer.Option("--format", help=text)
     return option
 
 
@@ -196,11 +199,14 @@ FormatOption = Annotated[
     ),
 ]
 
-PlainFormat = Annotated[Plain, format_option("What is printed on stdout.")]
+TextOrJsonOption = Annotated[TextOrJson, format_option("What is printed on stdout.")]
 
 
 def processors(text: str | int) -> int:
-    """Return how many processes `--jobs` asks for: a number, or "auto", one for each processor."""
+    """Return the number of processes for a value of `--jobs`; "auto" is one for each processor.
+
+    Raises `typer.BadParameter` if the value isn't "auto" or a number of at least 1.
+    """
     if text == AUTO:
         return processor_count()
     try:
@@ -213,14 +219,14 @@ def processors(text: str | int) -> int:
 
 
 def processor_count() -> int:
-    """Return how many processors this process may use."""
+    """Return the number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 AUTO: Any = "auto"
-"""One process for each processor."""
+"""Value of `--jobs` for one process for each processor."""
 
 Jobs = Annotated[
     int,
@@ -237,7 +243,7 @@ Jobs = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class SuiteOptions:
-    """The options of every command that runs cases into a folder."""
+    """Options of the commands that run cases and store the results in a folder."""
 
     jobs: Jobs = AUTO
     form: FormatOption = Format.TEXT
@@ -247,7 +253,7 @@ class SuiteOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ShotOptions:
-    """The options of every command that plays shots without a folder of results."""
+    """Options of the commands that simulate shots without a results folder."""
 
-    form: PlainFormat = Plain.TEXT
+    form: TextOrJsonOption = TextOrJson.TEXT
     time_limit: ShotLimit = 600.0

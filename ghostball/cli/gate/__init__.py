@@ -1,1 +1,1 @@
-"""The commands that say what moved, and keep what is accepted."""
+"""Commands that detect changes of an engine: `regress`, `accept` and `diff`."""

@@ -1,4 +1,4 @@
-"""What `ghostball accept` does: keep what the last run found."""
+"""`ghostball accept`: store the results of the last run as baselines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ghostball.validation.exit_status import ExitStatus, worst
 
 
 def run(asked: AcceptOptions) -> ExitStatus:
-    """Accept, say what was written, and return the exit status."""
+    """Write the baselines of each engine, print what was written, and return the exit status."""
     config = load_config()
     statuses: list[ExitStatus] = []
     nothing: NothingToAcceptError | None = None
@@ -35,7 +35,7 @@ def run(asked: AcceptOptions) -> ExitStatus:
         except RefusedError as error:
             say(f"[bold red]error:[/] {escape(str(error))}")
             statuses.append(error.status)
-        except NothingToAcceptError as error:  # of another engine there may be something
+        except NothingToAcceptError as error:  # other engines may have results to accept
             nothing = error
         else:
             _say_accepted(done)

@@ -1,4 +1,4 @@
-"""What `ghostball regress --against` does: run another revision, run this one, compare them."""
+"""`ghostball regress --against`: run another revision and this one, and compare the results."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rich.markup import escape
 
 from ghostball.cli.gate import diff
 from ghostball.cli.gate.commands import RegressOptions
-from ghostball.cli.options import Format, Plain
+from ghostball.cli.options import Format, TextOrJson
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.terminal import say
 from ghostball.model import GhostballError
@@ -31,9 +31,9 @@ JUDGED = (
     ExitStatus.HARNESS_FAILED,
     ExitStatus.NOT_JUDGED,
 )
-"""What a run ends with that left results."""
+"""Exit statuses of runs that stored results."""
 
-_WHERE = """\
+_IMPORT_CHECK = """\
 import os, sys
 from ghostball.reference_adapters.registry import engine_class, parse_spec
 for label in sys.argv[2:]:
@@ -42,11 +42,11 @@ for label in sys.argv[2:]:
     if os.path.commonpath([file, root]) != root:
         sys.exit(f"`{label}` is imported from {file}, which is not part of that revision")
 """
-"""Ends with a message where an engine's code isn't that of the folder it is given."""
+"""Program that exits with a message if an engine isn't imported from the folder it is given."""
 
 
 def run_both(asked: RegressOptions, labels: Sequence[str], revision: str) -> ExitStatus:
-    """Validate at both revisions, print what differs, and return the exit status of that."""
+    """Validate at both revisions, print the differences, and return the exit status."""
     config = load_config()
     names = asked.scenes or config.scenes
     select(names)
@@ -55,14 +55,14 @@ def run_both(asked: RegressOptions, labels: Sequence[str], revision: str) -> Exi
     commit = resolve(revision, root)
     head = (asked.out or config.out).resolve()
     base = head / "against" / commit[:12]
-    # A scene's file is the same one for both.
+    # Both revisions simulate the same scene files, those of the working directory.
     files = [str(Path(name).resolve()) if Path(name).exists() else name for name in names]
     options = [word for label in labels for word in ("-e", label)]
     options += ["--no-report", "--jobs", str(asked.jobs), "--time-limit", str(asked.time_limit)]
     options += ["--rerun"] * asked.rerun
     with checked_out(root, commit) as place:
         there = place / here.relative_to(root) if here.is_relative_to(root) else place
-        if why := _not_of(place, there, labels):
+        if why := _wrong_import(place, there, labels):
             say(f"[bold red]error:[/] can't run revision {commit[:12]}: {why}")
             return ExitStatus.NOT_JUDGED
         status = _validate([*files, *options], base, there)
@@ -80,12 +80,12 @@ def run_both(asked: RegressOptions, labels: Sequence[str], revision: str) -> Exi
         pairs = paired(before, after, {})
         ratios = _ratios(there, here, pairs, asked.time_limit)
     found = changes_of(before, after, pairs)
-    shown = Plain.JSON if asked.form is Format.JSON else Plain.TEXT
+    shown = TextOrJson.JSON if asked.form is Format.JSON else TextOrJson.TEXT
     return diff.show(str(base), str(head), found, ratios, shown)
 
 
 def _ratios(there: Path, here: Path, pairs: Sequence[Pair], time_limit: float) -> list[float]:
-    """Return run times over those of the other revision; they decide nothing."""
+    """Return the ratios of run times, this revision to the other; the status ignores them."""
     cases = [head for base, head in pairs if base and head and base.bits and head.bits]
     say(f"measuring run times of both revisions alternately, in {many(len(cases), 'shot')}")
     try:
@@ -101,10 +101,14 @@ def _environment(there: Path) -> dict[str, str]:
     return os.environ | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
-def _not_of(place: Path, there: Path, labels: Sequence[str]) -> str:
-    """Return why what would run in a checkout isn't its code; "" where it is."""
+def _wrong_import(place: Path, there: Path, labels: Sequence[str]) -> str:
+    """Return why a run in a checkout would not use the code of the checkout; "" if it would.
+
+    `place`: root of the checkout.
+    `there`: working directory of the run, inside the checkout.
+    """
     asked = subprocess.run(
-        [sys.executable, "-c", _WHERE, str(place), *labels],
+        [sys.executable, "-c", _IMPORT_CHECK, str(place), *labels],
         cwd=there,
         env=_environment(there),
         capture_output=True,
@@ -116,7 +120,7 @@ def _not_of(place: Path, there: Path, labels: Sequence[str]) -> str:
 
 
 def _validate(arguments: Sequence[str], out: Path, there: Path) -> ExitStatus:
-    """Run `ghostball validate` in a folder, with the code there; what it prints goes to stderr."""
+    """Run `ghostball validate` in folder `there` with its code; all its output goes to stderr."""
     out.mkdir(parents=True, exist_ok=True)
     say(f"running the code in {there}")
     ended = subprocess.run(

@@ -1,4 +1,4 @@
-"""The commands that say what moved, and keep what is accepted."""
+"""Options and help of `regress`, `accept` and `diff`."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ghostball.cli.options import (
     BaselineFolder,
     FailOnChoice,
     GuardedEngines,
-    Plain,
-    PlainFormat,
     SceneNames,
     SuiteOptions,
+    TextOrJson,
+    TextOrJsonOption,
     out_option,
     scene_argument,
 )
@@ -109,4 +109,4 @@ class DiffOptions:
     out: Annotated[
         Path | None, out_option("Results folder with the results of both engines (default: out).")
     ] = None
-    form: PlainFormat = Plain.TEXT
+    form: TextOrJsonOption = TextOrJson.TEXT

@@ -1,4 +1,4 @@
-"""What `ghostball diff` does: compare two runs, or two engines of one run."""
+"""`ghostball diff`: compare two runs, or two engines of one run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ghostball.cli.gate.commands import DiffOptions
-from ghostball.cli.options import Plain
+from ghostball.cli.options import TextOrJson
 from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import stdout
@@ -27,7 +27,7 @@ from ghostball.validation.results.store import Results, has_results
 
 
 def run(asked: DiffOptions) -> ExitStatus:
-    """Compare two results folders, or two engines of one; print what differs."""
+    """Compare two results folders, or two engines of one folder, and print the differences."""
     first, second = asked.first, asked.second
     base, head, labels = _sides(first, second, asked.out or load_config().out)
     found = paired(base, head, labels)
@@ -37,14 +37,14 @@ def run(asked: DiffOptions) -> ExitStatus:
 
 
 def _sides(first: str, second: str, folder: Path) -> tuple[Results, Results, Mapping[str, str]]:
-    """Return both runs, and which engine is compared with which, by label; {} for all."""
+    """Return both runs, and the pairs of engine labels to compare; {} pairs equal labels."""
     folders = [Path(one) for one in (first, second)]
     if all(map(has_results, folders)):
         base, head = map(Results.open, folders)
         return base, head, {}
     for one, path in zip((first, second), folders, strict=True):
         if path.is_dir() or has_results(path):
-            Results.open(path)  # says what is wrong with it, if anything is
+            Results.open(path)  # raises an error that says what is wrong, if anything
             other = second if one == first else first
             raise GhostballError(
                 f"{other}: not a results folder, but {one} is one. Give two results folders or two "
@@ -61,20 +61,22 @@ def _sides(first: str, second: str, folder: Path) -> tuple[Results, Results, Map
 
 
 def show(
-    first: str, second: str, found: Sequence[SceneChange], ratios: Sequence[float], form: Plain
+    first: str, second: str, found: Sequence[SceneChange], ratios: Sequence[float], form: TextOrJson
 ) -> ExitStatus:
-    """Print what differs, and return the exit status.
+    """Print the differences, and return the exit status.
 
-    `ratios`: run times of the second over those of the first.
+    `ratios`: run times of the second side divided by those of the first, one for each shot.
+
+    Raises `GhostballError` if the two sides have no scene in common.
     """
     if not found:
         raise GhostballError(
             f"{first} and {second} have no scene in common, so there is nothing to compare"
         )
     status = ExitStatus.CHECK_FAILED if any(one.failed for one in found) else ExitStatus.PASSED
-    if form is Plain.JSON:
+    if form is TextOrJson.JSON:
         ratio = median(ratios) if ratios else None
-        cases = [json.loads(one.model_dump_json()) for one in found]  # null where it is not finite
+        cases = [json.loads(one.model_dump_json()) for one in found]  # NaN and infinity as null
         sides = {"base": first, "head": second, "run_time_ratio": ratio, "cases": cases}
         print(json.dumps(sides))
         return status
@@ -98,13 +100,16 @@ def show(
 
 
 def changes_table(changes: Sequence[SceneChange]) -> Table:
-    """Return a row for each change: what fails first, then the gravest, then the largest error."""
+    """Return a table with a row for each change.
+
+    Failures come first, then changes by severity, and equally severe changes by error.
+    """
     order = [*CHANGES]
     rows = []
     for one in sorted(
         changes, key=lambda one: (not one.failed, order.index(one.change), -(one.head_error or 0.0))
     ):
-        # The first says what moved most; page and summary have all.
+        # Only the first part, the largest change; the report and the summary show every part.
         said = one.summary if len(changes) == 1 else one.summary.partition("; ")[0]
         label = (escape(one.label),) if one.label else ()
         rows.append((escape(one.scene), *label, coloured(one), error_text(one), escape(said)))

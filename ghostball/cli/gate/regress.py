@@ -1,4 +1,4 @@
-"""What `ghostball regress` does: compare engines with their baselines, and say what changed."""
+"""`ghostball regress`: compare engines with their baselines, and print the changes."""
 
 from __future__ import annotations
 
@@ -46,7 +46,10 @@ _VERDICTS = {
 
 
 def run(asked: RegressOptions) -> ExitStatus:
-    """Compare, print what changed, and return the exit status."""
+    """Run the scenes, compare them with the baselines, and return the exit status.
+
+    Raises `typer.BadParameter` if options contradict each other.
+    """
     if asked.against is not None and asked.fail_on is not None:
         raise typer.BadParameter(
             "applies to baselines, but --against compares revisions and fails if an engine is less "
@@ -85,7 +88,7 @@ def run(asked: RegressOptions) -> ExitStatus:
         say("[bold]Interrupted:[/] nothing was compared. Run the same command to continue")
         return ExitStatus.INTERRUPTED
     results = Results.open(place)
-    # Of other scenes the folder may hold what another run found.
+    # The folder may hold results of other scenes, from an earlier run.
     only = ran | {scene.name for scene in many_balls()}
     found = [
         compare_results(
@@ -94,7 +97,7 @@ def run(asked: RegressOptions) -> ExitStatus:
         for gate in gates
     ]
     save_regressions(found, place)
-    advice = _accepting(asked)
+    advice = _accept_command(asked)
     seconds = time.perf_counter() - started
     for regression in found:
         _show(regression, outcome, place, tables(asked.form), seconds, advice)
@@ -103,26 +106,26 @@ def run(asked: RegressOptions) -> ExitStatus:
 
 
 def labels_of(engines: Sequence[str] | None, config: Config) -> tuple[str, ...]:
-    """Return the engines asked for, else the project's, else ours."""
+    """Return the engines of the command line, else those of the project, else Ghostball's own."""
     return tuple(dict.fromkeys(named_engines(engines, config) or (OURS,)))
 
 
-def _accepting(asked: RegressOptions) -> str:
-    """Return the command that accepts what is found."""
+def _accept_command(asked: RegressOptions) -> str:
+    """Return the `ghostball accept` command for the results of a run with these options."""
     engines = [("-e", one) for one in asked.engine or ()]
     options = [*engines, ("--out", asked.out), ("--baselines", asked.baselines)]
     words = [str(word) for pair in options if pair[1] is not None for word in pair]
     return shlex.join(["ghostball", "accept", *words]) + ' --reason "..."'
 
 
-def compare_guarded(
+def compare_with_baselines(
     results: Results,
     gates: Sequence[Gate],
     scenes: Sequence[Scene],
     time_limit: float,
     fail_on: FailOn,
 ) -> list[Regression]:
-    """Compare what ran to its end and has a baseline, and store what was found."""
+    """Compare the finished cases that have a baseline, and store the comparisons."""
     found = []
     for gate in gates:
         ended = {
@@ -147,7 +150,7 @@ def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
         "no-baseline": ExitStatus.NOT_JUDGED,
         "passed": ExitStatus.PASSED,
     }[regression.outcome]
-    # A comparison judges without a limit, unless it is to judge by limits alone.
+    # A comparison is a verdict even if no limit applies, except with `--fail-on limits`.
     own = [case for case in outcome.cases if case.label == regression.label]
     limits = ExitStatus(replace(outcome, cases=own).exit_status)
     unlimited = limits is ExitStatus.NOT_JUDGED and regression.fail_on != "limits"
@@ -201,7 +204,7 @@ def _show(
         [case for case in own if case.scene not in moved and case.outcome == "ran"],
     ):
         console.print(f"Scenes that changed: {escape(said)}", soft_wrap=True)
-    for line in _blind(regression.label, own):
+    for line in _untested(regression.label, own):
         console.print(line, soft_wrap=True)
     if why := not_judged(own):
         console.print(f"[yellow]{escape(why)}[/]", soft_wrap=True)
@@ -217,8 +220,8 @@ def _show(
         say_what_next(regression, advice)
 
 
-def _blind(label: str, own: Sequence[CaseRecord]) -> Iterator[str]:
-    """Yield what a comparison of these scenes can't see."""
+def _untested(label: str, own: Sequence[CaseRecord]) -> Iterator[str]:
+    """Yield lines about what these scenes don't test."""
     tries = f"ghostball stress{'' if label == OURS else f' -e {label}'}"
     yield (
         f"[dim]This compared {many(len(own), 'scene')}. `{escape(tries)}` tests grazing balls, "
@@ -229,7 +232,7 @@ def _blind(label: str, own: Sequence[CaseRecord]) -> Iterator[str]:
 
 
 def say_what_next(regression: Regression, advice: str) -> None:
-    """Say how to accept what moved, where that may be right."""
+    """Print how to accept the changes, unless limits failed."""
     if regression.broken:
         names = ", ".join(one.scene for one in regression.broken)
         say(f"Limits failed. Fix the engine instead of accepting these results: {escape(names)}")

@@ -1,4 +1,4 @@
-"""The commands that play shots and say how right they are."""
+"""Options and help of `run`, `validate`, `explain`, `fit`, `stress` and `grade`."""
 
 from __future__ import annotations
 

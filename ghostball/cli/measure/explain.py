@@ -1,4 +1,4 @@
-"""What `ghostball explain` does: compute, draw, and say it in words."""
+"""`ghostball explain`: find the cause of an engine's error, and print or draw the explanation."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from rich.table import Table
 from rich.text import Text
 
 from ghostball.cli.measure.commands import ExplainOptions
-from ghostball.cli.options import Plain
+from ghostball.cli.options import TextOrJson
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.playing import check_plot, player, status_of
+from ghostball.cli.shared.single_shots import check_plot, engine_process, status_of
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import busy, stdout
 from ghostball.model import Status, energy_of, initial_state
@@ -34,26 +34,30 @@ from ghostball.validation.results.store import Results, has_results
 from ghostball.validation.scenes.library import find_scene
 
 FEW_ULPS = 1e6
-"""Spacings of doubles below which a length is also given in these [1]: a tenth of a nanometre."""
+"""Below this number of ulps [1], about 0.1 nm, a length is also printed in roundings."""
 
 BARS = 44
-"""Columns of the picture."""
+"""Width of the bar chart [columns]."""
 
 LEVELS = " ▁▂▃▄▅▆▇█"
 
-TRUTHS = {
+REFERENCES = {
     "certified": "the certified result",
     "closed form": "the closed-form rest positions, with the motion from Ghostball's engine",
     "integration": "an integration in 40 digits, which is not certified",
     "our engine": "Ghostball's own engine, which is not an independent reference",
 }
-"""What a shot is compared with."""
+"""The kinds of reference results, in words."""
 
-NAMES = {"truth": "in the reference", "engine": "in {label}"}
+RUN_NAMES = {"truth": "in the reference", "engine": "in {label}"}
 
 
 def run(asked: ExplainOptions) -> ExitStatus:
-    """Explain, and return the exit status."""
+    """Simulate, compare, print and draw the explanation; return the exit status.
+
+    Raises `typer.BadParameter` if no engine or scene can be chosen, or if the picture can't be
+    written.
+    """
     plot, engine = asked.plot, asked.engine
     check_plot(plot)
     config = load_config()
@@ -70,14 +74,14 @@ def run(asked: ExplainOptions) -> ExitStatus:
     what = "three steps" if asked.attribute else "one run"
     with (
         busy(f"explaining {shot.name} on {engine}: the reference, and {what}"),
-        player(made, asked.time_limit) as playing,
+        engine_process(made, asked.time_limit) as playing,
     ):
         explanation = explain(shot, playing, label=engine, attributed=asked.attribute)
     if plot is not None:
         with busy(f"drawing {plot}"):
             plot_explanation(explanation, plot)
-    if asked.form is Plain.JSON:
-        # JSON has no NaN or infinity: where an engine blew up, null stands for them.
+    if asked.form is TextOrJson.JSON:
+        # JSON has no NaN or infinity, which an unstable engine can return: they become null.
         print(to_json(explanation.to_dict(), inf_nan_mode="null").decode())
     else:
         console = stdout()
@@ -89,10 +93,11 @@ def run(asked: ExplainOptions) -> ExitStatus:
 
 
 def _worst_scene(folder: Path, engine: str) -> str:
-    """Return the scene of the last run that an engine played worst.
+    """Return the scene of the last run with the worst result of an engine.
 
-    One that breaks a limit is worse than one that breaks none; then their accuracy says it, from
-    "broken" and "another shot" on.
+    Scenes that fail a limit come first, then the worst accuracy class, then the largest error.
+
+    Raises `typer.BadParameter` if the folder holds no result of the engine.
     """
     cases = Results.open(folder).cases if has_results(folder) else ()
     ran: list[tuple[bool, int, float, str]] = []
@@ -110,10 +115,11 @@ def _worst_scene(folder: Path, engine: str) -> str:
 
 
 def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
-    """Yield what is printed, from the first line to the last."""
+    """Yield the printed parts of an explanation, in order."""
     known = explanation.known
     heading = Text(explanation.scene.name, style="bold")
-    heading.append(f" on {explanation.label}, compared with {TRUTHS[known.kind]}", style="not bold")
+    reference = REFERENCES[known.kind]
+    heading.append(f" on {explanation.label}, compared with {reference}", style="not bold")
     if known.why:
         heading.append(f" (not certified: {known.why})", style="dim not bold")
     yield heading
@@ -124,9 +130,9 @@ def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
     yield _picture(explanation)
     yield Text()
     if explanation.parting is None:
-        yield from _together(explanation)
+        yield from _agreement_lines(explanation)
     else:
-        yield from _parting(explanation)
+        yield from _wrong_collision_lines(explanation)
     if explanation.attribution is not None:
         yield Text()
         yield Text("Cause of the error", style="bold")
@@ -134,7 +140,7 @@ def parts_of(explanation: Explanation) -> Iterator[RenderableType]:
 
 
 def _picture(explanation: Explanation) -> RenderableType:
-    """Return bars of the largest error over time, and of the error that the factor leaves."""
+    """Return bar charts of the largest error over time, and of the error with the factor fixed."""
     end, factor = explanation.result.rest_time, explanation.factor
     end = end if factor is None else factor.until
     times = np.linspace(0.0, end, BARS)
@@ -142,7 +148,7 @@ def _picture(explanation: Explanation) -> RenderableType:
         off = explanation.distances(times)
         most = float(np.max(off))
         rows = [("error", off, most)]
-    else:  # of the run in which the factor was found
+    else:  # errors of the run in which the factor was found
         t, before, after = np.array(factor.curve).T
         most = factor.before
         rows = [("error", np.interp(times, t, before), most)]
@@ -155,7 +161,7 @@ def _picture(explanation: Explanation) -> RenderableType:
 
 
 def _bars(values: NDArray[np.float64], most: float) -> str:
-    """Return a bar of each value, as high as it is of the largest one."""
+    """Return a bar for each value; the bar of the value `most` has full height."""
     shares = values / most if most > 0.0 else values
     return "".join(LEVELS[round(float(share) * (len(LEVELS) - 1))] for share in shares.clip(0, 1))
 
@@ -179,12 +185,12 @@ def _late(seconds: float) -> str:
     return f"{style.format_time(abs(seconds))} {'late' if seconds > 0.0 else 'early'}"
 
 
-def _together(explanation: Explanation) -> Iterator[RenderableType]:
+def _agreement_lines(explanation: Explanation) -> Iterator[RenderableType]:
     yield Text("Every ball has the collisions of the reference.")
     if explanation.agreement.pairs:
         yield Text(f"{_agreed(explanation)}.")
     if not explanation.result.status.complete:
-        return  # where its balls are then is no end
+        return  # the final state isn't a rest position
     distances = explanation.rest_distances
     ball = int(distances.argmax())
     late = explanation.rest_time_difference
@@ -209,7 +215,7 @@ def _together(explanation: Explanation) -> Iterator[RenderableType]:
         )
 
 
-def _parting(explanation: Explanation) -> Iterator[RenderableType]:
+def _wrong_collision_lines(explanation: Explanation) -> Iterator[RenderableType]:
     parting = explanation.parting
     assert parting is not None
     yield Text(f"{_agreed(explanation)}.")
@@ -220,14 +226,14 @@ def _parting(explanation: Explanation) -> Iterator[RenderableType]:
     table.add_row(f"  {other}", _event_text(explanation, parting.other, "in the reference"))
     yield table
     yield Text("Margins:")
-    for margin in _telling(explanation):
+    for margin in _useful_margins(explanation):
         yield Text(f"  {_margin_text(explanation, margin)}")
     yield Text("The balls at that time:")
     yield _balls_table(explanation)
 
 
-def _telling(explanation: Explanation) -> list[Margin]:
-    """Return the smallest margin, and the others that are less than a ball: more says nothing."""
+def _useful_margins(explanation: Explanation) -> list[Margin]:
+    """Return the smallest margin, and the other margins below a ball's diameter."""
     ball = 2.0 * float(explanation.scene.radii.max())
     smallest, others = explanation.margins[:1], explanation.margins[1:]
     return [*smallest, *(one for one in others if one.length < ball)]
@@ -240,7 +246,7 @@ def _event_text(explanation: Explanation, one: Event | None, where: str) -> str:
 
 
 def _margin_text(explanation: Explanation, margin: Margin) -> str:
-    where = NAMES[margin.run].format(label=explanation.label)
+    where = RUN_NAMES[margin.run].format(label=explanation.label)
     event = margin.event.describe(explanation.scene)
     length = style.format_length(margin.length)
     if margin.ulps < FEW_ULPS:
@@ -285,14 +291,15 @@ def _attribution_table(found: Attribution) -> RenderableType:
     for k, one in enumerate(found.ladder):
         step = style.format_time(one.step)
         if one.difference is None:
-            table.add_row("" if k else "collisions", f"{_rung(one)} with a time step of {step}")
+            text = f"{_collision_errors(one)} with a time step of {step}"
+            table.add_row("" if k else "collisions", text)
         elif k:
             table.add_row("", f"{style.format_length(one.difference)} with a time step of {step}")
     if found.with_exact_steps is not None:
         table.add_row(
             "", f"{style.format_length(found.with_exact_steps)} with `contact_steps=exact`"
         )
-    table.add_row("cause", escape(found.reason or _SOURCES[found.outcome]))
+    table.add_row("cause", escape(found.reason or _CAUSES[found.outcome]))
     if found.outcome == "model" and not found.ladder:
         table.add_row("", "the engine has no time step to shorten")
     if found.rounding is not None:
@@ -302,8 +309,8 @@ def _attribution_table(found: Attribution) -> RenderableType:
     return table
 
 
-def _rung(one: Rung) -> str:
-    """Return the error of the times of collisions in a run, and the first wrong collision."""
+def _collision_errors(one: Rung) -> str:
+    """Return the largest error of the collision times in a run, and the first wrong collision."""
     late = "none is shared by all runs"
     if one.late is not None:
         late = f"time errors up to {style.format_time(one.late)}"
@@ -313,7 +320,7 @@ def _rung(one: Rung) -> str:
     return f"{late}, {wrong},"
 
 
-_SOURCES = {
+_CAUSES = {
     "step": "the engine's time step: with a shorter one the error shrinks",
     "model": "the engine's model: its physics",
     "rounding": "rounding",

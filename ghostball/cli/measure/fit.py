@@ -1,4 +1,4 @@
-"""What `ghostball fit` does: read tracks, fit an engine's physics to them, show and write it."""
+"""`ghostball fit`: fit an engine's physics to tracks of a real table, and print the result."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import typer
 from rich.console import Group, RenderableType
 
 from ghostball.cli.measure.commands import FitOptions
-from ghostball.cli.options import Plain
-from ghostball.cli.shared.playing import check_plot, check_writable, player
+from ghostball.cli.options import TextOrJson
 from ghostball.cli.shared.progress import counting
+from ghostball.cli.shared.single_shots import check_plot, check_writable, engine_process
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.model import GhostballError, Physics
@@ -40,15 +40,19 @@ except ImportError as error:
     ) from None
 
 LARGEST_TABLE = 20.0
-"""Length that no table has [m]."""
-_NOT_TOLD = "not determined by these tracks"
+"""Upper limit of the table's length and width [m]; a larger number isn't in metres."""
+_UNDETERMINED = "not determined by these tracks"
 
 
 def run(asked: FitOptions) -> ExitStatus:
-    """Fit, and return the exit status."""
+    """Fit the physics, print and write the result, and return the exit status.
+
+    Raises `typer.BadParameter` if an option is invalid, `NotEnoughError` if there are too few
+    events.
+    """
     tracks, preset, law, nose_height = asked.tracks, asked.preset, asked.law, asked.nose_height
     surface = _surface(asked.table, asked.radius)
-    chosen = _chosen(asked.fields)
+    chosen = _fitted_fields(asked.fields)
     presets = [name for name in Physics.PRESETS if Physics(preset=name).motion == "sliding"]
     if preset not in presets:
         raise typer.BadParameter(
@@ -78,7 +82,10 @@ def run(asked: FitOptions) -> ExitStatus:
         check_writable(asked.out, "--out")
     made = make_engine(asked.engine)
     found = harvest(read_tracks(tracks, surface), surface)
-    with counting(f"fitting {made.name}") as count, player(made, asked.time_limit) as playing:
+    with (
+        counting(f"fitting {made.name}") as count,
+        engine_process(made, asked.time_limit) as playing,
+    ):
         try:
             fitted = fit_table(
                 found,
@@ -97,8 +104,8 @@ def run(asked: FitOptions) -> ExitStatus:
         write_whole(asked.out, text)
     if asked.plot is not None:
         draw_fit(fitted, asked.plot)
-    if asked.form is Plain.JSON:
-        typer.echo(json.dumps(_plain(fitted, made.name, preset)))
+    if asked.form is TextOrJson.JSON:
+        typer.echo(json.dumps(_json_values(fitted, made.name, preset)))
     else:
         stdout().print(Group(*_parts(fitted)))
         if asked.out is None:
@@ -110,7 +117,7 @@ def run(asked: FitOptions) -> ExitStatus:
 
 
 def _surface(table: tuple[float, float], radius: float) -> Surface:
-    """Return the playing surface, checked."""
+    """Return the playing surface; raises `typer.BadParameter` if its sizes can't be metres."""
     for name, value in (("LENGTH", table[0]), ("WIDTH", table[1])):
         if not 0.0 < value <= LARGEST_TABLE:
             raise typer.BadParameter(
@@ -126,8 +133,11 @@ def _surface(table: tuple[float, float], radius: float) -> Surface:
     return Surface(table[0], table[1], radius)
 
 
-def _chosen(fields: str | None) -> Sequence[str]:
-    """Return the names of `--fields`, checked; none where they are left out."""
+def _fitted_fields(fields: str | None) -> Sequence[str]:
+    """Return the names in `--fields`, or () without the option.
+
+    Raises `typer.BadParameter` if a name isn't a field that can be fitted.
+    """
     if fields is None:
         return ()
     names = tuple(dict.fromkeys(name.strip() for name in fields.split(",")))
@@ -140,7 +150,7 @@ def _chosen(fields: str | None) -> Sequence[str]:
 
 
 def rounded(value: float, error: float) -> str:
-    """Return a value to two digits of its error.
+    """Return a value as text, with decimals down to the second digit of its error.
 
     >>> rounded(0.0100123, 0.000021), rounded(0.9376, 0.0034), rounded(0.2, 0.0)
     ('0.010012', '0.9376', '0.2')
@@ -151,13 +161,13 @@ def rounded(value: float, error: float) -> str:
 
 
 def physics_toml(fitted: Fit, preset: str) -> str:
-    """Return the `[physics]` of a scene as TOML, the errors as comments."""
+    """Return the `[physics]` table of a scene as TOML, with the standard errors in comments."""
     lines = ["[physics]", f'preset = "{preset}"']
     given = Physics(preset=preset)
     for name in type(given).model_fields:
         value, error = getattr(fitted.physics, name), fitted.errors.get(name)
         if error is not None:
-            sure = f"+- {error:.2g}" if math.isfinite(error) else _NOT_TOLD
+            sure = f"+- {error:.2g}" if math.isfinite(error) else _UNDETERMINED
             lines.append(f"{name} = {rounded(value, error)}  # {sure}")
         elif name in fitted.assumed:
             known = fitted.assumed[name]
@@ -169,13 +179,13 @@ def physics_toml(fitted: Fit, preset: str) -> str:
 
 
 def _parts(fitted: Fit) -> Iterator[RenderableType]:
-    """Yield what is printed: the values, then what they come from and how sure they are."""
+    """Yield the printed parts: the table of values, then facts about events and errors."""
     rows = []
     for name, error in fitted.errors.items():
         value = getattr(fitted.physics, name)
         note = "at the limit of its allowed range" if name in fitted.ends else ""
         if not math.isfinite(error):
-            note = _NOT_TOLD
+            note = _UNDETERMINED
         rows.append((name, rounded(value, error), f"{error:.2g}", note))
     yield table_of(
         ("field", "value", "standard error", ""), rows, right=("value", "standard error")
@@ -205,8 +215,8 @@ def _parts(fitted: Fit) -> Iterator[RenderableType]:
     yield facts_table(facts)
 
 
-def _plain(fitted: Fit, engine: str, preset: str) -> dict[str, Any]:
-    """Return it as plain values; standard errors."""
+def _json_values(fitted: Fit, engine: str, preset: str) -> dict[str, Any]:
+    """Return a fit as values for JSON; `error` is the standard error, None if undetermined."""
     return {
         "physics": {
             name: {

@@ -1,4 +1,4 @@
-"""What `ghostball grade` does: judge the runs of engines in any language."""
+"""`ghostball grade`: check runs that engines in any language have written to files."""
 
 from __future__ import annotations
 
@@ -26,11 +26,13 @@ from ghostball.validation.suite.suite import exit_status_of
 
 
 def run(asked: GradeOptions) -> ExitStatus:
-    """Judge runs that were made elsewhere as any engine's, and show what became of each.
+    """Check each run as `validate` checks an engine, and print the verdicts.
 
-    A file without a whole run is what an engine leaves that crashed or hung: it did not finish.
+    A file without a complete run counts as "did not finish": an engine that crashed or hung leaves
+    such a file.
 
-    Raises `EngineError` where a run names no engine or scene that may be judged, after the others.
+    Raises `EngineError` if a run has an invalid engine name or scene, after the valid runs are
+    printed.
     """
     runs: list[Run] = []
     lost: list[str] = []
@@ -65,7 +67,7 @@ def run(asked: GradeOptions) -> ExitStatus:
     for label in dict.fromkeys(case.label for case in cases):
         if said := few_ends_judged([case for case in cases if case.label == label]):
             stdout().print(f"{escape(label)}: {said}", soft_wrap=True)
-    if refused:  # last, when the others are judged
+    if refused:  # last, so that the valid runs are printed
         raise EngineError("\n".join(refused))
     if lost:
         return worst(ExitStatus.CHECK_FAILED, exit_status_of(cases))
@@ -95,7 +97,7 @@ def _judge(run: Run) -> CaseRecord:
 
 def _scene_of(run: Run) -> Scene:
     if isinstance(run.scene, str):
-        if run.scene not in scene_names():  # a path would open any file of whoever grades
+        if run.scene not in scene_names():  # an untrusted run must not open files by path
             raise EngineError(
                 "`scene` of a run must be the name of a shipped scene, or the whole scene as an "
                 f"object, got {run.scene!r:.100}. `ghostball scenes` lists the names"

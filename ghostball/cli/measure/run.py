@@ -1,4 +1,4 @@
-"""What `ghostball run` does: run one scene on one engine, show where the balls stop."""
+"""`ghostball run`: simulate one scene on one engine, and print the rest positions."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from rich.markup import escape
 from rich.text import Text
 
 from ghostball.cli.measure.commands import RunOptions
-from ghostball.cli.options import Plain, RecordChoice
-from ghostball.cli.shared.playing import check_plot, player, status_of
+from ghostball.cli.options import RecordChoice, TextOrJson
+from ghostball.cli.shared.single_shots import check_plot, engine_process, status_of
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import busy, say, stdout
 from ghostball.model import EventKind, Result, partner_name
@@ -30,7 +30,10 @@ _HASH = re.compile("[0-9a-f]{64}")
 
 
 def run(asked: RunOptions) -> ExitStatus:
-    """Simulate, and return the exit status."""
+    """Simulate, print and draw the result, and return the exit status.
+
+    Raises `typer.BadParameter` if options contradict each other.
+    """
     record, plot, expect_hash = asked.record, asked.plot, asked.expect_hash
     if plot is not None:
         if record not in (None, RecordChoice.TRAJECTORY):
@@ -55,13 +58,13 @@ def run(asked: RunOptions) -> ExitStatus:
     made = make_engine(asked.engine)
     shot = find_scene(asked.scene)
     if record is None and shot.table is not None and shot.table.holes:
-        record = RecordChoice.EVENTS  # which say what was pocketed
-    with busy(f"{shot.name} on {asked.engine}"), player(made, asked.time_limit) as playing:
+        record = RecordChoice.EVENTS  # the events tell which balls were pocketed
+    with busy(f"{shot.name} on {asked.engine}"), engine_process(made, asked.time_limit) as playing:
         result = run_engine(playing, shot, (record or RecordChoice.REST).value)
     if plot is not None:
         with busy(f"drawing {plot}"):
             plot_result(result, plot)
-    if asked.form is Plain.JSON:
+    if asked.form is TextOrJson.JSON:
         typer.echo(result.to_json())
     else:
         stdout().print(result_table(result))
@@ -82,7 +85,7 @@ def _compare_hash(result: Result, expected: str | None) -> ExitStatus:
 
 
 def result_table(result: Result) -> RenderableType:
-    """Return where the balls ended, and what happened and what it cost beneath."""
+    """Return the table of rest positions, and below it facts about the run."""
     scene = result.scene
     flight = scene.physics.airborne
     quantities = ("x", "y", "z", "moved") if flight else ("x", "y", "moved")
@@ -118,7 +121,7 @@ def _outcome(result: Result) -> dict[str, str]:
 
 
 def _pocketed(result: Result) -> str:
-    """Return which balls fell into which pockets, in order of time."""
+    """Return the pocketed balls, each with its pocket, in order of time."""
     assert result.events is not None
     events = result.events[result.events["kind"] == EventKind.POCKETED]
     return ", ".join(
@@ -128,24 +131,24 @@ def _pocketed(result: Result) -> str:
 
 
 def _strokes(result: Result) -> dict[str, str]:
-    """Return what each strike of the scene was, and what it gave."""
+    """Return facts about each strike of the scene, and about the motion that it starts."""
     rows = {}
     for struck in struck_balls(result.scene):
-        rows[f"strike of {struck.ball.id}"] = _typed(struck)
-        rows[f"{struck.ball.id} begins with"] = _given(struck)
+        rows[f"strike of {struck.ball.id}"] = _strike_text(struck)
+        rows[f"{struck.ball.id} starts with"] = _start_text(struck)
     return rows
 
 
-def _typed(struck: Struck) -> str:
+def _strike_text(struck: Struck) -> str:
     strike = struck.strike
     offsets = _sided(strike.offset_left, "radii", "to the left", "to the right")
     offsets += _sided(strike.offset_up, "radii", "up", "down")
     aim = f"{strike.speed:.6g} m/s in the direction {_angle(strike.direction)}"
-    where = f"hit {' and '.join(offsets) or 'in the middle'}"
+    where = f"hit {' and '.join(offsets) or 'at the centre'}"
     return f"{aim}, elevated by {_angle(strike.elevation)}, {where}"
 
 
-def _given(struck: Struck) -> str:
+def _start_text(struck: Struck) -> str:
     wx, wy, wz = struck.ball.angular_velocity or (0.0, 0.0, 0.0)
     turned = math.degrees(struck.squirt_angle)
     squirt = _sided(round(turned, 3), "degrees", "to the left", "to the right")
@@ -163,7 +166,7 @@ def _angle(radians: float) -> str:
 
 
 def _sided(value: float, unit: str, positive: str, negative: str) -> list[str]:
-    """Return a signed value in words; nothing for 0."""
+    """Return the magnitude and the direction of a signed value, [] for 0."""
     if value == 0.0:
         return []
     return [f"{abs(value):.4g} {unit} {positive if value > 0.0 else negative}"]

@@ -1,4 +1,4 @@
-"""What `ghostball engines --steps` does: measure error against time, and recommend a step."""
+"""`ghostball engines --steps`: measure error against run time, and recommend a time step."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from ghostball.cli.options import Plain
+from ghostball.cli.options import TextOrJson
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.playing import check_plot
 from ghostball.cli.shared.progress import counting
+from ghostball.cli.shared.single_shots import check_plot
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import tables
 from ghostball.reference_adapters import make_engine
@@ -58,14 +58,19 @@ def measure_steps(
     repeats: int,
     out: Path | None,
     plot: Path | None,
-    form: Plain,
+    form: TextOrJson,
 ) -> ExitStatus:
-    """Measure, and return the exit status; see the options of `engines`."""
+    """Measure, print, write and draw the results, and return the exit status.
+
+    The parameters are options of `ghostball engines`.
+
+    Raises `MeasurementError` if a plot is asked for, but no named engine has a time step.
+    """
     check_plot(plot)
     if out is not None:
         make_folder(out)
     named = tuple(engines or load_config().engines)
-    # Who names an engine wants it, and not to read at the end why it isn't here, or isn't drawn.
+    # Checked before the run: a named engine that is unavailable raises an error here.
     stepless = [step_of(make_engine(spec)) is None for spec in named]
     if plot is not None and named and all(stepless):
         raise MeasurementError(NO_STEPS)
@@ -76,7 +81,7 @@ def measure_steps(
             rounds=repeats,
             progress=count,
         )
-    if form is Plain.JSON:
+    if form is TextOrJson.JSON:
         typer.echo(measured.model_dump_json(by_alias=True, indent=1))
     console = tables(form)
     for table in _tables(measured):
@@ -95,7 +100,7 @@ def measure_steps(
 
 
 def _recommended(points: Sequence[PrecisionPoint]) -> Iterator[str]:
-    """Yield for each engine its recommended time step, with the error and the run time of it."""
+    """Yield a line for each engine: its recommended time step, with its error and run time."""
     for engine in dict.fromkeys(one.engine for one in points if one.step is not None):
         mine = [one for one in points if one.engine == engine]
         scenes = list(dict.fromkeys(one.scene for one in mine))
@@ -126,7 +131,7 @@ def _missing(measured: PrecisionMeasurement) -> Iterator[str]:
 
 
 def _tables(measured: PrecisionMeasurement) -> Iterator[Table]:
-    """Yield scene by scene the time of each engine for each accuracy."""
+    """Yield a table for each scene: the run time that each engine needs for each accuracy."""
     reached = [f"to {format_length(target)}" for target in TARGETS]
     heads = ("engine", *reached, "least error (worst phase)", "recommended step")
     for scene in dict.fromkeys(point.scene for point in measured.points):

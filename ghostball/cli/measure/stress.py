@@ -1,4 +1,4 @@
-"""What `ghostball stress` does: generate shots, run them as `validate` does, show what fails."""
+"""`ghostball stress`: generate extreme shots, run them as `validate` does, print the failures."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from ghostball.validation.stress.tally import Tally, again, explaining, sweeps, 
 from ghostball.validation.suite.suite import Outcome, exit_status_of
 
 FAULTS_SHOWN = 3
-"""How many failed shots of an engine in a family are named; the others are counted."""
+"""Number of failed shots printed for an engine in a family; the rest are counted."""
 
 
 def run(asked: StressOptions) -> ExitStatus:
@@ -55,7 +55,7 @@ def run(asked: StressOptions) -> ExitStatus:
             f"stored in {escape(str(folder))}. Run the same command to continue."
         )
         return ExitStatus.INTERRUPTED
-    # The default engines are there to be compared with: they need not pass.
+    # Default engines other than Ghostball's are for comparison: they need not pass.
     held = [case for case in outcome.cases if case.label in (named or (OURS,))]
     if why := not_judged(held):
         say(f"[bold yellow]{escape(why)}.[/]")
@@ -63,7 +63,7 @@ def run(asked: StressOptions) -> ExitStatus:
 
 
 def show_list(shots: Sequence[Shot], *, named: bool, as_json: bool) -> None:
-    """Print the families, or, where some are named, their shots."""
+    """Print the families, or the shots if families are named."""
     paths = [path_of(one.scene.name) for one in shots]
     if as_json:
         print(json.dumps({"families": list(FAMILIES), "shots": paths}))
@@ -79,7 +79,10 @@ def show_list(shots: Sequence[Shot], *, named: bool, as_json: bool) -> None:
 
 
 def _show(outcome: Outcome, form: Format) -> None:
-    """Print how engines came through each family, where they begin to fail, and which shots."""
+    """Print the counts for each family, the value where each engine starts to fail, and failures.
+
+    A failure is printed as the name of the shot and the reason.
+    """
     console, found = tables(form), tallies(outcome.cases)
     labels = list(dict.fromkeys(case.label for case in outcome.cases))
     heads = ("family", *map(escape, labels))
@@ -107,7 +110,7 @@ def _cell(one: Tally) -> str:
 
 
 def _failures(found: dict[tuple[str, str], Tally], folder: Path) -> Iterator[RenderableType]:
-    """Yield the first shots that each engine fails in each family, and how to see them again."""
+    """Yield the first failed shots of each engine in each family, and commands to repeat them."""
     for (family, label), one in found.items():
         for case in one.failed[:FAULTS_SHOWN]:
             where = f"{path_of(case.scene)} on {label}"

@@ -1,4 +1,4 @@
-"""What `ghostball validate` does: choose, run, write the report, show the verdicts."""
+"""`ghostball validate`: run scenes on engines, print the verdicts, and write the report."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from ghostball.cli.gate.regress import compare_guarded
+from ghostball.cli.gate.regress import compare_with_baselines
 from ghostball.cli.measure.commands import ValidateOptions
 from ghostball.cli.measure.verdicts import (
     colour_of,
@@ -52,15 +52,22 @@ from ghostball.validation.suite.varied import Ensemble, Size
 
 
 @dataclass(frozen=True)
-class _Plan:
-    """What is to be run, checked: before it is made, nothing runs."""
+class _ValidationPlan:
+    """The scenes and engines of a run, and the checked options.
+
+    `criteria`: limits from files beside the scenes, by scene name.
+    `engines`: labels of all engines that run.
+    `asked`: the engines without the one that runs only to draw replays.
+    `named`: whether the user or the project names engines.
+    `whole`: whether all shipped scenes or the board are asked for.
+    """
 
     scenes: list[Scene]
     criteria: dict[str, Criteria]
     engines: tuple[str, ...]
-    asked: tuple[str, ...]  # without the one that shows the true shots
-    named: bool  # whether the user or the project names the engines
-    whole: bool  # whether all that is shipped is asked, or the board
+    asked: tuple[str, ...]
+    named: bool
+    whole: bool
     gates: list[Gate]
     fail_on: FailOn
     starts: Ensemble | None
@@ -68,7 +75,7 @@ class _Plan:
 
 
 def run(asked: ValidateOptions) -> ExitStatus:
-    """Validate, and return the exit status."""
+    """Run the scenes, print the verdicts, write the report, and return the exit status."""
     plan = _plan(asked)
     if not plan.named:
         for line in _missing_defaults():
@@ -92,8 +99,7 @@ def run(asked: ValidateOptions) -> ExitStatus:
     if not outcome.cases:
         say(f"[bold]Interrupted[/] before the first case finished: {_left(outcome)} in {folder}")
         return outcome.exit_status
-    # What was measured is said before anything is made of it: whatever may yet fail or be
-    # interrupted, the verdicts are there.
+    # The verdicts are printed first: the steps after this one can fail or be interrupted.
     results, console = Results.open(plan.out), tables(asked.form)
     _show(plan, outcome, results, console, time.perf_counter() - started, asked.details)
     status = ExitStatus.PASSED
@@ -101,10 +107,10 @@ def run(asked: ValidateOptions) -> ExitStatus:
         if outcome.interrupted:
             raise KeyboardInterrupt
         if not asked.metric:
-            for regression in compare_guarded(
+            for regression in compare_with_baselines(
                 results, plan.gates, plan.scenes, asked.time_limit, plan.fail_on
             ):
-                status = worst(status, _say_moved(regression, console))
+                status = worst(status, _say_changed(regression, console))
         with busy("engines compared with measured tables"):
             beside = plan.engines if plan.whole else ()
             measured = measure_likenesses(beside, plan.out, asked.time_limit, reuse=not asked.rerun)
@@ -126,14 +132,14 @@ def run(asked: ValidateOptions) -> ExitStatus:
         )
         return ExitStatus.INTERRUPTED
     print_for_programs(plan.out, asked.form)
-    if why := not_judged(outcome.cases):  # last, as what the exit status means
+    if why := not_judged(outcome.cases):  # last, because it explains the exit status
         advice = f" {_advice(outcome)}" if is_nothing_judged(outcome.cases) else ""
         say(f"[bold yellow]{escape(why)}.[/]{escape(advice)}")
     return worst(outcome.exit_status, status)
 
 
-def _plan(asked: ValidateOptions) -> _Plan:
-    """Choose what is run, and check it."""
+def _plan(asked: ValidateOptions) -> _ValidationPlan:
+    """Return the plan of a run; raises an error if an option, engine or scene is invalid."""
     if asked.ensemble_size is not None and asked.ensemble is None:
         raise typer.BadParameter(
             "needs --ensemble K: how many times each scene is perturbed",
@@ -141,7 +147,7 @@ def _plan(asked: ValidateOptions) -> _Plan:
         )
     config = load_config()
     named = named_engines(asked.engine, config)
-    # A replay over the true shots needs an engine that plays them.
+    # Replays show an engine over Ghostball's motion, so Ghostball's engine runs too.
     drawn = (OURS,) if asked.report and all(map(names_class, named)) else ()
     names, specs = asked.scenes or config.scenes, named or DEFAULT_ENGINES
     scenes, gates = select(names), [Gate.of(spec, config.baselines) for spec in specs]
@@ -151,7 +157,7 @@ def _plan(asked: ValidateOptions) -> _Plan:
     if asked.ensemble is not None:
         size = Size.parse(asked.ensemble_size) if asked.ensemble_size else Size()
         starts = Ensemble(asked.ensemble, size)
-    return _Plan(
+    return _ValidationPlan(
         scenes,
         criteria_beside_paths(names),
         (*specs, *(drawn if named else ())),
@@ -166,14 +172,14 @@ def _plan(asked: ValidateOptions) -> _Plan:
 
 
 def _missing_defaults() -> Iterator[str]:
-    """Say which default engines can't run here, why, and how to get each."""
+    """Yield a line for each default engine that can't run here, with the reason and the remedy."""
     for name in dict.fromkeys(parse_spec(spec)[0] for spec in DEFAULT_ENGINES):
         if reason := engine_class(name).unavailable():
             yield f"Default engine `{name}` was not run: {reason}"
 
 
 def _say_failed(case: CaseRecord) -> None:
-    """Say at once which case failed."""
+    """Print a case that failed, as soon as it is judged."""
     verdict = verdict_of(case)
     if verdict in (Verdict.FAIL, Verdict.CRASHED):
         where = escape(f"{case.scene} on {case.label}")
@@ -181,15 +187,20 @@ def _say_failed(case: CaseRecord) -> None:
 
 
 def _show(
-    plan: _Plan, outcome: Outcome, results: Results, console: Console, seconds: float, details: bool
+    plan: _ValidationPlan,
+    outcome: Outcome,
+    results: Results,
+    console: Console,
+    seconds: float,
+    details: bool,
 ) -> None:
-    """Print the verdicts, and what else a reader must know of the run."""
+    """Print the verdicts, then the references, the headline, engines not run, and hints."""
     console.print(verdict_tables(results, console), crop=False)
     if details:
         console.print(details_table(results), crop=False)
     if plan.starts is not None:
         console.print(spread_table(results, plan.starts.size))
-    for line in _truths(results, plan.criteria):
+    for line in _reference_lines(results, plan.criteria):
         console.print(line, soft_wrap=True)
     console.print(headline(outcome, seconds), soft_wrap=True)
     if count := outcome.counts.reused:
@@ -202,7 +213,7 @@ def _show(
             console.print(line, soft_wrap=True)
 
 
-_TRUTHS = {
+_REFERENCES = {
     CLOSED_FORM: "its closed form",
     CERTIFIED: "a certified result, event by event",
     INTEGRATION: "an integration in 40 digits, not certified; estimated error below 1e-20 m",
@@ -210,16 +221,16 @@ _TRUTHS = {
 }
 
 
-def _truths(results: Results, own: Collection[str]) -> Iterator[str]:
-    """Say what each scene of the user's own was compared with."""
+def _reference_lines(results: Results, own: Collection[str]) -> Iterator[str]:
+    """Yield the kind of reference result of each scene in a file of the user."""
     for name in own:
         found = {case.truth for case in results.cases if case.scene == name and case.truth}
         for truth in sorted(found):
-            yield f"{escape(name)} was compared with {_TRUTHS[truth]}"
+            yield f"{escape(name)} was compared with {_REFERENCES[truth]}"
 
 
-def _say_moved(regression: Regression, console: Console) -> ExitStatus:
-    """Say what moved since an engine's baselines were accepted; return what that means."""
+def _say_changed(regression: Regression, console: Console) -> ExitStatus:
+    """Print the scenes that changed since the baselines were accepted; return the exit status."""
     label, moved = escape(regression.label), [one.scene for one in regression.moved]
     if moved:
         command = escape(commands.regress(engine=regression.label))
@@ -241,7 +252,7 @@ def _say_moved(regression: Regression, console: Console) -> ExitStatus:
 
 
 def _left(outcome: Outcome) -> str:
-    """Say what an interrupted run without a case of its own left in its folder."""
+    """Return what the folder of an interrupted run holds if none of its cases finished."""
     if not has_results(outcome.folder):
         return "no results"
     if not outcome.begun:
@@ -250,13 +261,14 @@ def _left(outcome: Outcome) -> str:
 
 
 def _other_engines() -> str:
-    """Say which engines the run left out, and how to have them; "" where there are none."""
-    asked = {parse_spec(spec)[0] for spec in DEFAULT_ENGINES} | {"certified"}  # that is the truth
+    """Return which engines were not run, and how to run them; "" if there are none."""
+    # "certified" is the reference, not an engine to compare with it.
+    asked = {parse_spec(spec)[0] for spec in DEFAULT_ENGINES} | {"certified"}
     here: list[str] = []
     absent: list[str] = []
     for name in engine_names():
         if name not in asked:
-            (here if _is_here(name) else absent).append(name)
+            (here if _is_installed(name) else absent).append(name)
     parts = []
     if here:
         parts.append(f"Installed but not run (add with `--engine`): {', '.join(here)}")
@@ -265,15 +277,15 @@ def _other_engines() -> str:
     return ". ".join(parts)
 
 
-def _is_here(name: str) -> bool:
+def _is_installed(name: str) -> bool:
     try:
         return engine_class(name).unavailable() is None
-    except EngineError:  # someone's package is broken: `ghostball engines` says what is wrong
+    except EngineError:  # a broken package; `ghostball engines` shows the error
         return False
 
 
 def _advice(outcome: Outcome) -> str:
-    """Say why no limit judges what was run, and how to have it judged."""
+    """Return why no limit judges the run, and how to get a verdict."""
     if outcome.counts.checks_left_out:
         return "--metric leaves out every limit. Choose a metric that has one"
     ran = [case for case in outcome.cases if case.outcome == "ran"]

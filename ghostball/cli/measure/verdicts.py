@@ -1,4 +1,4 @@
-"""The verdicts of a run for the terminal: scenes against engines, engines over all, failures."""
+"""Verdicts of a run for the terminal: scenes by engine, totals of each engine, failures."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ COLOURS = {
     Verdict.UNAVAILABLE: "yellow",
 }
 FAILURES_SHOWN = 20
-"""More than this many lines of failures would push the tables off the screen."""
+"""Largest number of failure lines, so that the tables stay on the screen."""
 
 UNLIMITED = 100_000
-"""Columns; a table of any size is measured within them."""
+"""Console width [columns] at which the natural width of a table is measured."""
 
 _VERDICTS = {mark: verdict for verdict, mark in MARKS.items()}
 
 
 def verdict_tables(results: Results, console: Console) -> RenderableType:
-    """Return what `console` has room for: the engines, their classes by scene, the failures."""
+    """Return the classes by scene (if they fit into `console`), the engines, and the failures."""
     parts: list[RenderableType] = []
     matrix = _matrix(results)
     unlimited = console.options.update_width(UNLIMITED)
@@ -65,13 +65,13 @@ def verdict_tables(results: Results, console: Console) -> RenderableType:
     engines = _engines(results)
     if Measurement.get(console, unlimited, engines).maximum > console.width:
         engines = _engines(results, broken=True)
-    # What is cut short says nothing: a narrow window breaks its lines instead.
+    # In a narrow window the lines are wrapped: cut cells would be useless.
     engines.width = Measurement.get(console, unlimited, engines).maximum
     return Group(*parts, engines, _key(results), *failure_lines(results.cases))
 
 
 def _key(results: Results) -> str:
-    """Return what the classes and marks mean that there are."""
+    """Return the meaning of each accuracy class and mark in the results."""
     classes = [f"{CLASSES[k].short}: {CLASSES[k].meaning}" for k in kinds_of(results.cases)]
     seen = {verdict_of(case) for case in results.cases}
     marks = [f"{MARKS[one]} {MEANINGS[one]}" for one in MARKS if one in seen]
@@ -100,7 +100,7 @@ def _by_scene(results: Results) -> Iterable[CaseRecord]:
 
 
 def spread_table(results: Results, size: Size) -> RenderableType:
-    """Return how the ends of varied starts vary, of this size at most."""
+    """Return the spread of the results of ensembles; `size` is the largest perturbation."""
     heads = [escape(head) for head in SPREAD_HEADS]
     rows = (tuple(map(escape, row)) for row in spread_rows(results))
     table = table_of(heads, rows, right=heads[2:], whole=heads)
@@ -109,12 +109,12 @@ def spread_table(results: Results, size: Size) -> RenderableType:
 
 
 def colour_of(case: CaseRecord) -> str:
-    """Return the style in which the verdict on a case is shown."""
+    """Return the style for the verdict on a case."""
     return COLOURS.get(verdict_of(case), "default")
 
 
 def headline(outcome: Outcome, seconds: float) -> str:
-    """Return what a run came to in one line."""
+    """Return the result of a run in one line: counts of checks and cases, and the time."""
     counts = outcome.counts
     parts = [f"{counts.checks_passed} checks passed", f"{counts.checks_failed} failed"]
     if counts.checks_reference:
@@ -182,7 +182,7 @@ def _engines(results: Results, *, broken: bool = False) -> Table:
 
 
 def _broken(label: str) -> str:
-    """Return an engine's label on several lines: what it is, then its settings."""
+    """Return an engine's label on several lines: its name, then a line for each setting."""
     family, settings = style.split_label(label)
     return "\n  ".join([family, *filter(None, settings.split(","))])
 
@@ -200,7 +200,7 @@ def _alarming(count: int) -> str:
 
 
 def failure_lines(cases: Iterable[CaseRecord]) -> Sequence[str]:
-    """Return a line for each limit that is broken, and for each case that did not finish."""
+    """Return a line for each failed limit, and for each case that did not finish."""
     lines = []
     for case, check, words, _ in failures(cases):
         where = escape(f"{case.scene} on {case.label}")
@@ -214,7 +214,7 @@ def failure_lines(cases: Iterable[CaseRecord]) -> Sequence[str]:
 
 
 def _raised_at(case: CaseRecord) -> str:
-    """Return where an engine raised, its file and line; "" where nothing says it."""
+    """Return file and line where an engine raised its exception; "" if they are unknown."""
     places = re.findall(r'File "([^"]+)", line (\d+)', case.traceback)
     own = [one for one in places if not {"ghostball", "site-packages"} & {*Path(one[0]).parts}]
     file, line = (own or places or [("", "")])[-1]
@@ -222,9 +222,9 @@ def _raised_at(case: CaseRecord) -> str:
 
 
 def likeness_table(found: Sequence[Likeness]) -> RenderableType:
-    """Return how far each engine is off what was measured on real tables.
+    """Return the difference of each engine from measurements on real tables.
 
-    Where an error is known, by how many standard errors; where none is, in the figures' unit.
+    It is in standard errors if the error of the measurements is known, else in their unit.
     """
     return Group(
         *_likenesses(
@@ -242,7 +242,7 @@ def likeness_table(found: Sequence[Likeness]) -> RenderableType:
 def _likenesses(
     found: Sequence[Likeness], title: str, key: str = "", *, grades: bool
 ) -> Iterator[RenderableType]:
-    """Yield a table of the families that grade, or of those that don't, and what explains it."""
+    """Yield the title, the table and the key of the families whose `grades` is as given."""
     chosen = [(one, [f for f in one.families if f.grades is grades]) for one in found]
     rows = [
         (escape(one.label), *map(likeness_cell, families))

@@ -1,1 +1,1 @@
-"""What all commands share: options, the terminal, progress, the settings of a project."""
+"""Code that several commands share: the terminal, progress bars, the settings of a project."""

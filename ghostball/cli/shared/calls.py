@@ -1,6 +1,7 @@
-"""How a command is declared: a class of its options, and the module that does what they ask.
+"""Declare commands: a dataclass of options becomes a command that calls a module.
 
-Nothing heavy is imported here: `ghostball --help` must not wait for numpy and the engines.
+This module imports nothing slow, because `ghostball --help` must not wait for numpy and the
+engines.
 """
 
 from __future__ import annotations
@@ -16,19 +17,22 @@ T = TypeVar("T")
 
 
 def command(app: typer.Typer, module: str) -> Callable[[type[T]], type[T]]:
-    """Make a command of a dataclass: its fields are the options, its docstring is the help.
+    """Return a decorator that turns a dataclass into a command of `app`.
 
-    `module`: of `ghostball.cli`; its last part is the command's name. Its function `run` is called
-        with the options, and returns the exit status. It is imported when the command is called.
+    The fields are the options, and the docstring is the help text.
+
+    `module`: module below `ghostball.cli`, imported when the command is called. The last part of
+        its name is the name of the command. Its function `run` takes the options and returns the
+        exit status.
     """
 
     def decorate(options: type[T]) -> type[T]:
         def call(**given: Any) -> None:
-            from ghostball.cli.shared.terminal import in_a_command  # noqa: PLC0415 - heavy
+            from ghostball.cli.shared.terminal import in_a_command  # noqa: PLC0415 - slow import
 
             with in_a_command():
-                does: Any = import_module(f"ghostball.cli.{module}")
-                raise typer.Exit(does.run(options(**given)))
+                implementation: Any = import_module(f"ghostball.cli.{module}")
+                raise typer.Exit(implementation.run(options(**given)))
 
         hints = get_type_hints(options, include_extras=True)
         declared = inspect.signature(options).parameters.values()
@@ -42,10 +46,10 @@ def command(app: typer.Typer, module: str) -> Callable[[type[T]], type[T]]:
 
 
 def refuse_given(context: typer.Context, why: str, *names: str) -> None:
-    """Refuse options that were given, although they would do nothing.
+    """Raise `typer.BadParameter` if the user gave an option that would have no effect.
 
     `why`: the reason, as the start of a sentence.
-    `names`: the fields of the command's class.
+    `names`: fields of the command's class that have no effect.
     """
     for parameter in context.command.params:
         source = context.get_parameter_source(parameter.name or "")

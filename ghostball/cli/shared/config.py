@@ -1,14 +1,15 @@
-"""What `[tool.ghostball]` of a project's `pyproject.toml` says: engines, scenes, folders.
+"""Settings of a project, from the table `[tool.ghostball]` of its `pyproject.toml`.
 
     [tool.ghostball]
-    engines = ["my_engine:simulate"]        # default: as each command says
-    scenes = ["smoke", "scenes/*.toml"]     # default: all that are shipped
+    engines = ["my_engine:simulate"]        # default: see the help of each command
+    scenes = ["smoke", "scenes/*.toml"]     # default: all shipped scenes
     baselines = "baselines"
-    fail_on = "changed"                     # or "worse", or "limits": what fails the gate
+    fail_on = "changed"                     # or "worse", or "limits": what fails `regress`
     out = "out"
 
-Commands take from it what they aren't given, and so does the pytest plugin. Paths are relative to
-the file, which is the nearest one upwards that has such a table.
+The commands and the pytest plugin use these settings for options that aren't given. The file is the
+nearest `pyproject.toml` with such a table, in the working directory or above. Paths are relative to
+the folder of the file.
 """
 
 from __future__ import annotations
@@ -27,29 +28,32 @@ from ghostball.validation.results.files import describe_validation_error, toml_o
 
 FILE = "pyproject.toml"
 
-Text = Annotated[str, Field(pattern=r"\S", strict=True)]
+NonBlankText = Annotated[str, Field(pattern=r"\S", strict=True)]
 
 
 class ConfigError(GhostballError, ValueError):
-    """A configuration that can't be read, or says what nobody understands."""
+    """A configuration that can't be read, or is invalid."""
 
 
 class Config(BaseModel, frozen=True, extra="forbid"):
     """The settings of a project.
 
-    `engines`, `scenes`: as on the command line; empty where nothing is said.
+    `engines`, `scenes`: as on the command line; empty if the file doesn't set them.
     `baselines`, `out`: folders of the accepted baselines and of results.
     `fail_on`: what fails a comparison with baselines.
     """
 
-    engines: tuple[Text, ...] = ()
-    scenes: tuple[Text, ...] = ()
+    engines: tuple[NonBlankText, ...] = ()
+    scenes: tuple[NonBlankText, ...] = ()
     baselines: Path = Path("baselines")
     fail_on: FailOn = "changed"
     out: Path = Path("out")
 
-    def below(self, root: Path) -> Config:
-        """Return the same with its paths relative to the working directory."""
+    def resolved(self, root: Path) -> Config:
+        """Return the settings with paths that are valid in the working directory.
+
+        `root`: folder to which the paths are relative.
+        """
         if root == Path.cwd():
             return self
         scenes = (
@@ -60,9 +64,9 @@ class Config(BaseModel, frozen=True, extra="forbid"):
 
 
 def named_engines(given: Sequence[str] | None, config: Config) -> tuple[str, ...]:
-    """Return the engines that the command line names, else the project's, each checked.
+    """Return the engines of the command line, else those of the project.
 
-    Raises `EngineError` where one isn't here: who names an engine wants its verdict.
+    Raises `EngineError` if an engine is unknown or unavailable: a named engine is never skipped.
     """
     labels = tuple(given or config.engines)
     for label in labels:
@@ -71,17 +75,23 @@ def named_engines(given: Sequence[str] | None, config: Config) -> tuple[str, ...
 
 
 def load_config(start: Path | None = None) -> Config:
-    """Return the configuration of the project that a folder is in, the working directory's."""
+    """Return the settings of the project that contains a folder, by default the working directory.
+
+    Raises `ConfigError` if they can't be read, or are invalid.
+    """
     here = (start or Path.cwd()).resolve()
     for folder in (here, *here.parents):
         table = load_table(folder / FILE)
         if table is not None:
-            return _checked(table, folder / FILE).below(folder)
+            return _checked(table, folder / FILE).resolved(folder)
     return Config()
 
 
 def load_table(path: Path) -> Any:
-    """Return the table of a file, or None where there is none."""
+    """Return the table `[tool.ghostball]` of a file, or None if there is none.
+
+    Raises `ConfigError` if the file can't be read.
+    """
     try:
         text = read_text(path)
     except (FileNotFoundError, NotADirectoryError, PermissionError):

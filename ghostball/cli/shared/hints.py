@@ -1,4 +1,4 @@
-"""What a run says after its verdicts: what failures share, what to do next, what wasn't tried."""
+"""Hints after the verdicts: what failures have in common, the next command, untested features."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes import commands
 from ghostball.validation.suite.hints import lacked, shared, simplest, tried_by, untried
 
-LISTED = 4
-"""Things of a kind that a line names; the rest is a number."""
+NAMES_LISTED = 4
+"""Number of names in a line; the rest are counted."""
 
 
 def hints(cases: Sequence[CaseRecord], labels: Sequence[str]) -> Iterator[str]:
-    """Yield lines on each engine that was named: what its failures share, and what to do next."""
+    """Yield hints about each named engine."""
     for label in labels:
         own = [case for case in cases if case.label == label]
         if said := few_ends_judged(own):
             yield f"{escape(label)}: {said}"
         yield from _failures(own, label)
-        if names_class(label):  # of an engine that somebody is writing
+        if names_class(label):  # an engine of the user, given as module:name
             yield from coverage(own, label)
 
 
 def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
-    """Yield what an engine could not play, and what it claims and nothing tried."""
+    """Yield the features that an engine doesn't support, and those that no scene tested."""
     name = escape(label)
     if missing := lacked(own):
         unable = sum(verdict_of(case) is Verdict.NOT_REPRESENTABLE for case in own)
@@ -64,5 +64,5 @@ def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
 
 
 def _listed(names: Sequence[str]) -> str:
-    more = len(names) - LISTED
-    return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")
+    more = len(names) - NAMES_LISTED
+    return ", ".join(names[:NAMES_LISTED]) + (f" and {more} more" if more > 0 else "")

@@ -1,7 +1,7 @@
-"""How far a long command has come: one bar on a terminal, a line now and then in a log.
+"""Progress of a long command: a bar on a terminal, a line every few seconds in a log.
 
-Its steps are named and counted, also what of the kernels must be compiled first; the time left is
-that of the step.
+A command has named steps, such as compiling, running and drawing. The time left is that of the
+current step.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from ghostball.validation.parallel.pool import Progress as Count
 
 LOG_INTERVAL = 10.0
-"""Seconds between two lines of progress where there is no terminal to draw a bar on."""
+"""Seconds between two lines of progress in a log."""
 
-PACE = 600.0
-"""Seconds over which the speed of a step is taken: parts may take minutes each."""
+SPEED_PERIOD = 600.0
+"""Seconds over which the speed of a step is averaged: one part can take minutes."""
 
 COMPILING, RUNNING, DRAWING = "compiling", "running", "drawing"
-"""Steps of several commands. Where the kernels are compiled, a run begins with its second step."""
+"""Steps of several commands. COMPILING is skipped if all kernels are compiled."""
 
 
 class Steps:
-    """The steps of a command, in their order; several bars in turn may show them.
+    """The steps of a command, in order; one bar or several bars in turn show them.
 
     >>> steps = Steps(COMPILING, RUNNING)
     >>> with steps.bar() as step:
@@ -44,9 +44,10 @@ class Steps:
 
     @contextmanager
     def bar(self, first: str | None = None) -> Iterator[Callable[[str], Count[str]]]:
-        """Show a bar while the block runs; what is yielded gives each step what moves it.
+        """Show a bar while the block runs.
 
-        Until something moves, it names the `first` step; left out, the first of all.
+        Yields a function that returns the progress function of a step. Before the first progress,
+        the bar shows the step `first`, by default the first step of the command.
         """
         logged = not stderr().is_terminal
         columns = (
@@ -69,7 +70,7 @@ class Steps:
             transient=True,
             expand=True,
             disable=logged,
-            speed_estimate_period=PACE,
+            speed_estimate_period=SPEED_PERIOD,
         )
         with nullcontext() if logged else bar:
             begun = self._title(first or self._names[0])
@@ -117,6 +118,6 @@ class Steps:
 
 @contextmanager
 def counting(name: str) -> Iterator[Count[str]]:
-    """Show a bar for a command of one step; the function yielded moves it."""
+    """Show a bar for a command with one step; yields the progress function."""
     with Steps(name).bar() as step:
         yield step(name)

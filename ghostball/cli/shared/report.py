@@ -1,4 +1,4 @@
-"""What is made of a results folder: its report page, and what `--format` prints of it."""
+"""Write the report of a results folder, and print its results as `--format` asks."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ from ghostball.validation.suite.real_tables import load_likenesses
 
 
 @dataclass(frozen=True)
-class Written:
-    """A report that is written: its page, and what of it could not be made."""
+class WrittenReport:
+    """A written report: its page, and the parts that failed because of a bug."""
 
     page: Path
     failed: tuple[FailedPart, ...] = ()
 
     def status(self) -> ExitStatus:
-        """Return the exit status; where parts could not be made, say which, and that it is a bug.
+        """Return the exit status; if parts failed, print a warning that names them.
 
-        To be called once all else is said: the warning is what must be seen.
+        Call it after all other messages, so that the warning is the last line.
         """
         if not self.failed:
             return ExitStatus.PASSED
@@ -57,23 +57,29 @@ class Written:
         return ExitStatus.HARNESS_FAILED
 
 
-def write(folder: Path, *, jobs: int, figures: Pictures, steps: Steps | None = None) -> Written:
-    """Write the report, with a bar that says how far it is: of all `steps`, or of this one."""
+def write(
+    folder: Path, *, jobs: int, figures: Pictures, steps: Steps | None = None
+) -> WrittenReport:
+    """Write the report, with a progress bar.
+
+    `steps`: the steps of the whole command, if drawing isn't the only one.
+    """
     with (steps or Steps(DRAWING)).bar(DRAWING) as step:
         try:
-            return Written(write_report(folder, progress=step(DRAWING), jobs=jobs, figures=figures))
+            page = write_report(folder, progress=step(DRAWING), jobs=jobs, figures=figures)
         except IncompleteReportError as error:
-            return Written(error.report, error.failed)
+            return WrittenReport(error.report, error.failed)
+        return WrittenReport(page)
 
 
 def print_for_programs(folder: Path, form: Format) -> None:
-    """Print stored results in a format for programs; as text, the command printed its tables."""
+    """Print stored results in a format for programs; for "text", the command has printed tables."""
     if form is not Format.TEXT:
         typer.echo(printed(folder, form), nl=False)
 
 
 def printed(folder: Path, form: Format) -> str:
-    """Return what stored results came to, with what changed if the folder holds a comparison."""
+    """Return stored results, and stored comparisons with baselines, in a format."""
     results, regressions = Results.open(folder), load_regressions(folder)
     if form is Format.MARKDOWN:
         return summary_markdown(results, *regressions)
@@ -87,13 +93,13 @@ def printed(folder: Path, form: Format) -> str:
         return csv_of(rows_of(folder, "comparisons"))
     tables = {name: rows_of(folder, name) for name in ("cases", "comparisons", "checks", "metrics")}
     compared = [one.model_dump(mode="json", by_alias=True) for one in regressions]
-    beside = [_plain(one) for one in load_likenesses(folder)]
+    beside = [_json_values(one) for one in load_likenesses(folder)]
     whole = {"state": results.state, **tables, "regressions": compared, "real_tables": beside}
     return json.dumps(whole) + "\n"
 
 
-def _plain(found: Likeness) -> dict[str, Any]:
-    """Return what an engine makes of real tables, with how far off it is."""
+def _json_values(found: Likeness) -> dict[str, Any]:
+    """Return the comparison of an engine with real tables as values for JSON."""
     families = []
     for one in found.families:
         graded = one.grades and not one.lacks

@@ -1,4 +1,4 @@
-"""How `validate`, `regress` and `stress` run cases: with a bar, reusing what is unchanged."""
+"""Run the cases of `validate`, `regress` and `stress`, with a bar and messages about reuse."""
 
 from __future__ import annotations
 
@@ -31,11 +31,12 @@ def run_cases(
     done: Callable[[CaseRecord], None] = lambda _: None,
     **more: Any,
 ) -> Outcome:
-    """Run cases with a progress bar; first say which are reused.
+    """Run cases with a progress bar, and print how many are reused.
 
-    `run`: `run_suite` or a function with its parameters; `items`: its first argument; `more`:
-        further ones.
-    `steps`: of the whole command, if it has more than these two.
+    `run`: `run_suite`, or a function with the same parameters.
+    `items`: first argument of `run`.
+    `more`: further arguments of `run`.
+    `steps`: the steps of the whole command, if it has more than compiling and running.
     `done`: called after each case.
     """
     with cluster_at(cluster) as there, (steps or Steps(COMPILING, RUNNING)).bar() as step:
@@ -61,7 +62,7 @@ def run_cases(
 
 
 def _announce(reused: Reuse[CaseRecord], labels: Sequence[str], out: Path) -> None:
-    """Say what isn't run again, or why all is, where there are results to reuse."""
+    """Print how many cases are reused, or why none is although results are stored."""
     if reused.records:
         say(reused_text(len(reused.records), out))
     elif reused.stored or reused.why:
@@ -75,12 +76,12 @@ def _announce(reused: Reuse[CaseRecord], labels: Sequence[str], out: Path) -> No
 
 
 def reused_text(count: int, out: Path) -> str:
-    """Say how many cases are not run again."""
+    """Return a message with the number of reused cases."""
     return f"{many(count, 'case')} reused from {escape(str(out))} (--rerun runs them again)"
 
 
 def say_all_printed(cases: Sequence[CaseRecord]) -> None:
-    """Show what each engine printed in one scene, the first, and how many more there are."""
+    """Show what each engine printed in its first scene with output, and count the others."""
     for label in dict.fromkeys(case.label for case in cases if case.printed):
         mine = [case for case in cases if case.label == label and case.printed]
         say_printed(label, mine[0].printed)

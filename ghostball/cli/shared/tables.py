@@ -1,4 +1,4 @@
-"""Tables for the eye, as every command prints them."""
+"""Tables for the terminal, in the style of all commands."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def table_of(
 ) -> Table:
     """Return a table of cells in rich's markup.
 
-    `right` names columns that are set to the right, `whole` those whose lines aren't broken: the
-    first alone, unless others are named.
+    `right`: heads of the columns that are aligned to the right.
+    `whole`: heads of the columns whose lines aren't wrapped (default: the first column).
     """
     table = Table(box=box.SIMPLE_HEAD, title=title, pad_edge=False, padding=(0, 2, 0, 0))
     stacked = any("\n" in head for head in heads)
@@ -38,7 +38,7 @@ def table_of(
 
 
 def facts_table(rows: Mapping[str, str]) -> Table:
-    """Return a line for each fact, its name dimmed."""
+    """Return a table with a line for each fact: its dimmed name, and its value."""
     table = Table(box=None, show_header=False, padding=(0, 1))
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")

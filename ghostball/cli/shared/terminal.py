@@ -1,4 +1,4 @@
-"""The terminal: where messages go, and how errors end a command.
+"""The terminal: consoles for results and messages, and exit statuses of errors.
 
 Results go to stdout, everything else (progress, warnings, errors) to stderr.
 """
@@ -29,19 +29,18 @@ from ghostball.validation.exit_status import ExitStatus
 P = ParamSpec("P")
 
 WIDTH_WITHOUT_TERMINAL = 160
-"""Columns of a log or a pipe, where `COLUMNS` doesn't say; rich would take 80."""
-
+"""Columns of a log or a pipe if `COLUMNS` isn't set; rich's default is 80."""
 
 DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO})
-"""What a full or failing disk answers to output that nobody else wrapped: no bug of ours."""
+"""Error numbers of a full or failing disk; these errors aren't bugs of Ghostball."""
 
 
 @contextmanager
 def in_a_command() -> Iterator[None]:
-    """Make a command end in an exit status, whatever happens in it.
+    """Turn any exception in the block into an exit status, raised as `typer.Exit`.
 
-    An error that the user can mend is its message alone; any other one is ours, and comes with its
-    traceback. Both go to stderr.
+    For an error that the user can correct, only the message is printed. Any other error is a bug in
+    Ghostball, and is printed with its traceback. Both go to stderr.
     """
     try:
         with _logging_shown(), _modules_here(), _written_at_the_end():
@@ -58,15 +57,15 @@ def in_a_command() -> Iterator[None]:
 
 
 def command(function: Callable[P, None]) -> Callable[P, None]:
-    """Make a function of options a command, which ends in an exit status; see `in_a_command`."""
+    """Return `function` as a command that ends with an exit status; see `in_a_command`."""
     return in_a_command()(function)
 
 
 @contextmanager
 def _written_at_the_end() -> Iterator[None]:
-    """Write what is left for stdout as the block ends, so that its error is one of the block.
+    """Flush stdout when the block ends, so that a write error is raised inside the command.
 
-    Python itself would do so as the process ends, and fail in words and with a status of its own.
+    Python flushes at exit, too, but an error there has Python's own message and exit status.
     """
     try:
         yield
@@ -74,66 +73,69 @@ def _written_at_the_end() -> Iterator[None]:
         try:
             sys.stdout.flush()
         except OSError:
-            # What is left can't be written later either: it is given up here, not once more there.
+            # The buffered output can't be written at exit either: discard it.
             with suppress(OSError):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise
 
 
 def stdout() -> Console:
-    """Return the console of results."""
+    """Return the console for results."""
     return _console(stderr=False)
 
 
 def tables(form: str) -> Console:
-    """Return the console of tables: stdout has room for nothing else where it isn't "text"."""
+    """Return the console for tables: stdout for the format "text", else stderr.
+
+    With any other format, stdout must contain only that format.
+    """
     return stdout() if form == "text" else stderr()
 
 
 @functools.cache
 def stderr() -> Console:
-    """Return the one console of messages; a live display on it must know what else is printed."""
+    """Return the only console for messages; a progress bar must know all that is printed on it."""
     return _console(stderr=True)
 
 
 def say(message: str) -> None:
-    """Print a message, which may hold rich's markup, on stderr."""
+    """Print a message, which may contain rich's markup, on stderr."""
     stderr().print(message, soft_wrap=True)
 
 
 def say_printed(engine: str, text: str) -> None:
-    """Show on stderr what an engine printed, a line each with its name before."""
+    """Show on stderr what an engine printed; each line starts with the name of the engine."""
     for line in harmless(text).splitlines():
         say(f"[dim]{escape(f'engine {engine} printed:')}[/] {escape(line)}")
 
 
 @contextmanager
 def busy(message: str) -> Iterator[None]:
-    """Show a turning wheel beside `message` while the block runs; nothing without a terminal."""
-    with stderr().status(Text(message)):  # a message may hold brackets, which aren't markup
+    """Show a spinner beside `message` while the block runs; nothing without a terminal."""
+    with stderr().status(Text(message)):  # `Text`, because brackets in a message aren't markup
         yield
 
 
-class _Harmless(Console):
-    """A console that shows the control characters of a text instead of obeying them."""
+class _SafeConsole(Console):
+    """A console that prints the control characters of a text as visible characters."""
 
     def on_broken_pipe(self) -> None:
-        """Raise the error again, which a command answers; rich would exit with status 1."""
-        raise  # noqa: PLE0704 - it is called where the error is handled
+        """Raise the error again for `in_a_command`; rich would exit with status 1."""
+        raise  # noqa: PLE0704 - rich calls this method while it handles the error
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterator[Segment]:
         for text, style, control in super().render(renderable, options):
-            # What rich itself steers the terminal with says so.
+            # rich marks its own control sequences with `control`.
             yield Segment(text if control else harmless(text), style, control)
 
 
 def _console(*, stderr: bool) -> Console:
     file = None
     if stderr and sys.stderr is sys.__stderr__ and sys.stderr is not None:
-        # A way of its own to where messages go: what engines print to descriptor 2 is diverted,
-        # also while a bar is drawn.
+        # A duplicate of descriptor 2: while an engine runs, what it prints to descriptor 2 is
+        # captured, and messages and the bar must not be.
         with suppress(OSError):
             file = open(  # noqa: SIM115 - until the process ends
                 os.dup(sys.stderr.fileno()),
@@ -142,15 +144,15 @@ def _console(*, stderr: bool) -> Console:
                 errors=sys.stderr.errors,
                 buffering=1,
             )
-    console = _Harmless(file=file, stderr=stderr, highlight=False, emoji=False)
+    console = _SafeConsole(file=file, stderr=stderr, highlight=False, emoji=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = WIDTH_WITHOUT_TERMINAL
     return console
 
 
 def _explain(error: Exception) -> ExitStatus:
-    """Print the error with its cause, and return the exit status."""
-    # Imported only here: a command that goes well doesn't wait for it.
+    """Print an error, and return the exit status."""
+    # Imported here, because a command without an error doesn't need it.
     from ghostball.reference_adapters import engine_names  # noqa: PLC0415
     from ghostball.validation.parallel.cluster import ClusterLostError  # noqa: PLC0415
 
@@ -159,7 +161,7 @@ def _explain(error: Exception) -> ExitStatus:
             return _our_bug(error.trace, error.reason)
         if error.trace:
             say(escape(error.trace.rstrip()))
-        advice = ""  # to an author, of an engine of his own
+        advice = ""  # for the user's own engine
         if error.engine in engine_names():
             advice = ". Please report it to the maintainers of that engine"
             advice += ", with the lines above" * bool(error.trace)
@@ -192,7 +194,7 @@ def _our_bug(trace: str, reason: str) -> ExitStatus:
 
 
 class _ShownOnStderr(logging.Handler):
-    """Prints log records above whatever live display is on."""
+    """Handler that prints log records on stderr, above a progress bar."""
 
     def emit(self, record: logging.LogRecord) -> None:
         say(escape(record.getMessage()))
@@ -200,7 +202,7 @@ class _ShownOnStderr(logging.Handler):
 
 @contextmanager
 def _modules_here() -> Iterator[None]:
-    """Find modules in the working directory, such as `my_engine:simulate`, after all others."""
+    """Put the working directory at the end of the import path, for engines such as `my_engine`."""
     here = str(Path.cwd())
     if here in sys.path:
         yield
@@ -214,7 +216,7 @@ def _modules_here() -> Iterator[None]:
 
 @contextmanager
 def _logging_shown() -> Iterator[None]:
-    """Show what the packages log, such as that kernels are being compiled."""
+    """Show log messages of the packages on stderr, for example that kernels are being compiled."""
     logger = logging.getLogger("ghostball")
     handler = _ShownOnStderr(logging.WARNING)
     propagate, logger.propagate = logger.propagate, False

@@ -1,1 +1,1 @@
-"""The commands that show what is there, and write files to begin from."""
+"""Commands that list scenes and engines, write reports, and start projects."""

@@ -1,4 +1,4 @@
-"""The commands that show what is there, and write files to begin from."""
+"""Options and help of `report`, `scenes`, `engines` and `init`."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ghostball.cli.options import (
     Figures,
     Format,
     Jobs,
-    Plain,
-    PlainFormat,
+    TextOrJson,
+    TextOrJsonOption,
     complete_engine,
     complete_scene,
     engine_option,
@@ -91,7 +91,7 @@ class ScenesOptions:
             "--metrics", help="List the metrics instead: limits and --metric use their names."
         ),
     ] = False
-    form: PlainFormat = Plain.TEXT
+    form: TextOrJsonOption = TextOrJson.TEXT
 
 
 @command(app, "show.engines")
@@ -172,7 +172,9 @@ class EnginesOptions:
             "recommended step ringed"
         ),
     ] = None
-    form: Annotated[Plain, format_option("For --steps: what is printed on stdout.")] = Plain.TEXT
+    form: Annotated[TextOrJson, format_option("For --steps: what is printed on stdout.")] = (
+        TextOrJson.TEXT
+    )
 
 
 @command(app, "show.init")

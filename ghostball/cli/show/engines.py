@@ -1,4 +1,4 @@
-"""What `ghostball engines` does: list engines, describe them, check them, measure their steps."""
+"""`ghostball engines`: list engines, describe them, check the installation, measure time steps."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ ENGINES_KEY = (
     "with --recipe, its best settings as code for that engine ({recipes})."
 )
 
-LACKS_SHOWN = 2
-"""Features of the table of engines that each is said to lack."""
+GAPS_SHOWN = 2
+"""Number of unsupported features in the table of engines, for each engine."""
 
 SETTINGS_KEY = (
     "Settings with their defaults, and other choices in brackets; unset: the engine's own default "
@@ -43,7 +43,10 @@ SETTINGS_KEY = (
 
 
 def run(asked: EnginesOptions) -> ExitStatus:
-    """List the engines, describe those that are named, or do what an option asks instead."""
+    """List or describe engines, print recipes, check the installation, or measure time steps.
+
+    Raises `typer.BadParameter` if options contradict each other.
+    """
     context, names = asked.context, asked.names or ()
     if asked.steps:
         refuse_given(context, "`--steps` measures engines", "recipe", "check")
@@ -67,7 +70,7 @@ def run(asked: EnginesOptions) -> ExitStatus:
 
 
 def engines_table() -> RenderableType:
-    """Return a line for each engine: its version, whether it runs here, what it lacks most."""
+    """Return a table with a line for each engine: version, availability and main gaps."""
     scenes = select()
     needed = Counter(feature for scene in scenes for feature in scene_features(scene))
     rows: list[Sequence[RenderableType]] = []
@@ -78,7 +81,7 @@ def engines_table() -> RenderableType:
             absent.append(name)
         lacks = [one for one in needed if not has_feature(found.capabilities, one)]
         lacks.sort(key=lambda one: -needed[one])
-        said = [f"{one.value} ({needed[one]})" for one in lacks[:LACKS_SHOWN]]
+        said = [f"{one.value} ({needed[one]})" for one in lacks[:GAPS_SHOWN]]
         if not found.capabilities:
             said = []
         elif not lacks:
@@ -93,14 +96,14 @@ def engines_table() -> RenderableType:
 
 
 def recipe_names() -> tuple[str, ...]:
-    """Return the engines whose best settings are written down as code."""
+    """Return the engines that have a recipe: their best settings as code."""
     return tuple(sorted(path.stem.removesuffix("_recipe") for path in _recipes("*")))
 
 
 def recipe_of(name: str) -> str:
-    """Return the best settings of an engine as code of that engine.
+    """Return the recipe of an engine: its best settings as code.
 
-    Raises `EngineError` where there is none.
+    Raises `EngineError` if there is none.
     """
     if name not in recipe_names():
         raise EngineError(
@@ -112,14 +115,14 @@ def recipe_of(name: str) -> str:
 
 
 def _recipes(name: str) -> list[Path]:
-    """Return the programs of an engine, "*" for all: of the documentation, or in a wheel."""
+    """Return the recipe files of an engine ("*": of all engines), from a wheel or a checkout."""
     package = Path(__file__).resolve().parents[2]
     folders = (package / "recipes", package.parent / "docs" / "recipes")
     return [path for folder in folders for path in folder.glob(f"{name}_recipe.py")]
 
 
 def engine_blocks(names: Sequence[str]) -> Iterator[RenderableType]:
-    """Yield a block for each of some engines: whether it runs here, its settings, its features."""
+    """Yield a block for each engine: its availability, settings and features."""
     yield Text(SETTINGS_KEY)
     for name in names:
         found = _described(name)
@@ -135,8 +138,13 @@ def engine_blocks(names: Sequence[str]) -> Iterator[RenderableType]:
 
 
 @dataclass(frozen=True)
-class _Described:
-    """What an engine says of itself; `reason` is why it can't run here, None where it can."""
+class _EngineDescription:
+    """Description of an engine.
+
+    `reason`: why the engine can't run here; None if it can.
+    `settings`: defaults by name.
+    `choices`: the settings with their defaults and other choices, as text.
+    """
 
     reason: str | None
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -145,11 +153,11 @@ class _Described:
     version: str = ""
 
 
-def _described(name: str) -> _Described:
+def _described(name: str) -> _EngineDescription:
     try:
         engine = engine_class(name)
         make: Any = engine  # see `make_engine`
-        return _Described(
+        return _EngineDescription(
             engine.unavailable(),
             known_settings(engine.Settings),
             _defaults(engine.Settings),
@@ -157,13 +165,13 @@ def _described(name: str) -> _Described:
             _version(engine),
         )
     except EngineError as error:
-        return _Described(str(error))
-    except Exception as error:  # someone's broken package must not hide the other engines
-        return _Described(f"the check failed: {type(error).__name__}: {error}")
+        return _EngineDescription(str(error))
+    except Exception as error:  # one broken package must not hide the other engines
+        return _EngineDescription(f"the check failed: {type(error).__name__}: {error}")
 
 
 def _version(engine: type[ReferenceEngine]) -> str:
-    """Return the version of the package that an engine, or its adapter, comes with; else ""."""
+    """Return the version of the package of an engine, or of its adapter; "" if unknown."""
     top = engine.__module__.partition(".")[0]
     if top == "ghostball":
         return versions().get(PACKAGE_OF.get(engine.name, engine.name)) or ""
@@ -173,7 +181,7 @@ def _version(engine: type[ReferenceEngine]) -> str:
 def _capability_rows(capabilities: Mapping[Feature, Capability]) -> dict[str, str]:
     if not capabilities:
         return {}
-    # Features with one and the same explanation share a line.
+    # Features with the same explanation share a line.
     grouped: dict[str, dict[str, list[str]]] = {}
     for feature in Feature:
         capability = capabilities.get(feature, Capability("none"))
@@ -191,7 +199,7 @@ def _capability_rows(capabilities: Mapping[Feature, Capability]) -> dict[str, st
 
 
 def _defaults(settings: type[EngineSettings]) -> str:
-    """Return all settings with their defaults, and the choices where there are only some."""
+    """Return all settings with their defaults, and the other choices of settings that have some."""
     properties = settings.model_json_schema()["properties"]
     shown = []
     for key, default in known_settings(settings).items():

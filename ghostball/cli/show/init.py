@@ -1,4 +1,4 @@
-"""What `ghostball init` does: write the files that a project begins with, or a workflow."""
+"""`ghostball init`: write the first files of a project, or a GitHub workflow."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ out = "out"  # results: do not commit
 
 WORKFLOW = Path(".github/workflows/ghostball.yml")
 
-UNKNOWN = "OWNER/ghostball"
-"""Stands for the repository where the installation doesn't say where that is."""
+UNKNOWN_REPOSITORY = "OWNER/ghostball"
+"""Placeholder for Ghostball's repository on GitHub if the installation doesn't name it."""
 
 
 class ExistsError(GhostballError, FileExistsError):
@@ -39,9 +39,12 @@ class ExistsError(GhostballError, FileExistsError):
 
 
 def run(asked: InitOptions) -> ExitStatus:
-    """Write `[tool.ghostball]`, and, unless one is named, an engine to begin from.
+    """Write `[tool.ghostball]`, and an example engine if no engine is named.
 
-    With `--ci` a workflow, too; where there are settings already, it alone is written.
+    With `--ci`, write a workflow, too, or only the workflow if the project has settings.
+
+    Raises `ConfigError` if the project has settings and no workflow is asked for, `ExistsError` if
+    a file exists.
     """
     engine, ci = asked.engine, asked.ci
     path = Path(FILE)
@@ -59,16 +62,16 @@ def run(asked: InitOptions) -> ExitStatus:
         )
     if ci:
         say(f"{WORKFLOW} compares each push with the baselines of `ghostball accept`: commit both")
-        if UNKNOWN in files[WORKFLOW]:
+        if UNKNOWN_REPOSITORY in files[WORKFLOW]:
             say(
-                f"In it, replace {UNKNOWN.partition('/')[0]} by the GitHub account that hosts "
-                "Ghostball, which this installation doesn't name"
+                f"In it, replace {UNKNOWN_REPOSITORY.partition('/')[0]} by the GitHub account that "
+                "hosts Ghostball, which this installation doesn't name"
             )
     return ExitStatus.PASSED
 
 
 def _is_package(path: Path) -> bool:
-    """Whether pip can install the project: its settings say how it is built."""
+    """Return whether pip can install the project, by its table `[project]`."""
     try:
         return path.exists() and "[project]" in read_text(path)
     except UnicodeDecodeError:
@@ -76,7 +79,7 @@ def _is_package(path: Path) -> bool:
 
 
 def _project(engine: str | None) -> dict[Path, str]:
-    """Return the files that a project begins with."""
+    """Return the first files of a project, by path; raises `EngineError` for an invalid engine."""
     path = Path(FILE)
     files: dict[Path, str] = {}
     if engine is None:
@@ -90,7 +93,7 @@ def _project(engine: str | None) -> dict[Path, str]:
 
 
 def _engine_text() -> str:
-    """Return the file of an engine: the first of the examples that come with ghostball."""
+    """Return the source of the example engine that comes with Ghostball."""
     spec = importlib.util.find_spec("ghostball.validation.examples.first_engine")
     assert spec is not None
     assert spec.origin is not None
@@ -114,15 +117,15 @@ def _write(files: Mapping[Path, str]) -> None:
 
 
 def repository() -> str:
-    """Return where Ghostball lies on GitHub, as "account/name", as its installation says it."""
+    """Return Ghostball's repository on GitHub, "account/name", from its installed metadata."""
     for one in metadata("ghostball").get_all("Project-URL") or ():
         if found := re.search(r"github\.com/([\w.-]+/[\w.-]+?)(?:\.git)?/?$", one):
             return found[1]
-    return UNKNOWN
+    return UNKNOWN_REPOSITORY
 
 
 def workflow_text(*, package: bool) -> str:
-    """Return the workflow's file; `package`: whether the project is one that pip installs."""
+    """Return the text of the workflow; `package`: whether pip can install the project."""
     text = Path(__file__).with_name("workflow.yml").read_text(encoding="utf-8")
-    install = "          install: . # what the engine needs is installed with it\n"
-    return text.replace(UNKNOWN, repository()) + install * package
+    install = "          install: . # with the dependencies of the engine\n"
+    return text.replace(UNKNOWN_REPOSITORY, repository()) + install * package

@@ -1,4 +1,4 @@
-"""What `ghostball engines --check` looks at: packages, compiled kernels, engines and scenes."""
+"""`ghostball engines --check`: check packages, compiled kernels, engines and scenes."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from ghostball.validation.results.environment import cpu_name
 from ghostball.validation.scenes import library
 
 GOOD, NOTE, BROKEN = "[green]ok[/]", "[yellow]note[/]", "[bold red]broken[/]"
-"""What a finding means, as it is shown."""
+"""States of a checked item, in rich's markup."""
 
-Finding = tuple[str, str, str]
-"""One line of the examination: what was looked at, what it means, and the detail."""
+CheckedItem = tuple[str, str, str]
+"""One line of the table: subject, state, detail."""
 
 
 def check_installation() -> ExitStatus:
-    """Print a table of all findings, and return whether none is broken."""
+    """Print a table of all checked items, and return the exit status."""
     found = [*_python(), *_versions(), _kernels(), *_engines(), *_scenes()]
     table = Table(box=box.SIMPLE_HEAD, show_header=False)
     table.add_column("subject", no_wrap=True)
@@ -47,12 +47,12 @@ def check_installation() -> ExitStatus:
     return ExitStatus.PASSED
 
 
-def _python() -> Iterator[Finding]:
+def _python() -> Iterator[CheckedItem]:
     yield "python", GOOD, f"{platform.python_version()} at {sys.executable}"
     yield "machine", GOOD, f"{platform.platform()}, {cpu_name()}, {processor_count()} cores"
 
 
-def _versions() -> Iterator[Finding]:
+def _versions() -> Iterator[CheckedItem]:
     yield "ghostball", GOOD, version("ghostball")
     for needed in requires("ghostball") or ():
         name, marker = re.split(r"[^\w.-]", needed)[0], needed.partition(";")[2].strip()
@@ -61,16 +61,16 @@ def _versions() -> Iterator[Finding]:
         try:
             yield name, GOOD, version(name)
         except PackageNotFoundError:
-            if marker:  # asked for on some machines only; `_engines` says what lacks without it
+            if marker:  # needed on some platforms only; `_engines` shows what is missing
                 yield name, NOTE, f"not installed (needed if {marker})"
             else:
                 yield name, BROKEN, "not installed. Run `pip install ghostball`"
 
 
-def _kernels() -> Finding:
+def _kernels() -> CheckedItem:
     if not COMPILED:
         return "kernels", NOTE, "interpreted: NUMBA_DISABLE_JIT is set; runs are slow"
-    if files := shipped.files():  # where it sets some aside, a message says why
+    if files := shipped.files():  # logs a message if some don't fit
         return "kernels", GOOD, f"{len(files)} compiled kernels came with Ghostball"
     if find_spec("numba") is None:
         detail = (
@@ -93,7 +93,7 @@ def _kernels() -> Finding:
     return "kernels", GOOD, detail
 
 
-def _engines() -> Iterator[Finding]:
+def _engines() -> Iterator[CheckedItem]:
     for name in engine_names():
         try:
             reason = engine_class(name).unavailable()
@@ -103,7 +103,7 @@ def _engines() -> Iterator[Finding]:
             yield f"engine {name}", GOOD if reason is None else NOTE, reason or "available"
 
 
-def _scenes() -> Iterator[Finding]:
+def _scenes() -> Iterator[CheckedItem]:
     names = library.scene_names()
     broken = 0
     for name in names:

@@ -1,4 +1,4 @@
-"""What `ghostball report` does: show what an earlier run stored."""
+"""`ghostball report`: write, print or export the results of an earlier run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,11 @@ from ghostball.validation.stress.tally import are_stress
 
 
 def run(asked: ReportOptions) -> ExitStatus:
-    """Write the page, or print what the results came to, or write all of their tables as files."""
+    """Write the report, print the results, or export their tables; return the exit status.
+
+    Raises `typer.BadParameter` if options contradict each other, `GhostballError` if the folder
+    holds a run of `stress` alone.
+    """
     context, folder = asked.context, asked.folder
     if asked.export is not None:
         why = "`--export` writes the tables of results instead of a report"
@@ -32,7 +36,7 @@ def run(asked: ReportOptions) -> ExitStatus:
         typer.echo(printed(folder, asked.form), nl=False)
         return ExitStatus.PASSED
     if are_stress(Results.open(folder).cases):
-        raise GhostballError(_where_it_is_shown(folder if folder.name else folder.resolve()))
+        raise GhostballError(_stress_advice(folder if folder.name else folder.resolve()))
     written = write(folder, jobs=asked.jobs, figures=asked.figures.value)
     typer.echo(written.page)
     if asked.opened:
@@ -40,7 +44,7 @@ def run(asked: ReportOptions) -> ExitStatus:
     return written.status()
 
 
-def _where_it_is_shown(folder: Path) -> str:
+def _stress_advice(folder: Path) -> str:
     """Return why a run of `ghostball stress` has no report of its own, and what to do instead."""
     why = (
         f"{folder}: holds a run of `ghostball stress`, which is a section of the report of the "

@@ -1,4 +1,4 @@
-"""What `ghostball scenes` does: list the scenes or the metrics, show a scene, export scenes."""
+"""`ghostball scenes`: list the scenes or the metrics, print a scene, or export scenes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import typer
 from rich.markup import escape
 
-from ghostball.cli.options import Plain
+from ghostball.cli.options import TextOrJson
 from ghostball.cli.shared.calls import refuse_given
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import stdout
@@ -23,7 +23,7 @@ from ghostball.validation.scenes.library import select
 
 
 def run(asked: ScenesOptions) -> ExitStatus:
-    """List the scenes, or the metrics; of a single scene, show its file."""
+    """List scenes or metrics, print a single scene, export scenes, or print the schema."""
     if asked.metrics:
         why = "`--metrics` lists metrics instead of scenes"
         refuse_given(asked.context, why, "wanted", "schema", "export")
@@ -37,10 +37,10 @@ def run(asked: ScenesOptions) -> ExitStatus:
     return ExitStatus.PASSED
 
 
-def _list_scenes(wanted: Sequence[str], form: Plain) -> None:
-    """List scenes; of a single one that is named, show its file."""
+def _list_scenes(wanted: Sequence[str], form: TextOrJson) -> None:
+    """List scenes; if a single scene is named, print its file."""
     found = select(wanted)
-    if form is Plain.JSON:
+    if form is TextOrJson.JSON:
         plain = {scene.name: scene.model_dump(mode="json", by_alias=True) for scene in found}
         typer.echo(json.dumps({"scenes": plain}))
     elif wanted and len(found) == 1:
@@ -53,11 +53,11 @@ def _list_scenes(wanted: Sequence[str], form: Plain) -> None:
         stdout().print(table_of(("scene", "balls", "title", "tags"), rows, right=("balls",)))
 
 
-def _list_metrics(form: Plain) -> None:
+def _list_metrics(form: TextOrJson) -> None:
     """List the metrics."""
-    from ghostball.validation.checks.metrics import METRICS  # noqa: PLC0415 - with all that they do
+    from ghostball.validation.checks.metrics import METRICS  # noqa: PLC0415 - slow import
 
-    if form is Plain.JSON:
+    if form is TextOrJson.JSON:
         rows = [
             {"name": m.name, "unit": m.unit, "meaning": m.meaning, "compares": m.compares}
             for m in METRICS.values()
@@ -72,13 +72,13 @@ def _list_metrics(form: Plain) -> None:
 
 
 def _export(scenes: Sequence[Scene], folder: Path) -> None:
-    """Write scenes as JSON, with their schema, for engines that read no TOML.
+    """Write scenes as JSON, with their schema, for engines in any language.
 
-    Every value that a preset or a default decides is written out.
+    Values from presets and defaults are written out.
     """
     files: dict[Path, str | bytes] = {folder / "scene.schema.json": json_schema() + "\n"}
     for scene in scenes:
-        files[folder / f"{scene.name}.json"] = json.dumps(_plain(scene), indent=1) + "\n"
+        files[folder / f"{scene.name}.json"] = json.dumps(_json_values(scene), indent=1) + "\n"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_all_whole(files)
@@ -87,10 +87,11 @@ def _export(scenes: Sequence[Scene], folder: Path) -> None:
     stdout().print(f"{len(scenes)} scenes and their schema written to {folder}", soft_wrap=True)
 
 
-def _plain(scene: Scene) -> dict[str, object]:
-    """Return a scene as plain values, with each ball's angular velocity also where it rolls.
+def _json_values(scene: Scene) -> dict[str, object]:
+    """Return a scene as values for JSON.
 
-    And its velocities where it is struck.
+    Strikes are replaced by the velocities that they give, and the angular velocity of a rolling
+    ball, which a scene file may leave out, is written out.
     """
     values = scene.without_strikes().model_dump(mode="json", by_alias=True)
     for ball, spin in zip(values["balls"], scene.angular_velocities.tolist(), strict=True):

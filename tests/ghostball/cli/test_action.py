@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from ghostball.cli.action import asked_by
+from ghostball.cli.action import options_from
 from ghostball.cli.options import FailOnChoice
 from ghostball.cli.shared.config import ConfigError
 from ghostball.model.cache_folder import cache_folder
@@ -263,12 +263,12 @@ def test_inputs_are_words_of_a_shell(tmp_path, monkeypatch):
         "INPUT_SCENES": "'my scenes/*.toml' smoke",
         "INPUT_FAIL_ON": "worse",
     }
-    asked = asked_by(given)
+    asked = options_from(given)
     assert asked.engine == ["a:B", "pymunk:dt=1e-4"]
     assert asked.scenes == ["my scenes/*.toml", "smoke"]
     assert (asked.baselines, asked.fail_on) == (None, FailOnChoice.WORSE)
     with pytest.raises(ConfigError, match="no engine is named"):
-        asked_by({})
+        options_from({})
 
 
 def test_the_name_of_the_artifact_is_of_the_use_and_the_job():

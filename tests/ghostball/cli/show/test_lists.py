@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ghostball import find_scene, simulate
-from ghostball.cli.show.engines import _Described, _recipes, _version
+from ghostball.cli.show.engines import _EngineDescription, _recipes, _version
 from ghostball.reference_adapters import engine_class
 from ghostball.validation.scenes.library import select
 
@@ -45,7 +45,9 @@ def test_engines_are_a_table_that_fits_a_terminal(cli, monkeypatch):
 def test_an_engine_that_is_not_here_takes_a_word_of_the_table_and_not_its_reason(cli, monkeypatch):
     # Breaks where the table says why: a path of node_modules took it over the height of a screen.
     reason = "needs /a/path " + 20 * "that is long "
-    monkeypatch.setattr("ghostball.cli.show.engines._described", lambda _: _Described(reason))
+    monkeypatch.setattr(
+        "ghostball.cli.show.engines._described", lambda _: _EngineDescription(reason)
+    )
     shown = cli("engines").stdout
     assert "Not installed: ghostball, billiards, box2d, " in shown
     assert "that is long" not in shown

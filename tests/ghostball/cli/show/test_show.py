@@ -9,7 +9,7 @@ import yaml
 from commands import refused
 from stored_records import cut_short, in_database
 
-from ghostball.cli.show.init import UNKNOWN, repository
+from ghostball.cli.show.init import UNKNOWN_REPOSITORY, repository
 from ghostball.validation import scene_names
 from ghostball.validation.results.database import DATABASE
 
@@ -149,7 +149,7 @@ def test_a_workflow_is_written_that_uses_the_action(cli, here):
     assert set(step["with"]) <= set(action["inputs"])
     assert "install" not in step["with"]  # the project is a file
     assert step["uses"] == f"{repository()}@v1"
-    assert (UNKNOWN in step["uses"]) == ("doesn't name" in result.stderr)
+    assert (UNKNOWN_REPOSITORY in step["uses"]) == ("doesn't name" in result.stderr)
 
 
 def test_a_project_that_has_settings_gets_the_workflow_alone_and_once(cli, here):
@@ -169,8 +169,8 @@ def test_a_project_that_has_settings_gets_the_workflow_alone_and_once(cli, here)
     [
         (["Source, https://github.com/some-one/ghost.ball"], "some-one/ghost.ball"),
         (["Source, https://github.com/a/b.git"], "a/b"),
-        (["Docs, https://example.org"], UNKNOWN),
-        ([], UNKNOWN),
+        (["Docs, https://example.org"], UNKNOWN_REPOSITORY),
+        ([], UNKNOWN_REPOSITORY),
     ],
 )
 def test_where_the_action_lies_is_what_the_installation_says(monkeypatch, urls, found):

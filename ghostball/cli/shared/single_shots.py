@@ -1,4 +1,4 @@
-"""What `run`, `explain`, `fit` and `engines --steps` share: they play shots, and draw them."""
+"""Code of `run`, `explain`, `fit` and `engines --steps`: engine processes and output files."""
 
 from __future__ import annotations
 
@@ -20,10 +20,12 @@ from ghostball.validation.runs.playing import in_other_process
 
 
 @contextmanager
-def player(engine: ReferenceEngine, time_limit: float) -> Iterator[ReferenceEngine]:
-    """Yield the engine in a process of its own; what it prints is shown on stderr, the same once.
+def engine_process(engine: ReferenceEngine, time_limit: float) -> Iterator[ReferenceEngine]:
+    """Yield the engine in a process of its own.
 
-    `time_limit` [s]: for each shot.
+    What the engine prints is shown on stderr; repeated text is shown once.
+
+    `time_limit` [s]: time limit for each shot.
     """
     said_once = cache(partial(say_printed, engine.name))
     with in_other_process(engine, time_limit, said_once) as found:
@@ -31,7 +33,7 @@ def player(engine: ReferenceEngine, time_limit: float) -> Iterator[ReferenceEngi
 
 
 def status_of(result: Result, engine: str) -> ExitStatus:
-    """Return the exit status of a shot; if the engine did not come to its end, say why."""
+    """Return the exit status of a shot; if the engine did not finish, print why."""
     if result.status.complete:
         return ExitStatus.PASSED
     why = f"{result.status.value}{f': {result.reason}' if result.reason else ''}"
@@ -40,7 +42,13 @@ def status_of(result: Result, engine: str) -> ExitStatus:
 
 
 def check_plot(path: Path | None, *, films: bool = False) -> None:
-    """Refuse a picture that can't be made, before the run; `films` says whether it may move."""
+    """Raise an error if a picture can't be written.
+
+    `films`: whether animations are allowed.
+
+    Raises `typer.BadParameter` if the file name has a wrong ending, `GhostballError` if the file
+    can't be written. Called before the run, so that no run is wasted.
+    """
     if path is None:
         return
     endings = ENDINGS + FILMS if films else ENDINGS
@@ -52,7 +60,7 @@ def check_plot(path: Path | None, *, films: bool = False) -> None:
 
 
 def check_writable(path: Path, option: str) -> None:
-    """Refuse a file that can't be written, before any work is done for it."""
+    """Raise `GhostballError` if a file can't be written; called before the run."""
     try:
         if path.is_dir():
             raise IsADirectoryError(None, "is a folder")
