@@ -1,11 +1,11 @@
-"""One comparison of two runs, and the gate: what a change of an engine changed.
+"""Compare runs with accepted baselines, and accept new baselines.
 
 >>> gate = Gate.of("ghostball", Path("baselines"))
 >>> regression = compare_results(Results.open("out"), gate, whole=True)
 >>> regression.outcome, [one.scene for one in regression.scenes if one.failed]
 
-`compare` says of two records of a scene how they differ, by three rules; `baseline` holds an
-accepted record; `gate` compares a run with the accepted records, and `accept` replaces them.
+`compare` compares two records of one scene, by three rules. `baseline` reads and writes an accepted
+record. `gate` compares a run with the accepted records. `accept` replaces the accepted records.
 """
 
 from __future__ import annotations

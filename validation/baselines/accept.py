@@ -1,4 +1,4 @@
-"""Accepts what the last run found: rewrites baselines, and says why in their changelog."""
+"""Accept the results of the last comparison: rewrite baselines and record the reason."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ than rounding explains; *better* or *worse* if the error against the reference r
 
 
 class AcceptError(GhostballError, ValueError):
-    """Nothing can be accepted: bad input, or a comparison that is no more."""
+    """Nothing can be accepted: the input is wrong, or the comparison is out of date."""
 
 
 class NothingToAcceptError(AcceptError):
-    """A comparison in which nothing moved that isn't accepted yet."""
+    """Nothing changed that isn't accepted already."""
 
 
 class RefusedError(AcceptError):
-    """Results that must not be accepted; `status` is what a command ends with."""
+    """Results that must not be accepted; `status` is the exit status of the command."""
 
     def __init__(self, message: str, status: ExitStatus = ExitStatus.CHECK_FAILED) -> None:
         super().__init__(f"nothing was accepted: {message}")
@@ -50,13 +50,12 @@ class RefusedError(AcceptError):
 
 @dataclass(frozen=True)
 class Acceptance:
-    """What was accepted.
+    """Result of accepting a comparison.
 
-    `written`: scenes whose baselines were rewritten, or made.
-    `left`: scenes that moved too, and weren't asked for.
+    `written`: scenes with a new or rewritten baseline.
+    `left`: scenes that changed too, but were not selected.
     `broken`: the accepted scenes whose results fail limits on the error.
-    `unfinished`: those that were asked for and that the engine did not finish: no result was there
-        to accept.
+    `unfinished`: selected scenes that the engine did not finish, so there was no result to accept.
     """
 
     written: tuple[str, ...]
@@ -74,19 +73,18 @@ def accept(
     only: Sequence[str] = ("*",),
     even_though_limits_fail: bool = False,
 ) -> Acceptance:
-    """Accept what a comparison of an engine with its baselines found.
+    """Accept the changes that a comparison of an engine with its baselines found.
 
-    `results`: the results folder of that comparison.
-    `reason`: why the change is right; a sentence for those who come after.
-    `only`: names or patterns of scenes.
-    `even_though_limits_fail`: whether to accept even results that fail limits, or that no limit
-        judges.
+    `results`: the results folder of the comparison.
+    `reason`: why the change is right: a sentence for later readers.
+    `only`: names or patterns of the selected scenes.
+    `even_though_limits_fail`: accept results even if they fail limits, or if no limit judges them.
 
-    Raises `RefusedError` if a result to be accepted fails a limit on its error; if no limit judges
-    any of them; if the engine gave other bits when it played one of the scenes again; if there is
-    no more to accept than what the engine did not finish. Raises `AcceptError` if there is no
-    reason, no comparison, one of other code than what is here now, one of other results than those
-    of the folder, or nothing to accept. Nothing is written then.
+    Raises `RefusedError` if a selected result fails a limit on its error, if no limit judges any of
+    them, if the engine gave different results when it simulated a selected scene twice, or if the
+    engine finished none of the selected scenes that changed. Raises `AcceptError` if the reason is
+    empty, if there is no comparison, if the code or the results in the folder are newer than the
+    comparison, or if there is nothing to accept. Nothing is written in these cases.
     """
     if not reason.strip():
         raise AcceptError(
@@ -133,7 +131,7 @@ def accept(
 
 
 def _regression_in(results: Path, gate: Gate) -> Regression:
-    """Return the comparison of an engine in a results folder, made by the code that is here."""
+    """Return the comparison of an engine in a results folder; it must be by the present code."""
     regression = load_regression(results, gate.engine)
     if regression is None:
         raise AcceptError(
@@ -150,7 +148,7 @@ def _regression_in(results: Path, gate: Gate) -> Regression:
 
 
 def _refuse_unproved(broken: Sequence[SceneChange], unjudged: str) -> None:
-    """Refuse results that fail limits, or that no limit judges."""
+    """Raise `RefusedError` if results fail limits, or if no limit judges them."""
     if broken:
         said = "".join(f"\n  {one.scene}: {'; '.join(one.broken)}" for one in broken)
         raise RefusedError(
@@ -167,7 +165,7 @@ def _is_any(scene: str, patterns: Sequence[str]) -> bool:
 
 
 def _baseline_of(change: SceneChange, run: Results, accepted: Accepted, gate: Gate) -> Baseline:
-    """Return the baseline that accepts a run, which must be the run that was compared."""
+    """Return the baseline that accepts a run; the run must be the one that was compared."""
     played = played_in(run, gate, change.scene)
     if played.record.bits != change.head_hash:
         raise AcceptError(
@@ -178,7 +176,7 @@ def _baseline_of(change: SceneChange, run: Results, accepted: Accepted, gate: Ga
 
 
 def _baseline_now(change: SceneChange, gate: Gate) -> Baseline | None:
-    """Return the baseline that a scene has now; None: none, or one of another version."""
+    """Return the present baseline of a scene; None: no baseline, or one of another version."""
     path = baseline_path(gate.folder, change.scene)
     try:
         return load_baseline(path, gate.engine) if path.exists() else None
@@ -187,18 +185,18 @@ def _baseline_now(change: SceneChange, gate: Gate) -> Baseline | None:
 
 
 def _is_left(change: SceneChange, gate: Gate) -> bool:
-    """Return True unless a scene, for which nobody asks now, was accepted since it was compared."""
+    """Return False if a change outside the selection was accepted since the comparison."""
     now = _baseline_now(change, gate)
     if now is None:
         return True
-    if change.base_hash == change.head_hash:  # the hash doesn't tell; counters may
+    if change.base_hash == change.head_hash:  #   # equal hashes: only counters changed
         counters = change.counters
         return not counters or any(now.record.work.get(one.name) != one.head for one in counters)
     return now.record.bits != change.head_hash
 
 
 def _was_accepted(change: SceneChange, baseline: Baseline, gate: Gate) -> bool:
-    """Whether a baseline is there already, but for when and why it was accepted."""
+    """Return True if the same baseline exists already, ignoring its date and reason."""
     now = _baseline_now(change, gate)
     if now is not None and now.hash == baseline.hash:
         return True
@@ -213,7 +211,7 @@ def _was_accepted(change: SceneChange, baseline: Baseline, gate: Gate) -> bool:
 
 
 def _entry(accepted: Accepted, changes: Sequence[SceneChange]) -> str:
-    """Return what the changelog says of it."""
+    """Return the entry of the changelog for the accepted changes."""
     lines = [f"## {accepted.date}, revision {accepted.revision}", "", accepted.reason, ""]
     lines += [f"On {accepted.platform}.", ""]
     new = [change.scene for change in changes if change.change == "no-baseline"]
@@ -237,7 +235,7 @@ def _with_entry(changelog: Path, entry: str) -> str:
 
 
 def _write(texts: dict[Path, str]) -> None:
-    """Write all files, none before all are on the disk."""
+    """Write all files; no file is replaced before all of them are on the disk."""
     try:
         for path in texts:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,15 +1,15 @@
-"""An accepted baseline: the record of a run as JSON with its hash, one file per scene.
+"""An accepted baseline: the record of a run as JSON with a hash, one file per scene.
 
-Each engine has a folder of its own.
+Each engine has its own folder.
 
-| field | what it holds |
+| field | content |
 |---|---|
-| `schema` | version of the file |
-| `engine` | which engine, with its settings: nothing is compared with another one |
-| `accepted` | when it was accepted, by which code, where, and why |
-| `hash` | of the record and its events: a file that was edited is refused |
+| `schema` | version of the file format |
+| `engine` | the engine and its settings; a baseline applies to no other engine or settings |
+| `accepted` | date, code revision, platform and reason of the acceptance |
+| `hash` | hash of the record and its events; an edited file is refused |
 | `record` | the run, as `results.records.CaseRecord` |
-| `events` | how many there are, the hash of their order, and the first of them |
+| `events` | number of events, hash of their order, and the first events |
 """
 
 from __future__ import annotations
@@ -36,26 +36,26 @@ from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.suite.unchanged import hash_of
 
 SCHEMA: Final = 4
-"""Version of the files; another one can't be compared with."""
+"""Version of the files; a file of another version can't be compared."""
 
 KEPT_EVENTS = 64
-"""Events that a baseline holds one by one: what a person reads, and all of most shipped shots.
+"""Number of events that a baseline stores one by one; most shipped shots have fewer.
 
-Of later ones the hashes say that they differ, and `ghostball diff` of two runs says where.
+A difference in later events shows in the hashes only; `ghostball diff` of two runs finds its place.
 """
 
 ENDING = ".json"
 _RESTORE = "Restore it (git checkout), or remove it and accept anew"
 _LINES = 3
-"""Levels of a file whose entries have a line each, so that git shows which of them changed."""
+"""Nesting levels of a file whose entries have a line each, so git shows which of them changed."""
 
 
 class BaselineError(GhostballError, ValueError):
-    """A baseline that can't be read, or is nonsense: edited by hand, or cut short."""
+    """A baseline that can't be read or is inconsistent, such as a file edited by hand."""
 
 
 class BaselineSchemaError(BaselineError):
-    """A baseline of another version of ghostball: nothing can be compared with it."""
+    """A baseline that another version of Ghostball wrote; nothing can be compared with it."""
 
 
 _KINDS = {kind.label: kind for kind in EventKind}
@@ -77,7 +77,7 @@ Row = tuple[Annotated[float, Field(allow_inf_nan=False)], Kind, Ball, Ball]
 
 
 class Accepted(Model):
-    """When a baseline was accepted, by which code, where and why."""
+    """Date, code revision, platform and reason of an acceptance."""
 
     date: str
     revision: str
@@ -86,7 +86,7 @@ class Accepted(Model):
 
 
 class FirstEvents(Model):
-    """The events of a shot: how many, the hash of their order, and the first of them."""
+    """The number of events of a shot, the hash of their order, and the first events."""
 
     count: int = Field(ge=0)
     sequence: str
@@ -94,20 +94,20 @@ class FirstEvents(Model):
 
     @classmethod
     def of(cls, log: Log) -> FirstEvents:
-        """Return what is kept of a log."""
+        """Return the part of a log that a baseline stores."""
         rows = log.events[:KEPT_EVENTS].tolist()
         first = tuple((t, EventKind(kind).label, a, b) for t, kind, a, b in rows)
         return cls.model_validate({"count": log.count, "sequence": log.sequence, "first": first})
 
     @property
     def log(self) -> Log:
-        """The events, to be compared with."""
+        """The events, in the form that `compare` needs."""
         events: Events = np.array([*self.first], dtype=EVENT_DTYPE)
         return Log(events, self.count, self.sequence)
 
 
 class Baseline(Model):
-    """What was accepted of one scene; see the module."""
+    """The accepted result of one scene; the module lists the fields."""
 
     schema_version: Literal[4] = Field(default=SCHEMA, alias="schema")
     engine: Name
@@ -118,7 +118,7 @@ class Baseline(Model):
 
     @model_validator(mode="after")
     def _events_are_of_the_record(self) -> Self:
-        """Check what a right hash can't say: a program that is wrong writes a right hash too."""
+        """Check contents that a matching hash can't guarantee: a wrong program hashes, too."""
         record, log, balls = self.record, self.events.log, len(self.record.definition["balls"])
         met = log.events["kind"] == EventKind.BALL_BALL
         named = [*log.events["a"].tolist(), *log.events["b"][met].tolist()]
@@ -151,12 +151,12 @@ class Baseline(Model):
 
     @property
     def played(self) -> Played:
-        """What was accepted, to be compared with."""
+        """The accepted run, in the form that `compare` needs."""
         return Played(self.record, lambda: self.events.log)
 
     @property
     def plain(self) -> dict[str, Any]:
-        """The file's content as plain values, without fields of the record that say nothing."""
+        """The content of the file as plain values, without optional fields that are empty."""
         found = self.model_dump(mode="json", by_alias=True)
         silent: tuple[Any, ...] = (None, "", [], {})
         found["record"] = {
@@ -168,7 +168,7 @@ class Baseline(Model):
 
     @property
     def text(self) -> str:
-        """The file's content; floats read back to the same bits."""
+        """The content of the file; floats read back to the same bits."""
         return _json(self.plain, _LINES) + "\n"
 
 
@@ -181,7 +181,7 @@ _REQUIRED = {
 
 
 def _kept(record: CaseRecord) -> CaseRecord:
-    """Return a record without what is not the engine's doing, or only explains or judges it."""
+    """Return a record without fields that the engine doesn't determine, or that judge it."""
     metrics = {name: value for name, value in record.metrics.items() if name != "wall_time"}
     return replace(
         record,
@@ -204,17 +204,18 @@ def _hash_in(plain: dict[str, Any]) -> str:
 
 
 def engine_key(label: str) -> str:
-    """Return what baselines call an engine: its own name, with the settings that it was given.
+    """Return the name of an engine in its baselines: its own name, with the given settings.
 
-    So `games.my_engine:simulate:dt=1e-3` is `my_engine:dt=1e-3`, wherever that module may move.
+    For example, `games.my_engine:simulate:dt=1e-3` becomes `my_engine:dt=1e-3`, so moving the
+    module doesn't change the key.
     """
     return spec_of(engine_name(label), parse_spec(label)[1])
 
 
 def engine_folder(baselines: Path, engine: str) -> Path:
-    """Return where the baselines of one engine lie, in the folder of those of all.
+    """Return the folder of one engine inside the folder of all baselines.
 
-    Raises `BaselineError` where that is no folder.
+    Raises `BaselineError` if the path exists and isn't a folder.
     """
     folder = baselines / re.sub(r"[^\w.,=+-]+", "_", engine)
     for place in (baselines, folder):
@@ -229,15 +230,15 @@ def baseline_path(folder: Path, scene: str) -> Path:
 
 
 def baseline_names(folder: Path) -> tuple[str, ...]:
-    """Return the scenes that have a baseline in a folder, in order; none where it isn't there."""
+    """Return the names of the scenes with a baseline in a folder, sorted."""
     return tuple(sorted(path.name.removesuffix(ENDING) for path in folder.glob(f"*{ENDING}")))
 
 
 def load_baseline(path: Path, engine: str = OURS) -> Baseline:
     """Read a baseline of an engine; see `engine_key`.
 
-    Raises `BaselineSchemaError` where another version of ghostball wrote it; `BaselineError` where
-    it can't be read, was edited, or is of another engine.
+    Raises `BaselineSchemaError` if another version of Ghostball wrote it; `BaselineError` if it
+    can't be read, was edited, or belongs to another engine.
     """
     try:
         text = read_text(path)
@@ -277,7 +278,7 @@ def load_baseline(path: Path, engine: str = OURS) -> Baseline:
 
 
 def _json(value: Any, levels: int) -> str:
-    """Return a value as JSON, with the entries of so many levels on lines of their own."""
+    """Return a value as JSON; the entries of the first `levels` nesting levels have a line each."""
     if not levels or not isinstance(value, (dict, list)) or not value:
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, list):

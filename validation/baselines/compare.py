@@ -1,4 +1,4 @@
-"""Compare two records of a scene: the answers, and the rules that give them.
+"""Compare two records of a scene: the possible answers, and the rules that decide.
 
 `regress`, `accept` and the pytest plugin compare a run with its baseline. `diff` and `--against`
 compare the runs of two folders or engines. All of them, and every report, call `compare`:
@@ -57,7 +57,8 @@ NEGLIGIBLE = 1e-3
 """Relative growth of an error that doesn't count as worse: reports show three digits."""
 
 NOT_COMPARED = ("wall_time", "accuracy")
-"""Metrics that aren't compared: the time depends on the machine, the class on the error."""
+"""Metrics that aren't compared: run time depends on the machine, the accuracy class on the error.
+"""
 
 Pair = tuple[Event | None, Event | None]
 """An event of the base and an event of the head that differ; None if one log has no event there."""
@@ -158,7 +159,7 @@ def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> 
         return "changed" if was_broken else "worse"
     if after is not None and was_broken:
         return "better"
-    if one.is_own_measure != two.is_own_measure:  # one of both is the only reference
+    if one.is_own_measure != two.is_own_measure:  #   # one of the two records is the only reference
         return "changed"
     if before is None or after is None or one.truth != two.truth:
         return _by_proved_part(one, two)
@@ -172,7 +173,7 @@ def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> 
     if before.kind == after.kind == "exact":
         return "changed"
     rounding = 0.0
-    if explained is not None:  # past the horizon it may move a ball by as much as defines that
+    if explained is not None:  #   # after the horizon, rounding may move a ball by up to TOLERANCE
         rounding = TOLERANCE if explained.rest is None else float(np.max(explained.rest))
     return _by_size(before.error, after.error, rounding)
 
@@ -197,7 +198,7 @@ def _numbers(one: CaseRecord, two: CaseRecord) -> dict[str, Any]:
     """Return the numbers of both records that a report shows."""
     names = [name for name in METRICS if name not in NOT_COMPARED]
     metrics = [(name, METRICS[name].unit, one.metrics, two.metrics) for name in names]
-    # A counter that is new has nothing to be compared with.
+    # A counter that only the new record has can't be compared.
     counters = [(name, "1", one.work, two.work) for name in one.work]
     errors: list[float | None] = [None, None]
     if one.truth == two.truth:
@@ -278,7 +279,8 @@ def _end_moved(
         return True
     if explained.rest is None:
         return False
-    if min(before.until, after.until) < math.inf:  # a baseline holds the order and the end of all
+    #   # a baseline holds the order of all events, and the time of the last
+    if min(before.until, after.until) < math.inf:
         late = abs((one.rest_time or 0.0) - (two.rest_time or 0.0))
         if before.sequence != after.sequence or not late <= explained.event_times[-1]:
             return True

@@ -1,7 +1,7 @@
-"""Compares what an engine does now with what was accepted of it.
+"""Compare the present results of an engine with its accepted baselines.
 
-A baseline is what an engine did, to the bit, which says nothing of an engine that does something
-else each time: whatever differs from its baseline is played twice.
+A baseline holds exact bits, so it can't describe an engine that isn't deterministic. Every scene
+with a result different from its baseline is therefore simulated a second time.
 """
 
 from __future__ import annotations
@@ -69,14 +69,14 @@ from ghostball.validation.suite.judge import Case, TruthFailure
 from ghostball.validation.suite.unchanged import hash_of
 
 PlayAgain = Callable[[Scene], str]
-"""Plays a shot, and returns the hash of its bits, or why there is none."""
+"""Simulate a scene again and return the hash of the result, or why there is none."""
 
 NOT_FINITE = "its results contain NaN or infinity, so they can't be compared or accepted"
 
 
 @dataclass(frozen=True)
 class Gate:
-    """An engine that is guarded: as it is asked for, what its baselines call it, their folder."""
+    """An engine that is compared with baselines: its label, its baseline key, and the folder."""
 
     label: str
     engine: str
@@ -84,23 +84,24 @@ class Gate:
 
     @classmethod
     def of(cls, label: str, baselines: Path) -> Gate:
-        """Return the gate of an engine, in the folder of all baselines.
+        """Return the gate of an engine; `baselines` is the folder of all baselines.
 
-        Raises `BaselineError` where that is no folder.
+        Raises `BaselineError` if the path exists and isn't a folder.
         """
         engine = engine_key(label)
         return cls(label, engine, engine_folder(baselines, engine))
 
     def guards(self, scene: str) -> bool:
-        """Whether a scene has a baseline."""
+        """Return True if the scene has a baseline."""
         return baseline_path(self.folder, scene).exists()
 
     def check(self, scenes: Sequence[str]) -> None:
-        """Read the baselines of some scenes: nonsense is refused before anything runs.
+        """Read the baselines of some scenes, to refuse a damaged one before anything runs.
 
-        One of another schema version is passed over here, and reported with its scene.
+        Baselines of another schema version are ignored here; the comparison reports them with their
+        scenes.
 
-        Raises `BaselineError` where one can't be read, or is nonsense.
+        Raises `BaselineError` if a baseline can't be read or is damaged.
         """
         for name in filter(self.guards, scenes):
             with suppress(BaselineSchemaError):
@@ -118,13 +119,13 @@ def compare_results(
 ) -> Regression:
     """Compare the runs of an engine in a results folder with their baselines.
 
-    `whole`: whether all guarded scenes were run; if so, baselines of other scenes cause a warning,
-        and our engine also runs the shots of many balls.
-    `only`: names of the scenes that are compared; all that were run where it is left out.
-    `time_limit` [s]: for each shot that is played again, as `run_suite` has it.
-    `fail_on`: what fails it; see `FailOn`.
+    `whole`: True if all scenes with a baseline were run. Then baselines of other scenes cause a
+        warning, and Ghostball's engine also runs the shots with many balls.
+    `only`: names of the scenes that are compared; None: all scenes that were run.
+    `time_limit` [s]: for each scene that is simulated again, as in `run_suite`.
+    `fail_on`: the changes that count as failures; see `FailOn`.
 
-    Raises `GhostballError` where a baseline is nonsense, or a motion can't be read.
+    Raises `GhostballError` if a baseline is damaged, or if a motion can't be read.
     """
     environment = head_of(gate.label)
     changes: list[SceneChange] = []
@@ -164,9 +165,9 @@ def compare_case(
 ) -> SceneChange:
     """Compare one run of an engine with its baseline.
 
-    `time_limit` [s], `fail_on`: as of `compare_results`.
+    `time_limit` [s], `fail_on`: see `compare_results`.
 
-    Raises `BaselineError` where the baseline is nonsense.
+    Raises `BaselineError` if the baseline is damaged.
     """
     with playing_again(gate.label, time_limit) as play_again:
         change, _ = _compare(played, gate, head_of(gate.label), play_again)
@@ -175,10 +176,10 @@ def compare_case(
 
 @contextmanager
 def playing_again(label: str, time_limit: float | None = None) -> Iterator[PlayAgain]:
-    """Yield what plays a shot on an engine again; nothing is started before it is called.
+    """Yield a function that simulates a scene again; nothing is started before its first call.
 
-    `label`: the engine, as it was asked for.
-    `time_limit` [s]: for each shot, of an engine other than ours; see
+    `label`: the engine with its settings.
+    `time_limit` [s]: for each scene, for engines other than Ghostball's; see
         `runs.playing.in_other_process`.
     """
     with in_other_process(make_engine(label), time_limit) as engine:
@@ -194,7 +195,7 @@ def playing_again(label: str, time_limit: float | None = None) -> Iterator[PlayA
 
 
 def head_of(label: str) -> dict[str, Any]:
-    """Return the environment that an engine runs in: its code, and the revision of that."""
+    """Return the environment in which an engine runs, with the hash and revision of its code."""
     environment = describe_environment() | {"sources": sources_hash(label)}
     if not is_ours(label):
         root = checkout_of(source_of(label))
@@ -204,7 +205,7 @@ def head_of(label: str) -> dict[str, Any]:
 
 
 def outcome_of(changes: Sequence[SceneChange], fail_on: FailOn = "changed") -> Any:
-    """Return what a comparison comes to; nothing compared is no pass, where that is asked."""
+    """Return the outcome of a comparison; without anything compared it doesn't pass."""
     if any(change.failed for change in changes):
         return "failed"
     incomparable = any(change.change in UNCOMPARED for change in changes) and fail_on != "limits"
@@ -212,13 +213,13 @@ def outcome_of(changes: Sequence[SceneChange], fail_on: FailOn = "changed") -> A
 
 
 def _scenes_of(results: Results, label: str, *, whole: bool) -> Iterator[str]:
-    """Yield the scenes that an engine ran, or that are run for the comparison."""
+    """Yield the scenes that an engine ran, and those that the comparison itself runs."""
     yield from (name for name in results.scene_names if results.case(name, label) is not None)
     yield from (scene.name for scene in many_balls() if whole and label == OURS)
 
 
 def played_in(results: Results, gate: Gate, scene: str) -> Played:
-    """Return what an engine did in a scene that was compared; shots of many balls run again.
+    """Return the run of an engine in a compared scene; shots with many balls run again.
 
     Raises `GhostballError` if the results hold no run of the scene.
     """
@@ -235,12 +236,12 @@ def played_in(results: Results, gate: Gate, scene: str) -> Played:
 
 
 def _many_ball_run(scene: Scene) -> Played:
-    """Return what our engine did in a shot of many balls, or that it failed."""
+    """Return the run of a shot with many balls on Ghostball's engine, or the failure."""
     record = blank_record(Case(scene, OURS, TruthFailure("", "")))
     try:
         result = run_ours(scene, "events")
         check_result(result, scene, OURS, "events")
-    except Exception as error:  # reported with its scene, as a fault of any other shot
+    except Exception as error:  #   # reported with its scene, like a failure in any other shot
         return Played.of(failed(record, f"{type(error).__name__}: {error}"), None)
     events = events_of(result)
     record = replace(
@@ -258,7 +259,7 @@ def _many_ball_run(scene: Scene) -> Played:
 def _judged(
     change: SceneChange, gate: Gate, fail_on: FailOn, broken: Sequence[Check] = ()
 ) -> SceneChange:
-    """Return a change with what the gate says of it, and of the limits that are broken."""
+    """Return a change with its failed limits, and with `failed` set as the gate demands."""
     if sentences := tuple(check.sentence for check in broken):
         summary = f"{change.summary}; failed limits: {'; '.join(sentences)}"
         change = change.model_copy(update={"summary": summary, "broken": sentences})
@@ -269,7 +270,7 @@ def _judged(
 def _compare(
     played: Played, gate: Gate, environment: Mapping[str, Any], play_again: PlayAgain
 ) -> tuple[SceneChange, list[str]]:
-    """Return what became of a scene, and warnings."""
+    """Return the change of a scene, and warnings."""
     record, path = played.record, baseline_path(gate.folder, played.record.scene)
     facts: dict[str, Any] = {"scene": record.scene, "title": record.title}
     if record.outcome != "ran" or not _is_finite(played):
@@ -279,7 +280,7 @@ def _compare(
         command = commands.simulate(record.scene, gate.label)
         return SceneChange(**facts, change="worse", summary=why, command=command), []
     scene = record.load_scene()
-    # The shots of many balls are no files: they run with all others.
+    # Shots with many balls have no scene file: `regress` runs them only with all other scenes.
     named = None if scene in many_balls() else scene.name
     facts |= {"command": commands.regress(named, engine=gate.label), "head_hash": record.bits}
     baseline: Baseline | None = None
@@ -290,7 +291,7 @@ def _compare(
         except BaselineSchemaError as error:
             uncompared = ("not-comparable", str(error))
     facts["base_hash"] = "" if baseline is None else baseline.record.bits
-    # What was accepted isn't played again: the engine did so twice.
+    # An accepted result isn't simulated again: the engine has produced it twice.
     if record.bits != facts["base_hash"] and (again := play_again(scene)) != record.bits:
         how = again if again.startswith("it failed") else "it gave a different result"
         why = (
@@ -317,7 +318,7 @@ def _compare(
 
 
 def _is_finite(played: Played) -> bool:
-    """Whether all numbers of a run are: else nothing can be compared with them."""
+    """Return True if all numbers of a run are finite; otherwise it can't be compared."""
     record = played.record
     numbers = (record.rest_time, *record.metrics.values())
     arrays = (record.rest_positions, played.log().events["t"])
@@ -327,16 +328,16 @@ def _is_finite(played: Played) -> bool:
 
 
 def sources_hash(label: str) -> str:
-    """Return the hash of the code that determines an engine's results: Ghostball's and its own."""
+    """Return the hash of all code that determines the results of an engine."""
     ours = hash_sources(source_folders())
     name = code_kind(label)
     return hash_of([ours, engine_code(name)]) if name else ours
 
 
 def source_of(label: str) -> Path:
-    """Return the file of an engine's package, its `__init__.py`, or of its module.
+    """Return the file of the package of an engine (its `__init__.py`), or of its module.
 
-    Raises `SourcesError` where its code is in no file.
+    Raises `SourcesError` if no source file exists.
     """
     module = str(engine_class(parse_spec(label)[0]).__module__)
     for name in (module.partition(".")[0], module):
@@ -349,7 +350,7 @@ def source_of(label: str) -> Path:
 
 
 def accepted_now(environment: Mapping[str, Any], reason: str) -> Accepted:
-    """Return the note of an acceptance of today."""
+    """Return the description of an acceptance made today."""
     return Accepted(
         date=datetime.now(UTC).date().isoformat(),
         revision=_revision_of(environment),
@@ -359,7 +360,7 @@ def accepted_now(environment: Mapping[str, Any], reason: str) -> Accepted:
 
 
 def _revision_of(environment: Mapping[str, Any]) -> str:
-    """Return the revision of an environment, and whether files differ from it."""
+    """Return the code revision of an environment, and whether there are uncommitted changes."""
     git = environment.get("git")
     if not git:
         return str(environment["versions"]["ghostball"])
@@ -367,7 +368,7 @@ def _revision_of(environment: Mapping[str, Any]) -> str:
 
 
 def _platform_of(environment: Mapping[str, Any]) -> str:
-    """Return what of an environment might decide a bit, though it must not."""
+    """Return the properties of an environment that could affect bits of results, but must not."""
     versions = environment["versions"]
     return (
         f"{environment['os']}, Python {environment['python']}, numba {versions['numba']}, "

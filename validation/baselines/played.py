@@ -1,4 +1,4 @@
-"""A record of a run, with the events that it is compared by."""
+"""A record of a run, with the events for comparisons."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What a comparison of an engine with its accepted baselines found, kept in a results folder.
+"""The result of comparing an engine with its accepted baselines, and its storage.
 
-*Base* is what was accepted; *head* is the engine as it is now.
+*Base* is the accepted result, *head* is the present result.
 """
 
 from __future__ import annotations
@@ -27,37 +27,37 @@ SCHEMA: Final = 11
 """Version of a stored comparison."""
 
 Answer = Literal["unchanged", "rounding", "better", "changed", "worse", "wrong collisions"]
-"""What `compare.compare` says of two records of one scene."""
+"""The answers of `compare.compare` for two records of one scene."""
 
 Change = Literal[Answer, "no-baseline", "not-comparable", "not-deterministic"]
-"""What became of a scene: an answer, or why there is none."""
+"""The change of a scene: an answer of `compare`, or why there is none."""
 
 UNCOMPARED: Final = ("no-baseline", "not-comparable")
-"""Changes that say that there was nothing to compare with."""
+"""Changes without a baseline that could be compared."""
 
 FailOn = Literal["changed", "worse", "limits"]
-"""What of a comparison fails its gate, the strictest first.
+"""Changes that count as failures, the strictest choice first.
 
-"changed": every change. "worse": of these only a larger error, wrong collisions, failed limits, and
-an engine that isn't deterministic. "limits": only failed limits, and shots that the engine did not
-finish; then no baseline is needed either.
+"changed": every change. "worse": only larger errors, wrong collisions, failed limits, and an engine
+that isn't deterministic. "limits": only failed limits, and shots that the engine did not finish; no
+baseline is needed.
 """
 
 LENIENT: Final[dict[FailOn, str]] = {
     "worse": "only changes for the worse count as failures",
     "limits": "only failed limits count as failures",
 }
-"""What a gate that isn't the strictest says of itself."""
+"""Sentences in the output of the less strict choices."""
 
 
 class Model(BaseModel, frozen=True, extra="forbid", populate_by_name=True):
-    """A part of a comparison, or of a baseline: no other fields than its own are read."""
+    """Base class of stored parts of a comparison or baseline; unknown fields are refused."""
 
 
 class FirstDifference(Model):
     """The first event that differs.
 
-    `index` counts events from 0; `words` says it in one sentence with the balls' ids.
+    `index` counts events from 0; `words` describes the difference in one sentence, with ball ids.
     """
 
     index: int
@@ -75,24 +75,25 @@ class Quantity(Model):
 
     @property
     def words(self) -> str:
-        """Both values with their unit, to all digits, because they may differ in the last."""
+        """Both values with their unit and all digits, because they may differ in the last one."""
         base, head = ("none" if one is None else repr(one) for one in (self.base, self.head))
         return f"{self.name} {base} -> {head}" + ("" if self.unit == "1" else f" {self.unit}")
 
 
 class SceneChange(Model):
-    """What became of one scene.
+    """The change of one scene.
 
-    `label`: the engine, or both; "" where the comparison is of one engine.
+    `label`: the engine, or both engines of a comparison of two; "" in a comparison with baselines.
     `summary`: one sentence: what changed and by how much.
     `broken`: the limits that the head fails, one sentence each.
-    `horizon` [s]: until when both sides can be compared; None: to the end.
-    `first_difference`: None if all events are the same, instants included.
-    `base_error`, `head_error` [m]: largest rest error; None where it isn't known.
-    `metrics`: those that differ, run times apart; `counters`: the work counters that differ.
-    `base_hash`, `head_hash`: of events and rest positions, to the bit; "" where there is none.
-    `rest_base`, `rest_head` ((x, y, z), ...) [m] or None: rest positions, in the scene's order.
-    `command`: what shows the difference, or the scene, again.
+    `horizon` [s]: time up to which the two can be compared; None: to the end.
+    `first_difference`: None if all events are equal, times included.
+    `base_error`, `head_error` [m]: largest rest position error; None if unknown.
+    `metrics`: metrics that differ, without run times; `counters`: work counters that differ.
+    `base_hash`, `head_hash`: of events and rest positions, to the bit; "" if there is no result.
+    `rest_base`, `rest_head` ((x, y, z), ...) [m] or None: rest positions, in the order of the
+        scene.
+    `command`: command that shows the difference, or simulates the scene again.
     """
 
     scene: SceneName
@@ -115,12 +116,13 @@ class SceneChange(Model):
     command: str = ""
 
     def fails(self, fail_on: FailOn, *, ours: bool) -> bool:
-        """Return True if it fails a gate.
+        """Return True if this change counts as a failure.
 
-        `ours`: whether it is Ghostball's own engine, which promises its bits: then rounding fails
-            too until somebody accepts it.
+        `ours`: True for Ghostball's engine, which promises identical bits: a difference by rounding
+            then fails too, until somebody accepts it.
         """
-        lost = self.change == "worse" and not self.head_hash  # it didn't run, or to no numbers
+        #   # no result, or none of finite numbers
+        lost = self.change == "worse" and not self.head_hash
         if self.broken or lost or fail_on == "limits":
             return bool(self.broken) or lost
         if self.change in ("worse", "wrong collisions", "not-deterministic"):
@@ -130,32 +132,32 @@ class SceneChange(Model):
 
     @property
     def words(self) -> str:
-        """What became of it; the same bits may fail too, and then it says for what."""
+        """The change in words; for an unchanged result that fails, the reason of the failure."""
         if self.change == "unchanged" and (self.counters or self.failed):
             return f"same result, {'different work counters' if self.counters else 'limits failed'}"
         return self.change
 
     @property
     def moved(self) -> bool:
-        """Whether the engine did something else than its baseline says, or at another cost."""
+        """Return True if the result, or a work counter, differs from the baseline."""
         return self.change != "unchanged" or bool(self.counters)
 
     @property
     def can_be_accepted(self) -> bool:
-        """Whether the engine did something else than its baseline says, and would do so again."""
+        """Return True if the result differs from the baseline and is reproducible."""
         return self.moved and bool(self.head_hash) and self.change != "not-deterministic"
 
 
 class Regression(Model):
-    """A whole comparison.
+    """A comparison of all scenes of an engine with their baselines.
 
-    `label`: which engine, as it was asked for.
-    `engine`: what its baselines call it.
+    `label`: the engine with its settings, as the user wrote it.
+    `engine`: the key of the engine in its baselines.
     `head`: the environment of the comparison (`validation.results.environment`).
-    `outcome`: "no-baseline" if nothing failed, but some scene could not be compared: that is no
+    `outcome`: "no-baseline" if nothing failed, but a scene could not be compared; this is not a
         pass.
-    `unjudged`: why no limit judges any of the runs; "" where one does.
-    `warnings`: what doesn't fail the gate but should be known, one sentence each.
+    `unjudged`: why no limit judges any of the runs; "" if a limit does.
+    `warnings`: facts that a user should know but that don't fail the comparison, a sentence each.
     """
 
     schema_version: Literal[11] = Field(default=SCHEMA, alias="schema")
@@ -171,30 +173,30 @@ class Regression(Model):
 
     @property
     def moved(self) -> tuple[SceneChange, ...]:
-        """The scenes that fail for what moved, not for their limits alone."""
+        """The scenes that fail because their results changed, not only because of limits."""
         return tuple(change for change in self.scenes if change.failed and change.moved)
 
     @property
     def broken(self) -> tuple[SceneChange, ...]:
-        """The scenes in which limits fail: these are wrong, not only different."""
+        """The scenes with failed limits: these results are wrong, not only different."""
         return tuple(change for change in self.scenes if change.broken)
 
     def scene(self, name: str) -> SceneChange | None:
-        """Return what became of a scene, or None where it wasn't compared."""
+        """Return the change of a scene, or None if the scene wasn't compared."""
         return next((change for change in self.scenes if change.scene == name), None)
 
 
 def save_regressions(regressions: Sequence[Regression], folder: Path) -> None:
-    """Store them in a results folder, one of each engine, in place of earlier ones."""
+    """Store comparisons in a results folder, one per engine, replacing the earlier ones."""
     with writing(folder) as database, transaction(database):
         text = _LIST.dump_json([*regressions], by_alias=True).decode()
         put_document(database, "regression", text)
 
 
 def load_regressions(folder: Path) -> list[Regression]:
-    """Read them from a results folder, in the order of the engines; none where there is none.
+    """Read the comparisons in a results folder, in the order of the engines.
 
-    Raises `ResultsError` where the folder's database is cut short, damaged or of another version.
+    Raises `ResultsError` if the database is cut short, damaged or of another version.
     """
     if not has_database(folder):
         return []
@@ -207,7 +209,10 @@ def load_regressions(folder: Path) -> list[Regression]:
 
 
 def load_regression(folder: Path, engine: str | None = None) -> Regression | None:
-    """Read that of an engine, else the first that fails, else the first; None if there is none."""
+    """Read the comparison of an engine; by default the first that fails, or the first of all.
+
+    Returns None if there is no comparison.
+    """
     found = load_regressions(folder)
     if engine is not None:
         return next((one for one in found if one.engine == engine), None)

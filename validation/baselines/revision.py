@@ -1,4 +1,4 @@
-"""Another revision of this checkout, in a clone of its own while it is compared with."""
+"""Another revision of this checkout, in a temporary clone."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from ghostball.validation.results.git import GitError, run_git
 
 
 class RevisionError(GhostballError, ValueError):
-    """A revision that there isn't, or no checkout to look for it in."""
+    """A revision that doesn't exist, or code that isn't in a git checkout."""
 
 
 def repository(source: Path) -> Path:
-    """Return the root of the checkout that an engine's source is in.
+    """Return the root of the checkout with the source of an engine.
 
-    Raises `RevisionError` where it is an installed package, or there is no git.
+    Raises `RevisionError` if the source is an installed package, or if git is missing.
     """
     root = checkout_of(source)
     if root is None:
@@ -36,7 +36,7 @@ def repository(source: Path) -> Path:
 
 
 def checkout_of(source: Path) -> Path | None:
-    """Return the root of the repository that holds a file; None where none does."""
+    """Return the root of the git repository that tracks a file; None if there is none."""
     path = source.resolve()
     root = next((one for one in path.parents if (one / ".git").exists()), None)
     if root is None:
@@ -48,15 +48,15 @@ def checkout_of(source: Path) -> Path | None:
 
 
 def resolve(revision: str, root: Path) -> str:
-    """Return the full name of a revision.
+    """Return the full hash of a revision.
 
-    Raises `RevisionError` where there is no such commit.
+    Raises `RevisionError` if no such commit exists.
     """
     try:
         commit = _git(root, "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}")
     except RevisionError:
         commit = ""
-    if not re.fullmatch("[0-9a-f]{40,}", commit):  # "^HEAD" is none, but what isn't before HEAD
+    if not re.fullmatch("[0-9a-f]{40,}", commit):  #   # "^HEAD" resolves to "^" and a hash
         shallow = _git(root, "rev-parse", "--is-shallow-repository") == "true"
         more = (
             "This clone is shallow: `git fetch --unshallow` fetches the rest"
@@ -69,13 +69,12 @@ def resolve(revision: str, root: Path) -> str:
 
 @contextmanager
 def checked_out(root: Path, commit: str) -> Iterator[Path]:
-    """Yield a clone with a revision checked out, and remove it at the end, whatever happens.
+    """Yield a clone with a revision checked out; the clone is removed at the end in any case.
 
-    It always lies in the same place, so that what was compiled for it is found again. Nobody else
-    gets it meanwhile. What killed runs left behind of this checkout is removed first.
+    The clone of a revision always has the same path, so kernels that were compiled for it are found
+    again. A lock keeps other runs out. Clones that killed runs left behind are removed first.
 
-    Raises `RevisionError` where git can't make it, there is no place for it, or another run uses
-    it.
+    Raises `RevisionError` if git fails, if the clone can't be written, or if another run uses it.
     """
     folder = cache_folder("revisions").resolve()
     mark = hashlib.sha256(os.fsencode(root)).hexdigest()[:8]
@@ -84,11 +83,11 @@ def checked_out(root: Path, commit: str) -> Iterator[Path]:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             for left in folder.glob(f"{mark}-{'[0-9a-f]' * 16}"):
-                with suppress(Timeout), _lock(left):  # else another run uses it
+                with suppress(Timeout), _lock(left):  #   # locked: another run uses it
                     shutil.rmtree(left, ignore_errors=True)
             stack.enter_context(_lock(place))
             stack.callback(shutil.rmtree, place, ignore_errors=True)
-            # A clone, not a worktree: of that the user's repository would know.
+            # A clone, because git would register a worktree in the user's repository.
             _git(root, "clone", "--quiet", "--shared", "--no-checkout", str(root), str(place))
             _git(place, "checkout", "--quiet", "--detach", commit)
         except Timeout:
@@ -109,7 +108,7 @@ def _lock(place: Path) -> FileLock:
 
 
 def _git(root: Path, *arguments: str) -> str:
-    """Run git; what keeps it from that is an error of `--against`."""
+    """Run git for `--against`; raises `RevisionError` if it fails."""
     try:
         return run_git(root, *arguments)
     except GitError as error:

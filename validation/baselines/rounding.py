@@ -1,7 +1,7 @@
-"""How far two runs of one shot may differ by rounding alone, as its proof says where there is one.
+"""Compute by how much two runs of one shot may differ because of rounding alone.
 
-Our engine's tangent map says it of each event's instant, but is believed only as far as the proof
-bears it out: a bug in that map must not explain what another bug changed.
+The tangent map of Ghostball's engine gives the allowance for each event time. It is used only while
+the certified result confirms it: an error in the tangent map must not excuse an error elsewhere.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.proof import proof_of
 
 UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
-"""Relative difference that needs no tangent map to be called rounding: some sums of a few terms."""
+"""Relative difference that counts as rounding without a tangent map: a few sums of a few terms."""
 
 
 _SOURCES = {
@@ -36,25 +36,25 @@ _SOURCES = {
     "the end",
     "nothing": "unamplified roundings, because the error growth is unknown",
 }
-"""Where the allowance for rounding comes from."""
+"""Sources of the allowance for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Allowance:
-    """What rounding explains in one shot.
+    """The differences that rounding explains in one shot.
 
-    `horizon` [s]: until when the shot can be predicted; inf: to its end. After it nothing is
+    `horizon` [s]: time up to which the shot can be predicted; inf: to its end. Later events aren't
         compared.
-    `map_end` [s]: from when on no derivative exists, such as after collisions of a ball at one
-        instant; inf: never. After it nothing but rounding that was never amplified is explained.
-    `event_times` (m,) float64 [s]: by how much each event may come earlier or later; those after
-        `map_end` by `UNAMPLIFIED`.
-    `rest` (n,) float64 [m] or None: how far each ball may come to rest from where it did; None past
-        the horizon.
-    `source`: who says how far rounding displaces balls: the proof of the shot; where it isn't
-        proved to its end, our engine alone; or nobody, where that can't play it either.
-    `roundings`: errors that the engine may make at each event, over those of one rounding: those of
-        all its steps, if it has a time step.
+    `map_end` [s]: time from which no derivative exists, for example because of simultaneous
+        collisions; inf: never. Later, only rounding without amplification is allowed.
+    `event_times` (m,) float64 [s]: allowed difference of each event time; after `map_end` this is
+        `UNAMPLIFIED`.
+    `rest` (n,) float64 [m] or None: allowed difference of each rest position; None if the horizon
+        comes before the end.
+    `source`: source of the error growth: the certified result; Ghostball's engine, if the shot
+        isn't certified to its end; or nothing, if Ghostball's engine doesn't support the shot.
+    `roundings`: errors that the engine may make at each event, in units of one rounding: the
+        roundings of all time steps for a time-stepping engine.
     """
 
     horizon: float
@@ -66,34 +66,34 @@ class Allowance:
 
     @property
     def account(self) -> str:
-        """Where this allowance comes from, in a sentence."""
+        """One sentence about the source of this allowance."""
         return f"the allowance for rounding is from {_SOURCES[self.source]}"
 
 
 def allowance(played: Played) -> Allowance:
-    """Return what rounding explains in a run of an engine, ours or another."""
+    """Return the differences that rounding explains in a run of any engine."""
     record = played.record
     scene = record.load_scene()
     if record.label == OURS:
         return allowance_of(scene)
     step = step_of(make_engine(record.label))
-    # Its own count of its steps would widen its allowance without bound.
+    # The engine's own count of its steps could widen the allowance without bound.
     steps = 0.0 if step is None else (record.rest_time or 0.0) / step
     return allowance_of_other(scene, played.log().events, steps)
 
 
 def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:
-    """Run a shot on our engine, and return what rounding explains in it.
+    """Run a shot on Ghostball's engine and return the differences that rounding explains.
 
     `roundings`: as in `Allowance`.
 
-    The deviation of an event's instant is 2^-53 times the root mean square of what rounding the
-    state at each event before it does (`Result.rounding`), that of a position likewise
-    (`CertifiedGrowth.sizes`). An engine that doesn't lose digits stays within 32 of them, as every
-    proof grades; two such runs are within 64 of each other.
+    The deviation of an event time is 2^-53 times the rms effect of rounding the state at each
+    earlier event (`Result.rounding`); the deviation of a position is computed likewise
+    (`CertifiedGrowth.sizes`). Certified results show that an engine without loss of digits stays
+    within 32 of these deviations, so two runs are within 64 of each other.
     """
     error = roundings * UNIT_ROUNDOFF
-    least = 2.0 * error  # two runs, each within it of the true shot, on both its sides
+    least = 2.0 * error  #   # two runs, on opposite sides of the exact shot
     unamplified = UNAMPLIFIED * roundings / ROUNDINGS
     result = run_ours(scene)
     times = events_of(result)["t"].astype(np.float64)
@@ -123,15 +123,15 @@ def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:
 
 
 def allowance_of_other(scene: Scene, events: Events, steps: float = 0.0) -> Allowance:
-    """Return what rounding explains in a shot that another engine than ours played.
+    """Return the differences that rounding explains in a run of an engine other than Ghostball's.
 
-    `events`: of its run.
-    `steps`: how many time steps the engine made. Each of them rounds the state once; at the worst
-    all of them the same way.
+    `events`: the events of that run.
+    `steps`: number of time steps. Each time step rounds the state once; in the worst case all
+        errors have the same direction.
 
-    Its errors grow as those of the true shot do, as long as it plays that one: so its events are
-    allowed what ours are that they correspond to. Those that correspond to none are allowed
-    roundings that nothing amplifies.
+    Errors grow as in the exact shot while the engine simulates that shot. An event therefore gets
+    the allowance of the corresponding event of Ghostball's engine. Events without a counterpart get
+    the allowance for rounding without amplification.
     """
     roundings = max(ROUNDINGS, steps)
     unamplified = UNAMPLIFIED * roundings / ROUNDINGS
@@ -151,10 +151,11 @@ def allowance_of_other(scene: Scene, events: Events, steps: float = 0.0) -> Allo
 
 
 def _believed_until(own: Growth, growth: Growth, times: FloatArray) -> float:
-    """Return from which event on our engine's growth isn't the proof's any more [s]; inf: never.
+    """Return the time [s] from which the own error growth exceeds the certified one; inf: never.
 
-    Looked at amid two events, per ball, the largest until then: the run's own events may come a
-    little sooner or later than the proved ones, so it may be one look ahead.
+    The growth of each ball is compared between consecutive events, as the largest value so far.
+    Event times of the run may differ a little from the certified times, so the result may be one
+    event early.
     """
     starts = np.unique(np.append(0.0, times))
     looks = np.append(0.5 * (starts[:-1] + starts[1:]), starts[-1])

@@ -1,7 +1,7 @@
-"""Run times of two revisions, measured by turns, so that a slow moment slows both.
+"""Run times of two revisions, measured alternately, so that a slow moment affects both.
 
-Each revision has a process of its own, with its own code. They simulate one scene after the other,
-again and again; what is compiled is compiled before the first sample.
+Each revision has its own process with its own code. The two simulate one scene after the other,
+repeatedly; compilation happens before the first sample.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.runs.interleave import Sampler, Task, interleave
 
 ROUNDS = 5
-"""Samples of each scene and revision."""
+"""Number of samples for each scene and revision."""
 
 LONGEST = 2.0
-"""Run time [s] of a shot from which on one sample must do."""
+"""Run time [s] of a shot above which one sample must suffice."""
 
 _PROGRAM = """\
 import json, os, sys
@@ -45,7 +45,7 @@ for line in sys.stdin:
 
 @dataclass(frozen=True)
 class Revision:
-    """Code that runs: the working directory, and the environment in which its code is imported."""
+    """Code that runs: the working directory, and the environment variables for importing it."""
 
     folder: Path
     environment: Mapping[str, str]
@@ -54,9 +54,9 @@ class Revision:
 def run_time_ratios(
     base: Revision, head: Revision, cases: Sequence[CaseRecord], time_limit: float
 ) -> list[float]:
-    """Return the run time of the head over that of the base, for each of some cases.
+    """Return the run time of the head divided by that of the base, for each case.
 
-    `cases`: those that ran at both revisions.
+    `cases`: cases that ran at both revisions.
     `time_limit` [s]: for each shot.
 
     Raises `GhostballError` if a shot fails, or takes longer.
@@ -84,7 +84,7 @@ def run_time_ratios(
 
 @contextmanager
 def _player(revision: Revision, time_limit: float) -> Iterator[Callable[[str], float]]:
-    """Yield what simulates a shot at a revision, and returns its run time [s]."""
+    """Yield a function that simulates a shot at a revision and returns its run time [s]."""
     process = subprocess.Popen(
         [sys.executable, "-c", _PROGRAM],
         cwd=revision.folder,

@@ -1,4 +1,4 @@
-"""Two runs, or two engines of one, compared case by case: what `diff` and `--against` judge."""
+"""Compare two runs, or two engines of one run, case by case, for `diff` and `--against`."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from ghostball.validation.results.records import ACCURACY_KINDS, CaseRecord
 from ghostball.validation.results.store import Results
 
 Pair = tuple[CaseRecord | None, CaseRecord | None]
-"""A scene's case of the base and of the head; None where a run has none."""
+"""A scene's case in the base and in the head; None if a run doesn't have the case."""
 
 
 def paired(base: Results, head: Results, labels: Mapping[str, str]) -> list[Pair]:
-    """Return the cases of two runs in the order of the base; then what only the head has.
+    """Return the pairs of cases of two runs: in the order of the base, then cases of the head only.
 
-    `labels`: which engine of the head each engine of the base is compared with, by label; {}
-        compares each with itself.
+    `labels`: the engine of the head for each engine of the base, by label; {} compares each engine
+        with itself.
     """
     chosen = [case for case in base.cases if not labels or case.label in labels]
     after = {
