@@ -1,1 +1,1 @@
-"""Scenes x engines, run, measured, judged, stored; one engine held against them."""
+"""Run scenes on engines, measure, judge and store the results; validate one engine."""

@@ -1,7 +1,8 @@
-"""The second of the suite's five verbs: run scenes on engines, whatever these do.
+"""Run one scene on one engine: step two of the five steps of a run.
 
-`prepare` does what all cases need before the first. `cases_of` computes a scene's truth when its
-turn comes, once for all engines; `run_case` runs one of them in a process that it may take along.
+`prepare` does the work that all cases need before the first one. `cases_of` computes the reference
+result of a scene when its turn comes, once for all engines. `run_case` runs a case, in a process
+that the engine may crash.
 """
 
 from __future__ import annotations
@@ -41,11 +42,11 @@ _NO_TRUTH = Truth(None, missing="a perturbed initial state has no reference resu
 def prepare(
     planned: Plan, pairs: Sequence[Name], jobs: int, compiling: Progress[str] | None
 ) -> Callable[[], None]:
-    """Do what these cases of a plan need before the first of them is played.
+    """Do the work that these cases of a plan need before the first one runs.
 
-    Kernels are compiled in `jobs` processes; see `compile_kernels`, also for what is returned.
+    Kernels are compiled in `jobs` processes; see `compile_kernels`, also for the return value.
 
-    Raises `TruthError` where given criteria ask for a closed form and a scene has none.
+    Raises `TruthError` if given criteria ask for a closed form that a scene doesn't have.
     """
     scenes = planned.scenes_of(pairs)
     for scene in scenes:
@@ -60,11 +61,11 @@ def prepare(
 
 
 def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
-    """Yield these cases of a plan, scene by scene, each with the truth of its scene."""
+    """Yield these cases of a plan, scene by scene, each with the reference result of its scene."""
     computed = USUAL if planned.metrics is None else planned.metrics
     parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
     if "accuracy" in computed or any(planned.asked[pair].rule is not None for pair in pairs):
-        parts |= {"proof"}  # limits of a step are computed along the proved motion
+        parts |= {"proof"}  #   # limits of a time step are computed along the certified motion
     if "accuracy" in computed:
         parts |= {"events", "conditioning"}
     for scene in planned.scenes_of(pairs):
@@ -92,11 +93,11 @@ def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
 
 
 def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -> Finished:
-    """Run a case; whatever goes wrong becomes part of the record.
+    """Run a case; any error becomes part of the record.
 
-    `make`: makes the engine of the case's label: by default an installed one.
+    `make`: creates the engine from the label of the case; by default an installed engine.
 
-    Raises `KeyboardInterrupt` where the run was interrupted; what it did until then is dropped.
+    Raises `KeyboardInterrupt` if the run was interrupted; the unfinished result is dropped.
     """
     record = blank_record(case)
     truth = case.truth
@@ -122,13 +123,14 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
                 unstated=is_unstated(judged, case.scene),
             )
         result = run_engine(engine, case.scene)
-        if result.status is Status.FAILED:  # of its numbers none need be one
+        if result.status is Status.FAILED:  #   # its numbers may be invalid
             return failed(record, f"the engine reports a failure: {result.reason}"), None
         if case.every_record and (differs := differs_by_record(engine, result)):
             return failed(record, differs), None
         return judge(record, case, truth, result, resolution, limits, engine)
     except EngineUnavailableError as error:
-        if case.is_here:  # then it is this process, such as a cluster's, that lacks something
+        #   # planned as installed, so this process, for example on a cluster, lacks it
+        if case.is_here:
             return failed(record, str(error)), None
         return replace(record, outcome="unavailable", reason=str(error)), None
     except UnsupportedSceneError as error:
@@ -137,7 +139,7 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
     except EngineFailedError as error:
         fault: Fault = "ghostball" if error.is_our_bug else "engine"
         return failed(record, error.reason, error.trace, fault=fault), None
-    # What is left is a bug of the harness: kept, never fatal.
+    # Any other exception is a bug of the harness: it is recorded and never ends the run.
     except (Exception, SystemExit) as error:
         reason, trace = f"{type(error).__name__}: {error}", traceback.format_exc()
         return failed(record, storable(reason), storable(trace), fault="ghostball"), None
@@ -161,7 +163,7 @@ def blank_record(case: Case) -> CaseRecord:
 def failed(
     record: CaseRecord, reason: str, trace: str = "", *, fault: Fault = "engine"
 ) -> CaseRecord:
-    """Return the record of a case that went wrong, with where it did, and whose fault it is."""
+    """Return the record of a case that failed: the reason, the traceback, and who is at fault."""
     return replace(record, outcome="failed", reason=reason, traceback=trace, fault=fault)
 
 
@@ -171,16 +173,17 @@ def plain_settings(engine: ReferenceEngine) -> dict[str, Any]:
 
 
 def finished(done: Done[Case, Finished]) -> Finished:
-    """Return what came of a case, with what its engine printed and when that was."""
+    """Return the result of a case, with the output of its engine and the time of measurement."""
     record, motion = done.or_else(lambda case, why: (failed(blank_record(case), why), None))
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return replace(record, printed=done.printed, measured=now), motion
 
 
 def _without_truth(metrics: Collection[str], asked: Asked) -> tuple[str, ...]:
-    """Return those of some metrics that a varied start has: what any shot must keep.
+    """Return the metrics that a perturbed initial state has without a reference result.
 
-    Whether a run is broken is judged too, but not of a step: only a truth says what that allows.
+    The accuracy class is kept, because it shows unphysical results, except for engines with limits
+    of a time step: these limits need a reference result.
     """
     return tuple(
         name
@@ -192,8 +195,8 @@ def _without_truth(metrics: Collection[str], asked: Asked) -> tuple[str, ...]:
 def truth_or_failure(
     scene: Scene, criteria: Criteria, parts: frozenset[TruthPart] = PARTS
 ) -> Truth | TruthFailure:
-    """Return the truth of a scene, or why it could not be computed."""
+    """Return the reference result of a scene, or why it could not be computed."""
     try:
         return truth_of(scene, criteria.truth, parts, least=criteria.least_proved)
-    except Exception as error:  # a fault of ours; the run continues and reports it
+    except Exception as error:  #   # a bug of Ghostball; the run continues and reports it
         return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())

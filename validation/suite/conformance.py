@@ -1,6 +1,6 @@
-"""Runs one engine on the scenes of the suite, and says of each limit whether it was kept.
+"""Run one engine on scenes; report each requirement as passed, failed or skipped.
 
-Asked is what `ghostball validate` asks, in the same words; see `validation.checks.law`.
+The requirements and their sentences are those of `ghostball validate`; see `validation.checks.law`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ghostball.validation.suite.case import plain_settings, run_case, truth_or_f
 from ghostball.validation.suite.judge import Case
 
 COMPLETES = "completes"
-"""What is asked beside the metrics: that a run ends by itself."""
+"""The requirement besides the limits on metrics: that a run finishes by itself."""
 
 Outcome = Literal["passed", "failed", "skipped"]
 
@@ -29,9 +29,9 @@ Outcome = Literal["passed", "failed", "skipped"]
 class EngineUnderTest:
     """An engine with its settings.
 
-    `spec`: as asked for: `NAME` or `MODULE:NAME`, and settings after another colon.
-    `make`: makes one like it.
-    `judged_as`: another engine, whose limits it is held against; None: its own.
+    `spec`: as the user wrote it: `NAME` or `MODULE:NAME`, with settings after another colon.
+    `make`: creates the engine.
+    `judged_as`: another engine, whose limits apply to this one; None: its own limits.
     """
 
     spec: str
@@ -41,7 +41,7 @@ class EngineUnderTest:
 
 @dataclass(frozen=True)
 class Finding:
-    """What came of one thing that was asked: `words` is one sentence, "" where it passed."""
+    """Result of one requirement: `words` is one sentence, "" if it passed."""
 
     outcome: Outcome
     words: str = ""
@@ -52,14 +52,14 @@ class Finding:
 class SceneRun:
     """A scene that was run on an engine.
 
-    `motion`: None where the engine did not come to its end.
+    `motion`: None if the engine did not finish.
     """
 
     record: CaseRecord
     motion: Motion | None = None
 
     def finding(self, metric: str) -> Finding:
-        """Return what came of `COMPLETES`, or of all limits on a metric."""
+        """Return the result of `COMPLETES`, or of all limits on a metric."""
         record = self.record
         if record.outcome == "not-representable":
             return Finding("skipped", f"{record.scene}: unsupported: {record.reason}")
@@ -87,13 +87,13 @@ class SceneRun:
 
 
 def engine_under_test(spec: str, judged_as: str | None = None) -> EngineUnderTest:
-    """Find an engine by its name, or by where it is, and make sure that it can be made.
+    """Find an engine by its name or module, and check that it can be created.
 
-    `spec`: `NAME` of an installed engine, or `MODULE:NAME`; either may be followed by
+    `spec`: `NAME` of an installed engine, or `MODULE:NAME`; settings may follow as
         `:key=value,...`.
-    `judged_as`: another engine, likewise, whose limits it is held against.
+    `judged_as`: another engine in the same notation, whose limits apply to this one.
 
-    Raises `EngineError` where there is none such, or it can't run here.
+    Raises `EngineError` if the engine doesn't exist, or can't run here.
     """
     make_engine(spec)
     other = None if judged_as is None else engine_under_test(judged_as)
@@ -101,9 +101,9 @@ def engine_under_test(spec: str, judged_as: str | None = None) -> EngineUnderTes
 
 
 def asked_of(engine: EngineUnderTest, own: Criteria, for_all: Criteria | None = None) -> Asked:
-    """Return what is asked of an engine in a scene; see `law.asked_of`.
+    """Return the requirements for an engine in a scene; see `law.asked_of`.
 
-    Limits may be written for the engine itself also where it is judged as another one.
+    Limits for the engine itself apply even if it is judged as another engine.
     """
     makers = [engine, *([] if engine.judged_as is None else [engine.judged_as])]
     engines = [one.make() for one in makers]
@@ -111,7 +111,7 @@ def asked_of(engine: EngineUnderTest, own: Criteria, for_all: Criteria | None = 
 
 
 def what_is_asked(engine: EngineUnderTest, scene: Scene, asked: Asked) -> tuple[str, ...]:
-    """Return the names of what is asked: `COMPLETES`, then metrics in the order of `METRICS`."""
+    """Return the names of the requirements: `COMPLETES`, then metrics in the order of `METRICS`."""
     judged = engine if engine.judged_as is None else engine.judged_as
     return (COMPLETES, *asked.metrics(law.claim_of(judged.make(), scene)))
 
@@ -125,11 +125,12 @@ def run_scene(
     *,
     every_record: bool = False,
 ) -> SceneRun:
-    """Run a scene on an engine; whatever goes wrong becomes part of the record.
+    """Run a scene on an engine; any error becomes part of the record.
 
-    `own`: of the scene.
-    `make`: makes the engine that runs, such as one in another process; by default `engine.make`.
-    `every_record`: whether it is played with less recorded too, which must change nothing.
+    `own`: the criteria of the scene.
+    `make`: creates the engine that runs, for example one in another process; default:
+        `engine.make`.
+    `every_record`: also run with less recorded, which must not change the result.
     """
     judged_as = None if engine.judged_as is None else engine.judged_as.make
     truth = truth_or_failure(scene, own)
@@ -138,5 +139,5 @@ def run_scene(
 
 
 def check_names(criteria: Criteria, engine: EngineUnderTest, source: str) -> None:
-    """Make sure that criteria name engines that there are, this one included."""
+    """Check that all engines named in criteria exist; the engine under test counts as existing."""
     criteria.check_engines(dict.fromkeys((*engine_names(), engine.make().name)), source)

@@ -1,8 +1,8 @@
-"""What a run says beyond its verdicts: what it never tried, what its failures share, what is next.
+"""Hints printed after a run: untested features, what the failures have in common, the next command.
 
-A run passes where nothing that it tried is wrong. An engine that squares restitution passes all
-scenes in which balls are elastic: so a run also says which features an engine claims that none of
-its scenes has, and which scenes have them.
+A run passes if nothing it tested is wrong. An engine that squares the restitution passes every
+scene with elastic balls. A run therefore also lists the features that the engine claims but no
+scene tested, and the scenes that test them.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from ghostball.validation.scenes.library import find_scene, select
 BALL_BALL, CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.label
 
 FEWEST_ALIKE = 2
-"""Cases that must be bad, before something is said of what they share."""
+"""Number of bad cases from which a common property is reported."""
 
 
 FEW = 1.0 / 3.0
-"""Largest share of the others that may have a trait, too, which still tells the bad ones apart."""
+"""Largest share of the good cases that may have the property that all bad cases share."""
 
 
 ALONE: Mapping[Feature, tuple[str, ...]] = {
@@ -57,9 +57,10 @@ ALONE: Mapping[Feature, tuple[str, ...]] = {
     Feature.QUADRATIC_ROLLING: ("cloth-quadratic", "cloth-quadratic-sliding"),
     Feature.FLIGHT: ("flight-lands",),
 }
-"""Shipped scenes that try each feature alone, or with just what the feature itself needs.
+"""Shipped scenes that test each feature alone, or with only the features that it needs.
 
-Two, where balls that always roll and balls that slide can have it: an engine may have only one.
+Two scenes if both rolling and sliding balls can have the feature: an engine may support only one of
+them.
 """
 
 _WITH_CUSHIONS = {Feature[law.feature] for law in CUSHION_LAWS if law.feature} | {
@@ -79,7 +80,7 @@ _BETWEEN_BALLS = {Feature[law.feature] for law in BALL_LAWS if law.feature} | {
 
 
 def tried_by(case: CaseRecord) -> set[Feature]:
-    """Return the features that a case tried: of cushions, for example, where a ball met one."""
+    """Return the features that a case tested; those of cushions only if a ball hit a cushion."""
     if case.outcome != "ran":
         return set()
     tried = set(scene_features(case.load_scene()))
@@ -88,10 +89,10 @@ def tried_by(case: CaseRecord) -> set[Feature]:
 
 
 def untried(engine: ReferenceEngine, tried: Collection[Feature]) -> Mapping[Feature, str]:
-    """Return the features that an engine claims, without those that were tried.
+    """Return the features that an engine claims but no case tested.
 
-    By feature: the name of a shipped scene that tries it, and that the engine can play: one that
-    tries it alone, else the simplest; "" where there is none.
+    The value is the name of a shipped scene that tests the feature and that the engine supports: a
+    scene with this feature alone, otherwise the simplest one; "" if there is none.
     """
     claimed = [one for one in Feature if has_feature(engine.capabilities, one)]
     return {one: _trying(one, engine) for one in claimed if one not in tried}
@@ -119,7 +120,7 @@ def _size(scene: Scene) -> tuple[int, int, str]:
 
 
 def lacked(cases: Sequence[CaseRecord]) -> Mapping[str, int]:
-    """Return what an engine lacked in the scenes that it can't play, and in how many of them."""
+    """Return the features that an engine lacks, with the number of unsupported scenes for each."""
     unable = [case for case in cases if verdict_of(case) is Verdict.NOT_REPRESENTABLE]
     counts = Counter(
         one.removeprefix("no ") for case in unable for one in dict.fromkeys(_sentences(case))
@@ -132,7 +133,7 @@ def _sentences(case: CaseRecord) -> list[str]:
 
 
 def simplest(cases: Sequence[CaseRecord]) -> CaseRecord | None:
-    """Return the case that is the easiest to look into: fewest balls, features and collisions."""
+    """Return the case that is easiest to investigate: fewest balls, features and collisions."""
     return min(cases, key=_simplicity, default=None)
 
 
@@ -142,10 +143,10 @@ def _simplicity(case: CaseRecord) -> tuple[int, int, int, str]:
 
 
 def shared(bad: Sequence[CaseRecord], good: Sequence[CaseRecord]) -> str:
-    """Return what cases share that are bad, or moved, and others lack: "ball collisions".
+    """Return a property that all bad cases share and few good cases have: "ball collisions".
 
-    "" where nothing tells them apart. Of what is shared by all that are bad, it is what the fewest
-    others have.
+    Returns "" if no property separates them. With several such properties, the one that the fewest
+    good cases have.
     """
     if len(bad) < FEWEST_ALIKE or not good:
         return ""

@@ -1,4 +1,4 @@
-"""The third of the suite's five verbs: judge what an engine did by what it is asked."""
+"""Judge the result of an engine: step three of the five steps of a run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ghostball.validation.truth.scene_truth import Truth
 
 @dataclass(frozen=True, eq=False)
 class TruthFailure:
-    """Why the truth of a scene could not be computed: a fault, and where it arose."""
+    """Why the reference result of a scene could not be computed: the error and its traceback."""
 
     reason: str
     traceback: str
@@ -30,18 +30,19 @@ class TruthFailure:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What to run, and what to hold it against.
+    """A scene and an engine to run, with its reference result and limits.
 
-    `label`: the engine with its settings, as asked for.
-    `asked`: what it is asked there.
-    `metrics`: the metrics that are computed; None is the usual ones, and those that a limit asks
-        for. Limits on others aren't judged.
-    `judged_as`: makes another engine, whose step and claims are held against this one; None: its
-        own.
-    `is_here`: whether the engine can run where the run was planned.
-    `every_record`: whether it is played with less recorded too, which must change nothing.
-    `varied_from`: of which scene this one is a varied start; "" of none. Its motion isn't kept.
-    `keeps_motion`: whether its motion is kept.
+    `label`: the engine with its settings, as the user wrote it.
+    `asked`: the limits that apply.
+    `metrics`: the metrics that are computed; None: the usual ones, and those with a limit. Limits
+        on other metrics aren't judged.
+    `judged_as`: creates another engine, whose time step and claims set the limits; None: the
+        engine's own.
+    `is_here`: whether the engine is installed where the run was planned.
+    `every_record`: also run with less recorded, which must not change the result.
+    `varied_from`: the scene of which this one is a perturbed initial state, or "". Its motion isn't
+        stored.
+    `keeps_motion`: whether the motion is stored.
     """
 
     scene: Scene
@@ -56,7 +57,7 @@ class Case:
     keeps_motion: bool = True
 
 
-# A motion that blew up may hold nan and infinity; the metrics say so, numpy need not.
+# A diverged motion may hold nan and infinity; metrics report them, so numpy's warnings are off.
 @np.errstate(invalid="ignore", over="ignore", divide="ignore")
 def judge(
     record: CaseRecord,
@@ -67,12 +68,12 @@ def judge(
     limits: Sequence[Criterion],
     engine: ReferenceEngine,
 ) -> Finished:
-    """Return the record of a case that ran, measured and held against its limits, and the motion.
+    """Return the record of a finished case with metrics and checked limits, and the motion.
 
-    `record`: what is known of the case before it ran.
-    `engine`: that ran it.
-    `resolution`: what the engine states of how far off a ball may be when it collides.
-    `limits`: those that hold for this engine with its settings.
+    `record`: the record of the case before it ran.
+    `engine`: the engine that ran it.
+    `resolution`: position error that the engine states for balls at a collision.
+    `limits`: limits that apply to this engine with its settings.
     """
     asked = [one for one in limits if case.metrics is None or one.metric in case.metrics]
     measured, accuracy = _measured(result, truth, asked, resolution, case.metrics, engine)
@@ -80,7 +81,7 @@ def judge(
     judged = replace(
         record,
         outcome="ran",
-        # An engine says in its result what a setting left open, such as a step of None, came to.
+        # The result holds the value of settings that were left open, such as a time step of None.
         settings=record.settings | dict(result.settings),
         status=status_name(result.status),
         reason=result.reason,
@@ -117,7 +118,7 @@ def _measured(
     metrics: Collection[str] | None,
     engine: ReferenceEngine,
 ) -> tuple[Measured, Accuracy | None]:
-    """Measure a run, and say how right it is: not of our engine, where it is the truth itself."""
+    """Return the metrics of a run and its accuracy; no accuracy if the run is its own reference."""
     measured = measure(
         result,
         truth,
@@ -147,7 +148,7 @@ def _checks(
 
 
 def _is_judged(criterion: Criterion, measured: Measured, truth: Truth) -> bool:
-    """Whether a criterion has something to judge; where it has nothing, the record says why."""
+    """Return True if a criterion can be judged; otherwise the record states why not."""
     metric = criterion.metric
     if metric in measured.incomplete:
         return True
@@ -168,7 +169,7 @@ def _check(criterion: Criterion, measured: Measured, truth: Truth, engine: str) 
 
 
 def _before_end(horizon: float, truth: Truth) -> float | None:
-    """Return a horizon that comes before the end of the shot, else None."""
+    """Return the horizon if it comes before the end of the shot, else None."""
     return horizon if truth.rest_time is not None and horizon < truth.rest_time else None
 
 

@@ -1,9 +1,9 @@
-"""The first of the suite's five verbs: plan what is run, and what each case is asked.
+"""Plan a run and the limits of each case: step one of the five steps of a run.
 
-A scene's way through a run is `plan` here, run (`validation.suite.case`: its truth here, once for
-all engines, each engine in another process), `judge` (`validation.suite.judge`, there too), store
-(`validation.results.store`) and report (`reports`), each once, in this order. Planning solves,
-proves, compiles and plays nothing.
+The steps are: `plan` (here); run (`validation.suite.case`: the reference result in this process,
+once for all engines; each engine in another process); `judge` (`validation.suite.judge`, in the
+same process as the engine); store (`validation.results.store`); and report (`reports`). Each step
+happens once, in this order. Planning doesn't solve, certify, compile or simulate anything.
 """
 
 from __future__ import annotations
@@ -36,26 +36,27 @@ from ghostball.validation.truth.scene_truth import check_truth
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A run, checked: what will be run and against which criteria."""
+    """A checked run: the scenes, the engines and the criteria."""
 
     scenes: Sequence[Scene]
     settings: Mapping[str, dict[str, Any] | None]  # by label; None: the engine is unavailable
     criteria: Mapping[str, Criteria]  # by scene name
     given: frozenset[str]  # scenes whose criteria were given, not shipped
     asked: Mapping[Name, Asked]  # by scene name and label
-    inputs: Mapping[Name, str]  # hashes; "": always run
+    inputs: Mapping[Name, str]  #   # hashes; "": can't be reused
     metrics: tuple[str, ...] | None  # None: all
-    origins: Mapping[str, str]  # of varied starts, by their names
-    firsts: Mapping[str, str]  # by label, the scene that is played with less recorded too
+    #   # names of perturbed scenes: the name of the scene they came from
+    origins: Mapping[str, str]
+    firsts: Mapping[str, str]  #   # by label, the scene that is also run with less recorded
     keeps_motion: bool = True
 
     @property
     def size(self) -> int:
-        """How many cases there are."""
+        """Number of cases."""
         return len(self.inputs)
 
     def describe(self, reused: Mapping[Name, CaseRecord]) -> dict[str, Any]:
-        """Return what the results say of the run, of which an earlier one did this much."""
+        """Return the description of the run for its results; `reused` are earlier cases."""
         return describe_environment() | {
             "scenes": [scene.name for scene in self.scenes if scene.name not in self.origins],
             "engines": list(self.settings),
@@ -66,7 +67,7 @@ class Plan:
         }
 
     def scenes_of(self, pairs: Sequence[Name]) -> list[Scene]:
-        """Return the scenes that these cases need, each once."""
+        """Return the scenes that these cases need, without duplicates."""
         names = {name for name, _ in pairs}
         return [scene for scene in self.scenes if scene.name in names]
 
@@ -80,12 +81,12 @@ def plan(
     ensemble: Ensemble | None = None,
     keeps_motion: bool = True,
 ) -> Plan:
-    """Return what is run and what is asked of it; refuse what is wrong before anything runs.
+    """Return what will run and the limits that apply; refuse invalid input before anything runs.
 
-    One error comes later, from `prepare`: criteria ask for a closed form that the scene lacks. Only
-    solving the shot shows this.
+    One error comes later, from `prepare`: criteria that ask for a closed form which the scene
+    doesn't have. Only solving the shot shows this.
 
-    Raises `GhostballError` see `validation.suite.suite.run_suite`.
+    Raises `GhostballError`: see `validation.suite.suite.run_suite`.
     """
     chosen = None if metrics is None else choose_metrics(metrics)
     check_each_once("scene", [scene.name for scene in scenes])
@@ -105,10 +106,11 @@ def plan(
     known = tuple(dict.fromkeys((*engine_names(), *names.values())))
     for scene in scenes:
         own[scene.name].check_engines(known, f'limits of scene "{scene.name}"')
-        if scene.name in criteria:  # the shipped ones are checked as their truth is computed
+        #   # shipped criteria are checked when the reference result is computed
+        if scene.name in criteria:
             check_truth(scene, own[scene.name].truth)
     of_others = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
-    firsts: dict[str, str] = {}  # our tests ask that of the engines that are shipped
+    firsts: dict[str, str] = {}  #   # not for shipped engines: the tests of Ghostball check those
     for label in of_others:
         given = [one for one in scenes if only is None or (one.name, label) in only]
         mine = [one for one in given if one.name not in origins]
@@ -131,12 +133,12 @@ def plan(
 
 
 def shipped_criteria(scene: Scene) -> Criteria:
-    """Return the criteria of the shipped scene that `scene` is; none where it is no shipped one.
+    """Return the criteria of a shipped scene; empty if `scene` isn't a shipped one.
 
-    A scene that shares its name with a shipped one but differs in a value has none: the numbers
+    A scene with the name of a shipped one but a different value has no criteria, because the limits
     were chosen for the shipped values.
 
-    Raises `CriteriaError` where its criteria file is refused.
+    Raises `CriteriaError` if the criteria file is invalid.
     """
     if scene.name not in scene_names() or find_scene(scene.name) != scene:
         return Criteria()
@@ -146,15 +148,15 @@ def shipped_criteria(scene: Scene) -> Criteria:
 def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:
     """Return the criteria of the scenes that are given by path, by scene name.
 
-    `names_or_tags`: what `select` was asked for; names and tags are passed over.
+    `names_or_tags`: the arguments of `select`; names and tags are ignored.
 
-    Raises `GhostballError` where such a scene or the criteria beside it are refused.
+    Raises `GhostballError` if such a scene, or its criteria file, is invalid.
     """
     return {find_scene(path).name: criteria_beside(path) for path in paths_among(names_or_tags)}
 
 
 def _settings_of(label: str) -> dict[str, Any] | None:
-    """Return all settings of the engine that `label` names, or None where it can't run here."""
+    """Return all settings of the engine `label`, or None if it can't run here."""
     try:
         return make_engine(label).settings.model_dump(mode="json")
     except EngineUnavailableError:

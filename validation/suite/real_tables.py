@@ -1,4 +1,4 @@
-"""How like a real table the engines of a run can be made to play; kept beside its results."""
+"""Measure the agreement of engines with measured tables, and store it in the results folder."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _LIKENESS: Final = TypeAdapter(Likeness)
 
 
 class LikenessWriter(RecordStore[Likeness, Likeness]):
-    """Writes what each engine makes of what was measured on real tables."""
+    """Store the agreement of each engine with measured tables."""
 
     kind = "likeness"
     adapter = _LIKENESS
@@ -45,7 +45,7 @@ class LikenessWriter(RecordStore[Likeness, Likeness]):
         return (record.label,)
 
     def stands(self, record: Likeness) -> bool:
-        """Whether the engine would come to the same again: not where it crashed or hung."""
+        """Return True if running again would give the same result: no crash, no time limit."""
         return not any(family.failed for family in record.families)
 
 
@@ -57,14 +57,15 @@ def measure_likenesses(
     reuse: bool = False,
     progress: Progress[Likeness] | None = None,
 ) -> Ran[Likeness]:
-    """Return how like a real table each engine that is here can be, and keep it in a folder.
+    """Return the agreement of each installed engine with measured tables, and store it in a folder.
 
-    What an earlier run kept of other engines isn't shown any more.
+    Stored results of engines that aren't in `specs` are no longer shown.
 
     `time_limit` [s]: for each shot, which then runs in another process.
-    `reuse`, `progress`: see `suite.run_suite`: of engines in place of cases.
+    `reuse`, `progress`: see `suite.run_suite`, with engines in place of cases.
 
-    Interrupted by Ctrl-C, it keeps what is done and says so in what is returned.
+    After Ctrl-C, finished results are kept, and the returned value says that the run was
+    interrupted.
     """
     engines: dict[Name, ReferenceEngine] = {}
     for spec in specs:
@@ -84,9 +85,9 @@ def measure_likenesses(
 
 
 def load_likenesses(folder: Path) -> list[Likeness]:
-    """Return what the last run kept in its folder; none where it kept nothing.
+    """Return the stored agreement of the last run in a folder; empty if there is none.
 
-    Raises `ResultsError` where it can't be read.
+    Raises `ResultsError` if it can't be read.
     """
     if not has_database(folder):
         return []
@@ -106,21 +107,21 @@ def _measure(spec: str, time_limit: float | None) -> Likeness:
 
 
 def _given(done: Done[str, Likeness]) -> Likeness:
-    """Return what was measured; it crashes no process, for every shot has one of its own."""
+    """Return the result of a task; the task can't crash, because every shot has its own process."""
     assert done.given is not None
     return done.given
 
 
 def _key(spec: str, engine: ReferenceEngine) -> str:
-    """Return the hash of all that an engine's figures depend on besides the code.
+    """Return the hash of all inputs of an engine's figures besides the code.
 
-    "" of an engine that others bring, whose code nobody knows.
+    Returns "" for an engine of another package, because its code is unknown.
     """
     return hash_of([spec, plain_settings(engine), _known()]) if is_ours(spec) else ""
 
 
 @cache
 def _known() -> list[str]:
-    """Return what was measured, and the best settings that were sought."""
+    """Return the texts of the measured data, and of the best settings found."""
     folder = Path(str(files("ghostball.validation.measured")))
     return [path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*.toml"))]

@@ -1,8 +1,9 @@
-"""How much a shot's end varies where its start does: for shots too chaotic to be compared singly.
+"""The spread of final states for perturbed initial states, for shots too chaotic to compare singly.
 
-Engines that agree on no single shot past its horizon may still agree on how such shots end. Each
-scene is played with varied starts (`suite.varied`), as cases of the same run; here is their spread
-on each engine, beside that on our engine. That compares codes, not a code with truth.
+Engines that disagree on each single shot after its horizon may still agree on the distribution of
+final states. Each scene is run with perturbed initial states (`suite.varied`) as cases of the same
+run. This module computes the spread on each engine, and compares it with that on Ghostball's
+engine. This compares two codes; it doesn't compare a code with a reference result.
 """
 
 from __future__ import annotations
@@ -21,23 +22,25 @@ from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import Results
 
 DIFFERS: Final = 4.0
-"""Standard errors between two means from which on they differ: one in 16 000 does by chance."""
+"""Difference of two means, in standard errors, that counts as significant: 1 in 16 000 by chance.
+"""
 
 QUANTITIES: Final[dict[str, Callable[[CaseRecord], float]]] = {
     "ball-ball collisions": lambda case: float(case.collision_counts["ball-ball"]),
     "ball-cushion collisions": lambda case: float(case.collision_counts["ball-cushion"]),
     "rest time [s]": lambda case: case.rest_time or 0.0,
 }
-"""What of the ends of varied starts is compared, with its unit."""
+"""Quantities of the final state that are compared, with their units."""
 
 
 @dataclass(frozen=True)
 class Spread:
-    """One quantity over the varied starts of a scene on an engine.
+    """One quantity over the perturbed runs of a scene on an engine.
 
-    `mean`, `deviation`: the standard deviation is that of a single shot.
-    `standard_errors`: standard errors between the mean and that on our engine, positive where it is
-        larger; None of our engine, or where that has nothing to compare with.
+    `mean`, `deviation`: mean, and standard deviation of a single run.
+    `standard_errors`: difference between the mean and that on Ghostball's engine, in standard
+        errors; positive if the mean is larger. None for Ghostball's engine, or without values to
+        compare with.
     """
 
     mean: float
@@ -46,20 +49,19 @@ class Spread:
 
     @property
     def differs(self) -> bool:
-        """Whether the mean differs from that on our engine by more than chance explains."""
+        """True if chance doesn't explain the difference from the mean on Ghostball's engine."""
         return self.standard_errors is not None and abs(self.standard_errors) > DIFFERS
 
 
 @dataclass(frozen=True, eq=False)
 class SceneSpread:
-    """How varied starts of a scene end on an engine.
+    """Spread of the results of one scene on one engine, from perturbed initial states.
 
-    `planned`, `ended`: how many there were, and how many of them came to their end.
-    `broken`: how many that came to their end break a limit that any engine must keep.
-    `reasons`: why the others did not come to their end, each once.
-    `position_spread` [m]: how far a ball rests from where it does on average, root mean square over
-        all balls.
-    `quantities`: by the names of `QUANTITIES`; empty where fewer than two came to their end.
+    `planned`, `ended`: number of runs planned, and finished.
+    `broken`: number of finished runs that fail a common limit.
+    `reasons`: why the remaining runs did not finish, without duplicates.
+    `position_spread` [m]: distance of a ball from its mean rest position, rms over all balls.
+    `quantities`: by the names of `QUANTITIES`; empty if fewer than two runs finished.
     """
 
     scene: str
@@ -73,7 +75,7 @@ class SceneSpread:
 
 
 def spreads_of(results: Results) -> Iterator[SceneSpread]:
-    """Yield how varied starts end, scene by scene and engine by engine; nothing without any."""
+    """Yield the spread of each scene with perturbed initial states, on each engine."""
     cases: dict[tuple[str, str], list[CaseRecord]] = {}
     for case in results.varied:
         cases.setdefault((case.varied_from, case.label), []).append(case)
@@ -124,7 +126,7 @@ def _spread(
 
 
 def _standard_errors_between(one: FloatArray, other: FloatArray) -> float:
-    """Return how many standard errors two means are apart; inf where neither varies."""
+    """Return the difference of two means in standard errors; inf if neither sample varies."""
     difference = float(np.mean(one) - np.mean(other))
     error = math.hypot(*(float(np.std(x, ddof=1)) / math.sqrt(len(x)) for x in (one, other)))
     if error > 0.0:

@@ -1,4 +1,4 @@
-"""The suite: scenes x engines, run, measured, judged, and written as they come.
+"""Run all scenes on all engines; measure, judge and store each result when it is complete.
 
 >>> from ghostball.validation import run_suite, select
 >>> outcome = run_suite(select(["smoke"]), ["ghostball", "pymunk"], Path("out"))
@@ -39,14 +39,14 @@ DEFAULT_ENGINES: tuple[str, ...] = (
     "paper-discrete",
     "paper-continuous",
 )
-"""What `ghostball validate` runs where `--engine` is left out."""
+"""The engines of `ghostball validate` without `--engine`."""
 
 
 @dataclass(frozen=True)
 class Counts:
-    """How many cases, by outcome, and how many checks, by verdict.
+    """Number of cases by outcome, and of checks by verdict.
 
-    Unfinished is a case that is no run to its end: it failed, or it stopped early.
+    A case is unfinished if it failed, or if it stopped before the end of the shot.
     """
 
     ran: int = 0
@@ -62,12 +62,13 @@ class Counts:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a run came to.
+    """The result of a run.
 
-    `cases`: those that are done: those reused, then the others in order of completion.
-    `planned`: how many there would have been.
-    `interrupted`: whether the run was cut short by Ctrl-C; the folder then holds what was done.
-    `begun`: whether earlier results in the folder gave way to those of this run, be they none.
+    `cases`: finished cases: reused cases first, then the others in order of completion.
+    `planned`: number of planned cases.
+    `interrupted`: whether Ctrl-C ended the run; the folder then holds the finished cases.
+    `begun`: whether the results of this run, possibly empty, replaced earlier results in the
+        folder.
     """
 
     folder: Path
@@ -95,16 +96,16 @@ class Outcome:
 
     @property
     def exit_status(self) -> ExitStatus:
-        """0 all passed; 1 a check failed, or an engine didn't come to its end; 130 interrupted.
+        """0 all passed; 1 a check failed, or an engine didn't finish; 130 interrupted.
 
-        3 ghostball itself failed to judge a case; 4 nothing was judged, or not one shot of an
-        engine by how it ends (`unjudged_engines`).
+        3 Ghostball itself failed to judge a case; 4 nothing was judged, or no final position of
+        some engine was judged (`unjudged_engines`).
         """
         return ExitStatus.INTERRUPTED if self.interrupted else exit_status_of(self.cases)
 
 
 def exit_status_of(cases: Collection[CaseRecord]) -> ExitStatus:
-    """Return what these cases come to, as `Outcome.exit_status` says."""
+    """Return the exit status for these cases, as in `Outcome.exit_status`."""
     if any(case.fault == "ghostball" for case in cases):
         return ExitStatus.HARNESS_FAILED
     if any(map(is_unfinished, cases)) or any(
@@ -139,55 +140,56 @@ def run_suite(
     scenes : sequence of Scene
         Names must differ.
     engine_specs : sequence of str
-        `NAME` or `NAME:key=value,...`; an engine that is known but can't run here gives cases
-        that say so.
+        `NAME` or `NAME:key=value,...`; a known engine that can't run here gives cases that report
+        this.
     out : Path
-        The results folder; earlier results in it are replaced when the first case that runs is
-        done.
+        The results folder. Earlier results in it are replaced when the first case finishes.
     jobs : int
-        Processes; 1, without a `time_limit`, runs everything in this one, which an engine that
-        crashes then ends. Wall times are best taken with 1.
+        Number of processes. With 1 and no `time_limit`, everything runs in this process, so an
+        engine that crashes ends it. Use 1 for reliable run times.
     cluster : Cluster, optional
-        Where the cases run instead; `jobs` processes then only compile.
+        Runs the cases instead; `jobs` processes then only compile.
     progress : callable, optional
-        Called with how many cases are done, of how many, and the last; not for what is reused.
+        Called after each case that runs, with the number of finished cases, the number of all
+        cases, and the last case; not called for reused cases.
     compiling : callable, optional
-        How far the compiling of our engine's kernels is, where they aren't; see `compile_kernels`.
+        Called with the progress of compiling kernels of Ghostball's engine; see `compile_kernels`.
     criteria : mapping of str to Criteria, optional
-        By scene name. A scene that isn't named here and equals a shipped one has that one's.
+        By scene name. Without an entry, a scene that equals a shipped one has the shipped criteria.
     metrics : sequence of str, optional
-        Names, or patterns such as "rest_error_*", of the metrics that are computed and judged; all
-        where it is left out. A criterion on another metric isn't judged: `CaseRecord.left_out`.
+        Names, or patterns such as "rest_error_*", of the metrics that are computed and judged;
+        default: all. Criteria on other metrics aren't judged: `CaseRecord.left_out`.
     reuse : bool
-        Whether cases that are unchanged since an earlier run into the same folder are reused
-        instead of run again; see `validation.suite.unchanged`.
+        Reuse cases that are unchanged since an earlier run into the same folder instead of running
+        them again; see `validation.suite.unchanged`.
     announce : callable, optional
-        Called once, before anything runs, with what is reused of earlier results.
+        Called once, before anything runs, with the reused results.
     time_limit : float, optional [s]
-        For each case, which then runs in another process, also with one of `jobs`: an engine that
-        takes longer, or crashes, costs that case, which has "failed". An engine of another project
-        then has processes of its own, so that it can change nothing in the cases of other engines.
-        Guard a script with `if __name__ == "__main__"`.
+        For each case. Cases then run in other processes, even with one job: an engine that exceeds
+        the limit, or crashes, makes only that case "failed". An engine of another project gets
+        processes of its own, so it can't affect the cases of other engines. Guard a script with `if
+        __name__ == "__main__"`.
     only : collection of (str, str), optional
-        The scene and the label of each case that is run, where not every scene is run on every
-        engine. What else the same code left in the folder then stays beside them.
+        The scene and label of each case to run, if not every scene runs on every engine. Other
+        results of the same code in the folder are then kept.
     ensemble : Ensemble, optional
-        Varied starts of each scene, which are cases of the run too; see `suite.spread`.
+        Also run perturbed initial states of each scene, as cases of the run; see `suite.spread`.
     keeps_motion : bool
-        Whether the motion of each case is stored, which pictures and replays need.
+        Whether the motion of each case is stored; pictures and replays need it.
 
     Raises
     ------
     GhostballError
-        Before anything is played: where an engine, a setting or a metric is unknown, the criteria
-        are wrong, or the folder can't be used, such as while another run writes there.
+        Before anything is simulated: if an engine, a setting or a metric is unknown, if the
+        criteria are invalid, or if the folder can't be used, for example because another run is
+        writing there.
 
     Notes
     -----
-    Each case is recorded with its whole motion, stored or not. The truth of a scene is computed
-    once. Interrupted by Ctrl-C, the run stops, keeps what is done and says so in
-    `Outcome.interrupted`; what earlier runs found and this one has not come to is kept too, for a
-    later run with `reuse`.
+    Each case is recorded with its whole motion, stored or not. The reference result of a scene is
+    computed once. After Ctrl-C, the run stops, keeps the finished cases and sets
+    `Outcome.interrupted`; results of earlier runs that this run has not replaced yet are kept too,
+    for a later run with `reuse`.
     """
     check_limits(jobs, time_limit)
     planned = plan(scenes, engine_specs, criteria or {}, metrics, only, ensemble, keeps_motion)

@@ -1,20 +1,20 @@
-"""Which cases needn't run again: all that decides what they measure is as it was.
+"""Find the cases of an earlier run that can be reused, because all their inputs are unchanged.
 
-That is hashed in two parts. The *inputs* of a case: the scene, the engine with all its settings,
-the criteria, the truth asked for, the metrics. And the *code*, one hash for all cases of a run: the
-sources of `engine`, `reference_adapters` and `validation`, the interpreter, the versions of the
-packages that compute, the machine, and what in the environment acts on compilers and libraries.
-What is unchanged is then a query, of the store that `validation.runs.runner` is given. The
-hashes are generous: an edited comment runs everything again, which costs time; a change that is
-missed would cost the results their meaning.
+Two hashes decide. The *inputs* of a case: the scene, the engine with all its settings, the
+criteria, the kind of reference result, the metrics. The *code*, one hash for all cases of a run:
+the sources of `engine`, `reference_adapters` and `validation`, the interpreter, the versions of the
+packages that compute, the machine, and the environment variables that affect compilers and
+libraries. The store of `validation.runs.runner` is then queried for records with the same hashes.
+The hashes cover more than necessary: editing a comment makes all cases run again, which costs only
+time; an undetected change would make results wrong.
 
-The code of an engine of another project, and the versions of what it imports, are a part of the
-hash of the code of its own records.
+For an engine of another project, the hash of the code of its records includes its own code and the
+versions of the packages that it imports.
 
-Two things can't be hashed, so such cases always run: an engine that another package brings may read
-files of any kind; a case that failed, or stopped early, may have done so for a reason
-outside of all this, such as a limit of time. Of an installed package that computes
-only the version is known: after an edit in place, run with `--rerun`.
+Two kinds of cases always run, because hashes can't cover them: an engine from another package may
+read files of any kind, and a case that failed or stopped early may have done so for an outside
+reason such as a time limit. For an installed package that computes, only its version is hashed:
+after editing its files, run with `--rerun`.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 
 VARIABLES = ("NUMBA_", "NPY_", "MPMATH_", "LD_", "DYLD_", "GLIBC_", "OMP_", "OPENBLAS_", "MKL_")
-"""Beginnings of environment variables that act on compilers or libraries."""
+"""Prefixes of environment variables that affect compilers or libraries."""
 
 HARMLESS = frozenset({"NUMBA_CACHE_DIR", "NUMBA_COLOR_SCHEME", "NUMBA_NUM_THREADS"})
-"""Those of them that change where things lie or how they look, and no result."""
+"""Exceptions: variables that affect only locations, appearance or the number of threads."""
 
 
 def measured_between(reused: Collection[CaseRecord]) -> dict[str, Any]:
-    """Return what the environment of a run says of the cases that are reused."""
+    """Return the description of the reused cases for the environment of a run."""
     dates = sorted(case.measured for case in reused)
     first, last = (dates[0], dates[-1]) if dates else (None, None)
     return {"cases": len(dates), "measured_first": first, "measured_last": last}
@@ -67,12 +67,12 @@ def inputs_hash(
     truth: str | None,
     metrics: Sequence[str] | None,
 ) -> str:
-    """Return the hash of all that one case is asked to do.
+    """Return the hash of all inputs of one case.
 
-    `label`: the engine as asked for.
+    `label`: the engine with its settings, as the user wrote it.
     `settings`: all its settings, as plain values.
-    `truth`: what the scene's criteria ask for.
-    `metrics`: those that are computed; None is all.
+    `truth`: the kind of reference result that the criteria of the scene ask for.
+    `metrics`: the metrics that are computed; None: all.
     """
     return hash_of(
         {
@@ -88,7 +88,7 @@ def inputs_hash(
 
 
 def code_hash() -> str:
-    """Return the hash of the code that runs here; "" where its sources can't be found."""
+    """Return the hash of the code that runs here; "" if its sources can't be found."""
     try:
         return hash_of(describe_code())
     except SourcesError:
@@ -96,12 +96,12 @@ def code_hash() -> str:
 
 
 def code_with_engines(code: str) -> Callable[[Name], str]:
-    """Return what gives the hash of all code that makes the record of a name, as a store asks for.
+    """Return a function from the name of a record to the hash of all code that makes the record.
 
     `code`: hash of the code that makes all records.
 
-    The last part of a name is the label of an engine, whose own code is in the hash if it is of
-    another project. "" if that isn't known.
+    The last part of a name is the label of an engine. If the engine belongs to another project, the
+    hash includes its own code. The function returns "" if that code is unknown.
     """
 
     @cache
@@ -109,14 +109,14 @@ def code_with_engines(code: str) -> Callable[[Name], str]:
         try:
             kind = code_kind(label)
             return hash_of([code, engine_code(kind)]) if kind and code else code
-        except (EngineError, SourcesError):  # it may not be here any more
+        except (EngineError, SourcesError):  #   # the engine may no longer be installed
             return ""
 
     return lambda name: of_engine(name[-1])
 
 
 def describe_code() -> dict[str, Any]:
-    """Return what the hash of the code is made of, as plain values."""
+    """Return the values from which the hash of the code is computed."""
     return {
         "sources": _loaded_sources(),
         "python": [sys.version, sys.implementation.name],
@@ -131,7 +131,7 @@ def describe_code() -> dict[str, Any]:
     }
 
 
-@cache  # modules stay in memory as they were loaded, whatever becomes of their files
+@cache  #   # modules stay in memory as loaded, even if their files change
 def _loaded_sources() -> str:
     return hash_sources(source_folders())
 

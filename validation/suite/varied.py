@@ -1,7 +1,8 @@
-"""Varied starts: one shot, perturbed again and again within a stated size.
+"""Perturbed initial states of a shot, within a stated size.
 
-Each is a scene of its own, made of the scene, its number and the size alone. So every engine plays
-the same ones, in whatever order or process, and more of them begin with those of fewer.
+Each perturbed state is a scene, computed only from the original scene, its index and the size. All
+engines therefore run the same scenes, in any order and any process, and a larger ensemble starts
+with the members of a smaller one.
 """
 
 from __future__ import annotations
@@ -21,34 +22,37 @@ from ghostball.validation.results.files import describe_problem
 from ghostball.validation.runs.rolling import rolling_spin
 
 LARGEST_POSITION = 0.25
-"""Of the smallest radius: a ball that moves farther might change places with its neighbour."""
+"""In units of the smallest radius: a ball that moves farther could change places with its
+neighbour.
+"""
 
 SWEEPS = 256
-"""How often each confined ball is tried elsewhere: 16 times as often opens gaps only 5 % wider."""
+"""Number of moves tried for each confined ball: 16 times as many open gaps only 5 % wider."""
 
 FINEST = 8
-"""Steps of confined balls: the size, halved 0 to 7 times, for gaps deep in a rack are small."""
+"""Number of step sizes for confined balls, each half the one before: gaps deep in a rack are small.
+"""
 
 _LONGEST = 48
-"""Characters of a scene's name that its varied starts have: theirs may not be longer than any."""
+"""Characters of the original name that are kept in the name of a perturbed scene."""
 
 _DRAWS = 4
-"""Numbers of a ball: speed, direction, x, y; drawn also where they act on nothing."""
+"""Random numbers for each ball: speed, direction, x, y; drawn even if a number has no effect."""
 
 
 class EnsembleError(GhostballError, ValueError):
-    """Varied starts that can't be made: a wrong number of them, or a size that is none."""
+    """An ensemble that can't be made: invalid number of members, or invalid size."""
 
 
 class Size(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
-    """How far members lie from their scene, at most; each number is drawn evenly in between.
+    """Largest perturbation of the members of an ensemble; each number is drawn uniformly within it.
 
-    `velocity` [1] and [rad]: by what part the speed of each moving ball changes, its spin with it,
-        and by what angle it is turned about the vertical, its spin with it. More than a tenth of
-        the speed, or 0.1 rad, isn't the same shot any more.
-    `position` [m]: by how much x and y of each ball change.
+    `velocity` [1] and [rad]: relative change of the speed of each moving ball, and angle of
+    rotation of its velocity about the vertical; both apply to the spin too. With more than a tenth
+    of the speed, or 0.1 rad, it would be a different shot.
+    `position` [m]: change of x and y of each ball.
 
-    Raises `ValidationError` where a number is negative, not finite, too large, or both are 0.
+    Raises `ValidationError` if a number is negative, not finite or too large, or if both are 0.
     """
 
     velocity: Annotated[float, Field(ge=0.0, le=0.1)] = 1e-3
@@ -67,10 +71,9 @@ class Size(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Read `velocity=1e-3,position=1e-4`; what is left out has its default.
+        """Read `velocity=1e-3,position=1e-4`; a missing number has its default.
 
-        Raises `EnsembleError` where it is written otherwise, names something else, or the size is
-        wrong.
+        Raises `EnsembleError` if the text has another form, an unknown name, or an invalid size.
         """
         try:
             values = dict(piece.split("=") for piece in text.split(","))
@@ -88,7 +91,7 @@ class Size(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     def check(self, scene: Scene) -> None:
         """Refuse a size that is too large for a scene.
 
-        Raises `EnsembleError` where balls could change places.
+        Raises `EnsembleError` if balls could change places.
         """
         smallest = float(scene.radii.min())
         if self.position > LARGEST_POSITION * smallest:
@@ -101,9 +104,9 @@ class Size(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
 
 @dataclass(frozen=True)
 class Ensemble:
-    """How many varied starts each scene gets, and how far they lie from it at most.
+    """Number of perturbed initial states of each scene, and their largest perturbation.
 
-    Raises `EnsembleError` where there are too few to say anything of their spread.
+    Raises `EnsembleError` if the number is too small for a spread.
     """
 
     count: int
@@ -114,27 +117,29 @@ class Ensemble:
             raise EnsembleError(f"an ensemble needs at least 2 members, got {self.count}")
 
     def of(self, scene: Scene) -> list[Scene]:
-        """Return a scene with varied starts."""
+        """Return all perturbed scenes of a scene."""
         return [varied(scene, self.size, index) for index in range(self.count)]
 
 
 def varied(scene: Scene, size: Size, index: int) -> Scene:
-    """Return a scene with a varied start.
+    """Return a scene with a perturbed initial state.
 
-    `index`: from 0; a start doesn't depend on how many there are.
+    `index`: from 0; a member doesn't depend on the number of members.
 
-    Returns named after its origin and the number. No ball overlaps another or leaves the table.
+    The new scene is named after the original and the index. No ball overlaps another or leaves the
+    table.
 
-    Raises `EnsembleError` where the size is too large for the scene, or `index` is negative.
+    Raises `EnsembleError` if the size is too large for the scene, or if `index` is negative.
 
-    A ball that has room on all sides is put anywhere in the square of half side `position` around
-    its place, evenly. Balls that might then overlap, or leave the table, are *confined*: they start
-    in their places and walk at random within their squares, each step taken only where it makes no
-    overlap. So touching balls, as in a frozen rack or frozen to a cushion, are perturbed by opening
-    gaps alone; a ball without any room stays where it is.
+    A ball with free space on all sides gets a uniform random position in the square of half side
+    `position` around its original one. Balls that could then overlap, or leave the table, are
+    *confined*: they start at their original positions and perform a random walk within their
+    squares; a step that would cause an overlap isn't taken. The perturbation of touching balls, as
+    in a frozen rack or at a cushion, thus only opens gaps; a ball without any free space stays
+    where it is.
 
-    Velocity and angular velocity are scaled by one factor and turned by one angle, as if the tip
-    hit the same spot; a ball that rolls still rolls. A resting ball stays at rest.
+    Velocity and angular velocity are scaled by one factor and rotated by one angle, as if the tip
+    hit the same spot; a rolling ball still rolls. A ball at rest stays at rest.
     """
     size.check(scene)
     if index < 0:
@@ -147,16 +152,16 @@ def varied(scene: Scene, size: Size, index: int) -> Scene:
         _moved(ball, place, _motion_of(ball, bool(rolls[i]), size.velocity * drawn[i, :2]))
         for i, (ball, place) in enumerate(zip(scene.balls, places, strict=True))
     )
-    # Built anew, not copied: so the scene checks that no ball overlaps another.
+    # Built from its fields, not copied, so that the constructor checks for overlaps.
     fields = {name: getattr(scene, name) for name in type(scene).model_fields}
     name = f"{scene.name[:_LONGEST]}.varied-{index + 1}"
     return Scene(**fields | {"name": name, "balls": balls})
 
 
 class _Numbers:
-    """Numbers in [-1, 1), the same on every machine and with every version of numpy.
+    """Random numbers in [-1, 1), the same on every machine and with every version of numpy.
 
-    numpy guarantees the bits of PCG64, but not what its distributions make of them.
+    numpy guarantees the bits of PCG64, but not those of its distributions.
     """
 
     def __init__(self, key: str) -> None:
@@ -175,9 +180,10 @@ def _moved(ball: Ball, place: Sequence[float], motion: Mapping[str, Any]) -> Bal
 
 
 def _motion_of(ball: Ball, rolls: bool, drawn: NDArray[np.float64]) -> dict[str, Any]:
-    """Return velocity and angular velocity, scaled and turned about the vertical."""
-    # By the tangent of half the angle: sines have other last bits on other machines, and in a break
-    # the last bit decides. The angle is evenly drawn to a part of (angle)^2 / 4.
+    """Return velocity and angular velocity, scaled and rotated about the vertical."""
+    # The rotation uses the tangent of half the angle: the last bits of a sine differ between
+    # machines, and the last bit matters in a break. The angle is uniform up to a relative error of
+    # (angle)^2 / 4.
     factor, half = 1.0 + float(drawn[0]), 0.5 * float(drawn[1])
     sine, cosine = 2.0 * half / (1.0 + half * half), (1.0 - half * half) / (1.0 + half * half)
 
@@ -191,7 +197,7 @@ def _motion_of(ball: Ball, rolls: bool, drawn: NDArray[np.float64]) -> dict[str,
     if ball.angular_velocity is None:
         return {"velocity": velocity}
     spin = turned(ball.angular_velocity)
-    if rolls:  # to the bit: the rounding of a turn would be a slip
+    if rolls:  #   # exactly: the rounding errors of a rotation would be slip
         spin = rolling_spin(velocity, ball.radius, spin[2])
     return {"velocity": velocity, "angular_velocity": spin}
 
@@ -219,17 +225,18 @@ def _places(
             x, y = places[i][0] + sweep[k][0], places[i][1] + sweep[k][1]
             if room.has(i, x, y, places):
                 places[i] = [x, y]
-        order.reverse()  # so that neither end of a line is ahead of the other
+        order.reverse()  #   # so that neither end of a line of balls has an advantage
     return places
 
 
 class _Room:
-    """Where a ball may be: within the size of its place, on the table, off its neighbours."""
+    """The places that a ball may take: within its square, on the table, without overlap."""
 
     def __init__(self, scene: Scene, size: float) -> None:
         centres, radii = scene.positions, scene.radii
         self.boxes = [_box(ball, scene.table, size) for ball in scene.balls]
-        # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.
+        # On the cloth, balls touch in the plane of their centres; see "Geometry" in
+        # engine/__init__.
         heights = centres[:, 2] if scene.physics.airborne else np.zeros(len(radii))
         distance = np.hypot(*(centres[:, np.newaxis, :2] - centres[:, :2]).T)
         reach = np.add.outer(radii, radii)
@@ -245,7 +252,7 @@ class _Room:
         ]
 
     def has(self, i: int, x: float, y: float, places: Sequence[Sequence[float]]) -> bool:
-        """Whether ball i can be at (x, y) [m], the others being where they are."""
+        """Return True if ball i can be at (x, y) [m] with the other balls at `places`."""
         left, right, bottom, top = self.boxes[i]
         if not (left <= x <= right and bottom <= y <= top):
             return False
@@ -257,7 +264,7 @@ class _Room:
 
 
 def _box(ball: Ball, table: Table | None, size: float) -> tuple[float, float, float, float]:
-    """Return left, right, bottom, top of where a centre may be [m]."""
+    """Return left, right, bottom and top of the region allowed for a centre [m]."""
     x, y, _ = ball.position
     box = [x - size, x + size, y - size, y + size]
     for side in () if table is None else table.sides:
