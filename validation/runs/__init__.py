@@ -1,1 +1,1 @@
-"""One engine plays one scene: the door through which results come in, and how they are sampled."""
+"""Run one scene on one engine, check the result, and sample it."""

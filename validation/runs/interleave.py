@@ -1,4 +1,4 @@
-"""The timer: it interleaves what is compared, so that a slow moment slows all."""
+"""Interleave the measurements of several tasks, so that a slow moment affects all of them."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from ghostball.validation.parallel.pool import Progress
 
 Sampler = Callable[[], Mapping[str, float]]
-"""Does the work once and returns what it measured, by quantity, in SI units."""
+"""Does the work once and returns the measured values, by quantity, in SI units."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """Something to be measured again and again.
+    """A task to be measured repeatedly.
 
-    `prepare`: builds, compiles and warms up what the measurement should not include; called once.
-    `most`: samples that are enough, for what takes long; spread over all rounds.
+    `prepare`: builds, compiles and warms up whatever the measurement must not include; called once.
+    `most`: largest number of samples, for slow tasks; they are spread over all rounds.
     """
 
     name: str
@@ -24,7 +24,7 @@ class Task:
     most: int | None = None
 
     def due(self, turn: int, rounds: int) -> bool:
-        """Whether it is measured in this round, of so many."""
+        """Return True if the task is measured in round `turn` of `rounds`."""
         if self.most is None or self.most >= rounds:
             return True
         return (turn + 1) * self.most // rounds > turn * self.most // rounds
@@ -33,7 +33,7 @@ class Task:
 def interleave(
     tasks: Sequence[Task], rounds: int, progress: Progress[str] | None = None
 ) -> dict[str, dict[str, list[float]]]:
-    """Sample tasks round by round, each prepared when its first turn comes.
+    """Sample tasks round by round; each is prepared just before its first sample.
 
     Returns the values of each task, by quantity.
     """

@@ -1,8 +1,8 @@
-"""The ladder of time steps: one engine, played with several steps, and what the errors say.
+"""Run one engine with several time steps, and interpret the errors.
 
-`explain` plays a shot with the engine's own step and shorter ones (`shorter_steps`);
-`ghostball engines --steps` with halved steps, from a long one on (`halved_steps`). What an error
-does from step to step says where it comes from (`shrinks`) and which step pays (`knee_step`).
+`explain` runs a shot with the engine's own time step and shorter ones (`shorter_steps`); `ghostball
+engines --steps` uses steps that are halved repeatedly (`halved_steps`). The change of the error
+with the step shows its cause (`shrinks`) and the step that is worth its cost (`knee_step`).
 """
 
 from __future__ import annotations
@@ -15,36 +15,38 @@ from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.runs.playing import run_engine
 
 STEP_SETTINGS: Final = ("dt", "frame")
-"""Settings that are an engine's step [s], by the names that engines here give it."""
+"""Names of settings that hold the time step of an engine [s]."""
 
 SHORTER: Final = 4.0
-"""How many times shorter each of an engine's shorter steps is than the one before."""
+"""Ratio between consecutive steps of `shorter_steps`."""
 
 LONGEST_STEP: Final = 0.02
-"""Where halved steps begin [s], unless the engine's own step is longer: the paper's step."""
+"""Longest of the halved steps [s], unless the engine's own step is longer: the step of the paper.
+"""
 
 MOST_STEPS, MOST_LEVELS = 16_000, 20
-"""Steps that a shot may take with the shortest halved step, and levels, from the longest step."""
+"""Largest number of time steps of a shot with the shortest halved step, and of halvings."""
 
 GOES_AWAY: Final = 0.5
-"""A difference goes away where the shortest step leaves at most this part of it.
+"""A difference disappears if the shortest step leaves at most this share of it.
 
-A step sees a contact late by any part of it: a ball's error over the step is as good as random. So
-the largest difference at the two longer steps is compared with that at a sixteenth: where it is the
-step's, it stays above this part in one shot of fifty, by chance.
+A contact is detected late by a random part of a time step, so the error divided by the step is
+nearly random. The largest difference at the two longer steps is therefore compared with the
+difference at a sixteenth of the step. If the step is the cause, chance keeps the share above this
+limit in one shot of fifty.
 """
 
 
 def step_setting(engine: ReferenceEngine) -> str | None:
-    """Return the name of the setting that is the engine's step, or None where it has none."""
+    """Return the name of the setting that holds the time step of an engine, or None."""
     fields = type(engine.settings).model_fields
     return next((name for name in STEP_SETTINGS if name in fields), None)
 
 
 def step_of(engine: ReferenceEngine) -> float | None:
-    """Return the engine's step [s], or None where it has none.
+    """Return the time step of an engine [s], or None if it has none.
 
-    A setting that is left out may stand for a step: the settings' property `step` then says which.
+    If the setting is None, the property `step` of the settings gives the step, if it exists.
     """
     name = step_setting(engine)
     if name is None:
@@ -54,12 +56,12 @@ def step_of(engine: ReferenceEngine) -> float | None:
 
 
 def step_in(settings: Mapping[str, Any]) -> float | None:
-    """Return the step [s] in the settings of a run, as plain values; None where it has none."""
+    """Return the time step [s] in the settings of a run (plain values); None if there is none."""
     return next((float(settings[name]) for name in STEP_SETTINGS if settings.get(name)), None)
 
 
 def with_step(engine: ReferenceEngine, step: float) -> ReferenceEngine:
-    """Return the same engine with another step [s]."""
+    """Return the same engine with another time step [s]."""
     name = step_setting(engine)
     assert name is not None, "the engine has no step"
     return with_setting(engine, name, step)
@@ -68,7 +70,7 @@ def with_step(engine: ReferenceEngine, step: float) -> ReferenceEngine:
 def with_setting(engine: ReferenceEngine, name: str, value: Any) -> ReferenceEngine:
     """Return the same engine with one setting changed.
 
-    Raises `ValidationError` where the engine has no such setting, or refuses the value.
+    Raises `ValidationError` if the engine has no such setting, or refuses the value.
     """
     settings = type(engine.settings).model_validate(engine.settings.model_dump() | {name: value})
     make: Any = type(engine)  # see `make_engine`
@@ -77,16 +79,16 @@ def with_setting(engine: ReferenceEngine, name: str, value: Any) -> ReferenceEng
 
 
 def shorter_steps(engine: ReferenceEngine, count: int) -> list[float]:
-    """Return the engine's own step and shorter ones, `count` in all [s].
+    """Return `count` time steps [s]: the engine's own and shorter ones.
 
-    Empty if the engine has no step.
+    Empty if the engine has no time step.
     """
     own = step_of(engine)
     return [] if own is None else [own / SHORTER**k for k in range(count)]
 
 
 def halved_steps(own: float, duration: float) -> Iterator[float]:
-    """Yield steps [s], each half of the one before; an engine's own step is one of them.
+    """Yield time steps [s], each half of the one before; the engine's own step is one of them.
 
     `duration` [s]: of the shot.
     """
@@ -103,26 +105,27 @@ def halved_steps(own: float, duration: float) -> Iterator[float]:
 def run_with_step(
     engine: ReferenceEngine, scene: Scene, step: float | None, record: Record = "events"
 ) -> Result:
-    """Run a scene with a step of the engine [s]; None: its own. See `run_engine`."""
+    """Run a scene with a time step of the engine [s]; None: its own. See `run_engine`."""
     return run_engine(engine if step is None else with_step(engine, step), scene, record)
 
 
 def shrinks(errors: Sequence[float]) -> bool:
-    """Return whether the shortest step leaves little of the errors at the longer ones.
+    """Return True if the shortest step has a much smaller error than the longer ones.
 
-    `errors`: the longest step's first.
+    `errors`: in the order of the steps, the longest step first.
     """
     return len(errors) > 1 and errors[-1] <= GOES_AWAY * max(errors[:-1])
 
 
 def knee_step(errors: Mapping[float, float]) -> float | None:
-    """Return the longest step worth its cost [s]; None if there are no errors.
+    """Return the longest time step that is worth its cost [s]; None without errors.
 
-    It is that of the least error, times the root of the steps that it takes: so from any coarser
-    one four times the steps at least halve the error, and to any finer one not.
+    This step has the smallest product of error and square root of the number of steps. Compared
+    with any longer step, using four times as many steps at least halves the error; with any shorter
+    step it doesn't.
 
-    `errors`: of each step [s] that has one.
+    `errors`: by time step [s].
 
-    Steps are counted, not timed: so the answer is the same on every machine.
+    Steps are counted, not timed, so the answer is the same on every machine.
     """
     return min(errors, key=lambda step: (errors[step] / step**0.5, -step), default=None)

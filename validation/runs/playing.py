@@ -1,7 +1,7 @@
-"""Running an engine, anyone's: the one door through which results come in.
+"""Run any engine and check its result; every result enters through this module.
 
-Whatever an engine does is its own failure, and named so: it may raise, exit, crash, hang, or hand
-back what no engine may.
+Whatever an engine does wrong is reported as its failure: it may raise, exit, crash, hang, or return
+an invalid result.
 
     >>> with in_other_process(make_engine("pymunk"), time_limit=60.0) as engine:
     ...     result = run_engine(engine, scene)
@@ -38,16 +38,16 @@ NOT_BLAMED = (
     UnsupportedSceneError,
     EngineUnavailableError,
     EngineFailedError,
-    NoCompilerError,  # what it says is what to install
+    NoCompilerError,  #   # its message states what to install
 )
-"""What says of itself what is the matter, so that it is no engine's failure."""
+"""Errors that explain themselves, so they don't count as failures of an engine."""
 
 
 @contextmanager
 def blamed_on_engine(name: str) -> Iterator[None]:
-    """Make whatever an engine raises in the block its failure, by name.
+    """Turn any exception in the block into an `EngineFailedError` with the name of the engine.
 
-    What it says of a scene that it lacks something for, or of itself, stays as it is.
+    The errors in `NOT_BLAMED`, such as an unsupported scene, pass unchanged.
     """
     try:
         yield
@@ -58,21 +58,20 @@ def blamed_on_engine(name: str) -> Iterator[None]:
 
 
 def failure_of(name: str, error: BaseException) -> EngineFailedError:
-    """Return what an engine raised, or that what it returned is refused, as its failure."""
+    """Return an exception of an engine, or the refusal of its result, as `EngineFailedError`."""
     if isinstance(error, ResultRefusedError) and name != OURS:
-        return EngineFailedError(name, str(error))  # where we looked at it says nothing
+        return EngineFailedError(name, str(error))  #   # a traceback of the check doesn't help
     trace = "".join(traceback.format_exception(error))
     return EngineFailedError(name, f"{type(error).__name__}: {error}", trace)
 
 
 def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajectory") -> Result:
-    """Run a scene on an engine, and make sure that what it returns can be measured.
+    """Run a scene on an engine, and check that its result can be measured.
 
-    Raises `UnsupportedSceneError` where the engine says that it can't represent the scene;
-    `EngineFailedError` where it raises anything else, or what it returns breaks the contract of
-    `Result`.
+    Raises `UnsupportedSceneError` if the engine doesn't support the scene; `EngineFailedError` if
+    it raises anything else, or if its result breaks the contract of `Result`.
     """
-    if isinstance(engine, _Remote):  # it comes through this door in the other process
+    if isinstance(engine, _Remote):  #   # checked in the other process
         return engine.simulate(scene, record=record)
     with blamed_on_engine(engine.name):
         result = engine.simulate(scene, record=record)
@@ -82,14 +81,14 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
 
 
 def first_played(engine: ReferenceEngine, scenes: Sequence[Scene]) -> str:
-    """Return the name of the scene with the fewest balls that an engine supports; "" without one.
+    """Return the supported scene with the fewest balls, by name; "" if there is none.
 
-    `differs_by_record` is called for this scene alone, since it takes two more shots.
+    `differs_by_record` is called for this scene only, because it takes two more runs.
     """
     try:
         known = engine.capabilities
         played = [scene for scene in scenes if not missing_features(known, scene)]
-    except Exception:  # its cases say what it raised
+    except Exception:  #   # the cases of this engine report the error
         return ""
     return min(played, key=lambda scene: len(scene.balls)).name if played else ""
 
@@ -99,14 +98,14 @@ def differs_by_record(engine: ReferenceEngine, result: Result) -> str:
 
     `result`: of the shot, recorded with its whole motion.
 
-    Returns "" for an engine whose results differ from run to run, and for a function, which isn't
-    told what to record.
+    Returns "" for an engine with results that differ from run to run, and for a function, which
+    doesn't know what to record.
     """
     if isinstance(engine, FunctionEngine) or not result.status.complete:
         return ""
     records: tuple[Record, ...] = ("rest", "events")
     for record in records:
-        with captured():  # what it prints was reported with the shot itself
+        with captured():  #   # its output was reported with the first run
             found = _difference(result, run_engine(engine, result.scene, record))
             found = "" if found and _difference(result, run_engine(engine, result.scene)) else found
         if found:
@@ -120,7 +119,7 @@ def differs_by_record(engine: ReferenceEngine, result: Result) -> str:
 def _difference(one: Result, other: Result) -> str:
     """Return the first difference of two results of a shot, to the bit; "" if there is none.
 
-    What only one of them recorded isn't compared.
+    Parts that only one of them recorded aren't compared.
     """
     if one.status is not other.status:
         return f"`status` differs ({other.status.value} and {one.status.value})"
@@ -151,24 +150,22 @@ def in_other_process(
     time_limit: float | None,
     printed: Callable[[str], None] | None = None,
 ) -> Iterator[ReferenceEngine]:
-    """Yield the same engine, whose shots run in another process: a crash or a hang costs the shot.
+    """Yield the same engine, with its shots in another process: a crash or a hang loses one shot.
 
-    `time_limit` [s]: for each shot; None runs them in this process, which an engine that crashes
-        then ends.
-    `printed`: given what was printed during a shot, where that is anything; it is dropped
-        otherwise.
+    `time_limit` [s]: for each shot; None runs the shots in this process, which a crash then ends.
+    `printed`: called with the output of a shot, if there is any; without it the output is dropped.
 
-    An engine that is made of the one yielded, with other settings, runs there too. The process ends
-    with the block. Our own engine runs in this one: it is no stranger.
+    Engines created from the yielded one with other settings run there too. The process ends with
+    the block. Ghostball's engine always runs in this process, because it is trusted.
     """
-    if type(engine) is GhostballEngine:  # a name anyone's class may have
+    if type(engine) is GhostballEngine:  #   # another class may have the same `name`
         yield engine
         return
     base: Any = type(engine)
     with _Worker(base.__module__, time_limit, printed) as worker:
 
         class RemoteEngine(_Remote, base):  # type: ignore[misc]
-            """The engine, but for where it runs."""
+            """The engine, running in another process."""
 
             def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
                 """Run the scene in the other process; see `ReferenceEngine.simulate`."""
@@ -178,15 +175,15 @@ def in_other_process(
 
 
 class _Remote:
-    """Base class of an engine that runs in another process.
+    """Marks an engine that runs in another process.
 
-    A class marks it, not an attribute: any engine may have an attribute of any name.
+    It is a base class, not an attribute, because an engine may have attributes of any name.
     """
 
 
 @dataclass(frozen=True)
 class _Shot:
-    """What another process is asked to run."""
+    """A shot that another process is asked to run."""
 
     engine: type[ReferenceEngine]
     settings: EngineSettings
@@ -196,14 +193,14 @@ class _Shot:
 
 @dataclass(frozen=True)
 class _Answer:
-    """A result, pickled, or the error that stands for it."""
+    """A pickled result, or the error in its place."""
 
     result: bytes = b""
     error: Exception | None = None
 
 
 class _Worker:
-    """One process that is asked for one shot after another."""
+    """A process that runs one shot after another."""
 
     def __init__(
         self, module: str, time_limit: float | None, printed: Callable[[str], None] | None
@@ -252,7 +249,7 @@ def _play(shot: _Shot) -> _Answer:
 
 
 def _sendable(name: str, error: Exception) -> Exception:
-    """Return an error that can be sent to another process: one of an engine's own may not be."""
+    """Return an error that can be pickled; an engine's own exception class may prevent this."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:

@@ -1,8 +1,8 @@
-"""The one runner: tasks that have a key are done, stored as they end, and not done again.
+"""Run tasks, store each result when it is complete, and reuse stored results.
 
-The cases of the suite are tasks with a key, which is all that their result
-depends on besides the code: `run` reuses what a store knows by that key, does the others in
-processes or on a cluster, and stores each as it ends.
+Each task has a key: a hash of everything that its result depends on besides the code. `run` reuses
+stored results with the same key, runs the other tasks in processes or on a cluster, and stores each
+result when the task ends.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ R = TypeVar("R")
 
 
 class RunError(GhostballError, ValueError):
-    """A run that can't start: of nothing, of one thing twice, in no process, or with no limit."""
+    """A run that can't start: no tasks, a repeated task, no process, or a bad time limit."""
 
 
 def check_limits(jobs: int, time_limit: float | None) -> None:
-    """Refuse a number of processes, or a limit of time [s], that is none."""
+    """Refuse a number of processes below 1, or a time limit [s] that isn't positive and finite."""
     if jobs < 1:
         raise RunError(f"`jobs` must be at least 1, got {jobs}")
     if time_limit is not None and not 0.0 < time_limit < math.inf:
@@ -36,7 +36,7 @@ def check_limits(jobs: int, time_limit: float | None) -> None:
 
 
 def check_each_once(what: str, names: Sequence[str]) -> None:
-    """Refuse a run of no scene or no engine, or of one twice."""
+    """Refuse a run without scenes or engines, or with one given twice."""
     if not names:
         raise RunError(f"a run needs at least one {what}, got none")
     repeated = sorted({name for name in names if names.count(name) > 1})
@@ -46,11 +46,11 @@ def check_each_once(what: str, names: Sequence[str]) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Reuse(Generic[R]):
-    """What is reused of earlier runs.
+    """Results of earlier runs that are reused.
 
     `records`: in the order of the run.
-    `stored`: how many records there are that could have been reused.
-    `why`: why none is, where the reason is one for all; else "".
+    `stored`: number of stored records that could have been reused.
+    `why`: why none is reused, if one reason applies to all; else "".
     """
 
     records: Mapping[Name, R] = field(default_factory=dict)
@@ -60,11 +60,11 @@ class Reuse(Generic[R]):
 
 @dataclass(frozen=True, eq=False)
 class Ran(Generic[R]):
-    """What a run came to.
+    """Result of a run.
 
-    `records`: those reused, then the others as they ended.
-    `interrupted`: whether it was cut short by Ctrl-C; the store has what was done.
-    `begun`: whether earlier records gave way to those of this run, be they none.
+    `records`: reused records, then the others in order of completion.
+    `interrupted`: whether Ctrl-C ended the run; the store holds the finished records.
+    `begun`: whether the records of this run, possibly none, replaced earlier ones.
     """
 
     records: Mapping[Name, R]
@@ -89,21 +89,22 @@ def run(
     announce: Callable[[Reuse[R]], None] | None = None,
     progress: Progress[R] | None = None,
 ) -> Ran[R]:
-    """Do what isn't known yet, and store each as it ends.
+    """Run the tasks without a stored result, and store each result when it is complete.
 
-    `keys`: hash of all that each task's result depends on besides the code, in the order of the
-        run; "" where it is done whatever is known.
-    `tasks`: yields the tasks of these names; each is asked for when there is a process for it.
-    `work`: does a task; a function of a module.
-    `conclude`: returns what is stored of what came of a task, also where its process crashed.
+    `keys`: for each task, in the order of the run, the hash of everything that its result depends
+        on besides the code; "" if the task must always run.
+    `tasks`: yields the tasks of these names; each is requested when a process is free.
+    `work`: runs a task; a function of a module.
+    `conclude`: returns what is stored for a finished task, or for one that crashed.
     `jobs`, `limit`, `kind`: see `run_tasks`.
-    `prepare`: given the names of what isn't known, does what is needed before, such as compiling;
-        what it returns, each process does first.
-    `about`: given what is reused, returns what the store says of the whole run, as plain values.
-    `reuse`, `announce`, `progress`: see `suite.run_suite`: of records in place of cases.
+    `prepare`: called with the names of the tasks that will run, does the work they need, such as
+        compiling; each process first calls the function that it returns.
+    `about`: called with the reused records, returns the description of the run for the store, as
+        plain values.
+    `reuse`, `announce`, `progress`: see `suite.run_suite`, with records in place of cases.
 
-    Earlier records give way when the first of this run is done. Ctrl-C ends it, and is said in what
-    is returned; a next run continues from there.
+    Earlier records are replaced when the first task of this run is complete. Ctrl-C ends the run,
+    and the returned value says so; a later run continues from there.
     """
     with store.reserved():
         reused = _reuse(keys, store) if reuse else Reuse[R]()
@@ -133,12 +134,13 @@ def run(
                 begin()
             state = "complete"
         except KeyboardInterrupt:
-            pass  # said in what is returned
+            pass  #   # the returned value says so
         finally:
             store.finish(state)
     has_begun = store.begun
     if state == "interrupted":
-        # What the store says: the interrupt may have come between a record and its being noted.
+        # The store decides, because Ctrl-C may have come between writing a record and adding it to
+        # `records`.
         current = store.current() if has_begun else {}
         records = {name: record for name, record in current.items() if name in keys}
     return Ran(records, len(reused.records), state == "interrupted", has_begun)

@@ -1,8 +1,9 @@
-"""When to sample a result, and its energy and overlaps there.
+"""Sample a result: the times, and the energy and overlaps at these times.
 
-A stepping engine's frames are joined by straight lines, so between two frames its velocity is a
-blend, and the energy of a blend of two velocities is less than either's. Its energy is therefore
-taken at the frames alone and interpolated; our own engine's motion is exact at any time.
+Linear interpolation joins the frames of a time-stepping engine. Between two frames the velocity is
+therefore an average, and its energy is less than that of either frame. The energy is therefore
+computed at the frames only, and interpolated. The motion of Ghostball's engine is exact at any
+time.
 """
 
 from __future__ import annotations
@@ -30,28 +31,31 @@ from ghostball.model.scene.obstacles import gap_to
 from ghostball.validation.results.records import Motion
 
 UNIFORM_TIMES = 401
-"""Times of the stored motion's uniform grid: more than a figure's width resolves."""
+"""Number of times in the uniform grid of a stored motion: more than the width of a figure resolves.
+"""
 
 MAX_TIMES = 4_000
-"""Times of the stored motion at most, events included: 3 MB for 16 balls before compression."""
+"""Largest number of times in a stored motion, events included: 3 MB for 16 balls, uncompressed."""
 
 PATH_DEVIATION = 2e-4
-"""How far a stored path may run beside a curved one [m]: a tenth of a pixel in a figure."""
+"""Largest deviation of a stored path from a curved one [m]: a tenth of a pixel in a figure."""
 
 DENSE_TIMES = 20_001
-"""Times at which an exact motion is searched for overlaps: 1 mm of path at 2 m/s for 10 s."""
+"""Number of times at which an exact motion is searched for overlaps: 1 mm of path at 2 m/s for 10
+s.
+"""
 
 _CHUNK = 1_000
-"""Times handled at once when searching for overlaps: 2 MB for 16 balls."""
+"""Number of times handled together in the search for overlaps: 2 MB for 16 balls."""
 
 
 def union_times(
     t_end: float, event_times: FloatArray, *, uniform: int, limit: int, before: bool = False
 ) -> FloatArray:
-    """Return a uniform grid on [0, t_end] united with event times, (k,) float64 [s], increasing.
+    """Return the union of a uniform grid on [0, t_end] and event times, (k,) float64 [s], sorted.
 
-    Where there are more than `limit`, events are left out evenly, never the grid. With `before`,
-    each event that is kept also brings the last instant before it.
+    With more than `limit` times, events are left out evenly, but never grid points. With `before`,
+    each event also adds the last floating-point number before it.
     """
     grid = np.linspace(0.0, t_end, uniform)
     events = np.unique(event_times[(event_times >= 0.0) & (event_times <= t_end)])
@@ -63,9 +67,9 @@ def union_times(
 def motion_of(result: Result) -> Motion:
     """Return the motion of a result recorded with `record="trajectory"`, as it is stored.
 
-    It holds the states on both sides of an event: balls that an engine lets overlap, and then pulls
-    apart, overlap at the instant before. Where an exact motion bends, it holds enough states to
-    draw the curve.
+    It holds the states before and after each event, because an engine may let balls overlap and
+    then separate them: the overlap exists just before the event. For an exact motion with curved
+    paths it holds enough states to draw the curves.
     """
     events = events_of(result)
     times = union_times(
@@ -80,7 +84,7 @@ def motion_of(result: Result) -> Motion:
 
 
 def energy_at(result: Result, times: FloatArray) -> Energy:
-    """Return the energy of a result at `times`, (k,) [J]; see the module's note."""
+    """Return the energy of a result at `times`, (k,) [J]; see the note of the module."""
     frames = _frames(result)
     if frames is None:
         return result.energy(times)
@@ -88,11 +92,12 @@ def energy_at(result: Result, times: FloatArray) -> Energy:
     return Energy(*(np.interp(times, frames.times, part) for part in at_frames))
 
 
-@lru_cache(maxsize=1)  # by identity: the class of a run and its limits both ask
+#   # keyed by identity; the accuracy class and the limits of a run both need it
+@lru_cache(maxsize=1)
 def energy_series(result: Result) -> FloatArray:
     """Return the total energy over a whole run, (k,) [J], at every recorded frame.
 
-    Where the motion is exact: on a uniform grid, at each event, and the last instant before it.
+    For an exact motion: on a uniform grid, at each event, and just before each event.
     """
     frames = _frames(result)
     if frames is not None:
@@ -104,31 +109,33 @@ def energy_series(result: Result) -> FloatArray:
 
 
 def energy_times(result: Result) -> FloatArray:
-    """Return the instants of an exact motion's `energy_series`, (k,) float64 [s], increasing."""
+    """Return the times of `energy_series` for an exact motion, (k,) float64 [s], increasing."""
     events = events_of(result)["t"]
     limit = UNIFORM_TIMES + 2 * len(events)
     return union_times(result.rest_time, events, uniform=UNIFORM_TIMES, limit=limit, before=True)
 
 
 def largest_overlap(result: Result) -> float:
-    """Return the largest overlap of any two balls in the recorded motion [m]; 0 if never.
+    """Return the largest overlap of any two balls in the recorded motion [m]; 0 if there is none.
 
-    Searched at every frame of a stepping engine, at `DENSE_TIMES` and all events of an exact one.
+    The search covers every frame of a time-stepping engine; for an exact motion, `DENSE_TIMES`
+    times and all events.
     """
     return _largest_overlaps(result)[0]
 
 
 def largest_cushion_overlap(result: Result) -> float:
-    """Return the largest overlap of a ball with a cushion, a jaw or a post [m]; 0 if never.
+    """Return the largest overlap of a ball with a cushion, a jaw or a post [m]; 0 if there is none.
 
-    Searched at the same instants as `largest_overlap`.
+    The search covers the same times as `largest_overlap`.
     """
     return _largest_overlaps(result)[1]
 
 
-@lru_cache(maxsize=1)  # by identity: the class of a run and its limits both ask
+#   # keyed by identity; the accuracy class and the limits of a run both need it
+@lru_cache(maxsize=1)
 def _largest_overlaps(result: Result) -> tuple[float, float]:
-    """Return the largest overlap of two balls, and of a ball and a cushion [m]; 0 if never."""
+    """Return the largest overlap of two balls, and of a ball with a cushion [m]; 0 for none."""
     scene, frames = result.scene, _frames(result)
     if frames is None:
         times = union_times(
@@ -155,9 +162,9 @@ def _largest_overlaps(result: Result) -> tuple[float, float]:
 
 
 def momentum_series(result: Result) -> FloatArray:
-    """Return each ball's momentum in the plane over a whole run, (k, n, 2) [kg m/s].
+    """Return the horizontal momentum of each ball over a whole run, (k, n, 2) [kg m/s].
 
-    At the instants of `energy_series`.
+    The times are those of `energy_series`.
     """
     frames = _frames(result)
     if frames is None:
@@ -169,9 +176,9 @@ def momentum_series(result: Result) -> FloatArray:
 
 
 def times_gone(result: Result) -> FloatArray:
-    """Return when each ball left the table, into a pocket or over a cushion, (n,) [s]; else inf.
+    """Return when each ball left the table, into a pocket or over a cushion, (n,) [s]; inf: never.
 
-    From then on it stays where it was, and nothing meets it.
+    After that time its position is constant, and it has no contacts.
     """
     gone = np.full(len(result.scene.balls), np.inf)
     events = events_of(result)
@@ -185,9 +192,9 @@ def _may_go(scene: Scene) -> bool:
 
 
 def first_not_finite(result: Result) -> str:
-    """Return the first number of the recorded motion that isn't finite, and where; "" if all are.
+    """Return the first number of the recorded motion that isn't finite, with its place; or "".
 
-    Of an exact motion, what is sampled of it is looked at.
+    For an exact motion, samples are checked.
     """
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
@@ -209,9 +216,9 @@ def first_not_finite(result: Result) -> str:
 
 
 def events_of(result: Result) -> Events:
-    """Return the event log of a result.
+    """Return the events of a result.
 
-    Raises `GhostballError` where the engine kept none, though it was asked to.
+    Raises `GhostballError` if the engine recorded none although it was asked to.
     """
     if result.events is None:
         raise GhostballError(
@@ -244,17 +251,17 @@ def _starts(rows: FloatArray) -> range:
 def overlaps_of_balls(
     scene: Scene, positions: FloatArray, here: NDArray[np.bool_] | None = None
 ) -> FloatArray:
-    """Return the deepest overlap of two balls at each instant, (k,) [m]; negative where none touch.
+    """Return the largest overlap of two balls at each time, (k,) [m]; negative if no balls touch.
 
     `positions` (k, n, 3) float64 [m].
-    `here` (k, n): whether each ball is on the table, which one in a pocket isn't; None: all are.
+    `here` (k, n): whether each ball is on the table, not in a pocket; None: all are.
     """
-    # On the cloth balls touch in the plane of their centres; see "Geometry" in engine/__init__.py.
+    # On the cloth, balls touch in the plane of their centres; see "Geometry" in engine/__init__.py.
     columns = range(3 if scene.physics.airborne else 2)
     axes = [np.ascontiguousarray(positions[:, :, axis].T) for axis in columns]
     radii, present = scene.radii, None if here is None else here.T
     deepest = np.full(len(positions), -np.inf)
-    # One ball against all that follow: the pairs of 100 balls at once would fill the memory.
+    # One ball against all later ones: all pairs of 100 balls together would need too much memory.
     for ball in range(len(radii) - 1):
         squares = sum(np.square(axis[ball + 1 :] - axis[ball]) for axis in axes)
         overlaps = (radii[ball] + radii[ball + 1 :])[:, np.newaxis] - np.sqrt(squares)
@@ -267,7 +274,7 @@ def overlaps_of_balls(
 def overlaps_at_cushions(
     scene: Scene, positions: FloatArray, here: NDArray[np.bool_] | None = None
 ) -> FloatArray:
-    """Return the deepest overlap with a cushion at each instant, (k,) [m]; negative for none.
+    """Return the largest overlap with a cushion at each time, (k,) [m]; negative if there is none.
 
     Jaws and posts count, holes don't. `positions` and `here` are those of `overlaps_of_balls`.
     """
