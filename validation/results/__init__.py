@@ -1,1 +1,1 @@
-"""What a run found, as it is stored: records, folders, files written whole, the environment."""
+"""Store the results of a run: records, folders, files written atomically, the environment."""

@@ -1,6 +1,6 @@
-"""The three comparisons of a run with the reference: rest positions, collisions and energy.
+"""Compare a run with the reference: rest positions, collisions and energy.
 
-`comparisons_of` makes the three comparisons of a case; the terminal, the page, JSON and CSV show
+`comparisons_of` makes the three comparisons of a case. The terminal, the page, JSON and CSV show
 them.
 """
 

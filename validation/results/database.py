@@ -1,8 +1,8 @@
 """The database of a results folder: one SQLite file, changed in transactions.
 
-What a transaction has committed survives a kill and a full disk, and what it has not was never
-there. Others may read while a run writes. A record of any kind is a row that holds it as JSON, and
-what is looked up in it is a column of a view, so that a query of anyone's needs no code of ours:
+A committed transaction survives a kill and a full disk; an uncommitted one leaves no trace. Other
+processes may read while a run writes. A record of any kind is a row that holds the record as JSON.
+Views provide its searchable fields as columns, so queries need no code of Ghostball:
 
     sqlite3 out/results.db "SELECT scene, label, value FROM checks WHERE NOT passed"
 """
@@ -27,16 +27,16 @@ DATABASE: Final = "results.db"
 LOCK: Final = ".lock"
 
 SCHEMA: Final = 15
-"""Version of the tables and of the records in them; another one is refused."""
+"""Version of the tables and of the records in them; other versions are refused."""
 
 APPLICATION: Final = int.from_bytes(b"ball")
-"""What tells a database of ours from anyone's: SQLite keeps it in the head of the file."""
+"""Marks a database of Ghostball: SQLite stores this number in the header of the file."""
 
 Document = Literal["suite", "regression"]
-"""What there is one of in a folder: what each kind of run was asked for, and how it ended."""
+"""Contents that a folder has once: for each kind of run, its options and how it ended."""
 
 Kind = Literal["case", "likeness"]
-"""What a record is of: of which there are many, each with a name of its own."""
+"""Kinds of records; a folder has many of each kind, each with its own name."""
 
 _TABLES = """
 CREATE TABLE documents (
@@ -44,8 +44,8 @@ CREATE TABLE documents (
     content TEXT NOT NULL CHECK (json_valid(content))
 );
 
--- `current` is part of what the last run of its kind left; others are kept for a later run. The key
--- is a hash of all that a record depends on besides the code; "" where it must be made again.
+-- `current`: the record belongs to the last run of its kind; other records are kept for later runs.
+-- `key`: hash of everything that a record depends on besides the code; "" if it can't be reused.
 CREATE TABLE records (
     id INTEGER PRIMARY KEY,
     kind TEXT NOT NULL,
@@ -62,7 +62,7 @@ CREATE TABLE motions (
     record_id INTEGER UNIQUE REFERENCES records ON DELETE CASCADE,
     content BLOB NOT NULL
 );
--- An instant has no type: SQLite takes -0.0 in a column of REAL for 0.0.
+-- The time has no column type: SQLite would store -0.0 in a REAL column as 0.0.
 CREATE TABLE events (
     motion_id INTEGER NOT NULL REFERENCES motions ON DELETE CASCADE,
     t NOT NULL,
@@ -95,16 +95,16 @@ CREATE VIEW checks AS
 
 
 def has_database(folder: Path) -> bool:
-    """Whether a folder holds a file of results, be it of another version or damaged."""
+    """Return True if a folder holds a results database, even a damaged or outdated one."""
     return (folder / DATABASE).is_file()
 
 
 @contextmanager
 def reading(folder: Path) -> Iterator[sqlite3.Connection]:
-    """Open the database of a folder to read it.
+    """Open the database of a folder for reading.
 
-    Raises `ResultsError` where there is none, or it is cut short, damaged, no database, or of
-    another version.
+    Raises `ResultsError` if there is no database, or if it is cut short, damaged, or of another
+    version.
     """
     path = folder / DATABASE
     if not path.is_file():
@@ -115,20 +115,21 @@ def reading(folder: Path) -> Iterator[sqlite3.Connection]:
             else f"{folder}: no such results folder. Make one with `ghostball validate --out "
             f"{folder}`"
         )
-    # Not read-only: what a kill cut short is rolled back by who opens it next.
+    # Not opened read-only, because the next process that opens it must roll back killed
+    # transactions.
     with _explained(path), closing(_connect(path, "rw")) as database:
         _check(database, path)
         database.execute("PRAGMA query_only = ON")
-        # All that is read until it is closed is of one state, also while a run writes.
+        # One transaction: everything read until the end is from one state, even while a run writes.
         database.execute("BEGIN")
         yield database
 
 
 @contextmanager
 def writing(folder: Path) -> Iterator[sqlite3.Connection]:
-    """Open the database of a folder, or make one, to change it: each change in a `transaction`.
+    """Open or create the database of a folder for changes; each change needs a `transaction`.
 
-    Raises `ResultsError` as of `reading`; or where the folder can't be written.
+    Raises `ResultsError` in the cases of `reading`, or if the folder can't be written.
     """
     path = folder / DATABASE
     with _explained(path):
@@ -136,15 +137,15 @@ def writing(folder: Path) -> Iterator[sqlite3.Connection]:
             _create(path)
     with _explained(path), closing(_connect(path, "rw")) as database:
         _check(database, path)
-        # Committed changes need not wait for the disk, and readers need not wait for a run.
+        # WAL mode: commits need not wait for the disk, and readers need not wait for a run.
         database.execute("PRAGMA journal_mode = WAL")
         database.execute("PRAGMA synchronous = NORMAL")
         database.execute("PRAGMA foreign_keys = ON")
         try:
             yield database
         finally:
-            # One file again, which can be copied, and read where nothing can be written. Where
-            # somebody reads it now it stays as it is, which is as safe.
+            # Back to a single file, which can be copied, and read from a read-only folder. While
+            # another process reads it, the mode can't change; this is equally safe.
             with suppress(sqlite3.OperationalError):
                 database.execute("PRAGMA busy_timeout = 0")
                 database.execute("PRAGMA journal_mode = DELETE")
@@ -152,9 +153,9 @@ def writing(folder: Path) -> Iterator[sqlite3.Connection]:
 
 @contextmanager
 def transaction(database: sqlite3.Connection) -> Iterator[None]:
-    """Change a database wholly or not at all, whatever is raised in the block: also Ctrl-C.
+    """Change a database completely or not at all, whatever is raised in the block (even Ctrl-C).
 
-    Raises `ResultsError` where the disk is full, or another process writes there.
+    Raises `ResultsError` if the disk is full, or if another process is writing.
     """
     (_, _, path) = database.execute("PRAGMA database_list").fetchone()
     with _explained(Path(path)), database:
@@ -164,9 +165,9 @@ def transaction(database: sqlite3.Connection) -> Iterator[None]:
 
 @contextmanager
 def reserved(folder: Path) -> Iterator[None]:
-    """Keep other runs out of a folder. The system ends the lock with the process, however it ends.
+    """Lock a folder for this run. The operating system releases the lock when the process ends.
 
-    Raises `ResultsError` where another run is in it, or nothing can be written there.
+    Raises `ResultsError` if another run holds the lock, or if the folder can't be written.
     """
     with ExitStack() as held:
         try:
@@ -182,7 +183,7 @@ def reserved(folder: Path) -> Iterator[None]:
 
 
 def documents_in(folder: Path) -> frozenset[str]:
-    """Return what kinds of runs a folder holds something of; none where it has no database."""
+    """Return the kinds of runs that a folder holds results of; empty without a database."""
     if not has_database(folder):
         return frozenset()
     with reading(folder) as database:
@@ -190,18 +191,18 @@ def documents_in(folder: Path) -> frozenset[str]:
 
 
 def get_document(database: sqlite3.Connection, name: Document) -> str | None:
-    """Return a document as JSON, or None where there is none."""
+    """Return a document as JSON, or None if it doesn't exist."""
     found = database.execute("SELECT content FROM documents WHERE name = ?", [name]).fetchone()
     return None if found is None else str(found[0])
 
 
 def put_document(database: sqlite3.Connection, name: Document, content: str) -> None:
-    """Put a document in place of what there was; within a `transaction`."""
+    """Store a document in place of the earlier one; call it within a `transaction`."""
     database.execute("INSERT OR REPLACE INTO documents VALUES (?, ?)", [name, content])
 
 
 def current_records(database: sqlite3.Connection, kind: Kind) -> list[tuple[str, bool]]:
-    """Return the records of a kind that the last run left, as JSON, and whether each is reused."""
+    """Return the records of a kind from the last run, as JSON, and whether each one is reused."""
     return [
         (str(text), bool(reused))
         for text, reused in database.execute(
@@ -211,14 +212,14 @@ def current_records(database: sqlite3.Connection, kind: Kind) -> list[tuple[str,
 
 
 def name_text(name: Sequence[str]) -> str:
-    """Return the name of a record as its row has it."""
+    """Return the name of a record in the form that its row stores."""
     return json.dumps(list(name), ensure_ascii=False)
 
 
 def record_of(adapter: TypeAdapter[Any], text: str, what: str) -> Any:
-    """Read a record, which is right unless somebody edited the database.
+    """Read a record; it is valid unless somebody edited the database.
 
-    Raises `ResultsError` where it is not what was expected; `what` names it.
+    Raises `ResultsError` if it is invalid; `what` names the record in the message.
     """
     try:
         return adapter.validate_json(text)
@@ -229,11 +230,11 @@ def record_of(adapter: TypeAdapter[Any], text: str, what: str) -> Any:
 
 
 AGAIN: Final = "Move the file away, or choose another `--out`, and run again"
-"""What to do where stored results can't be read: a sentence without its full stop."""
+"""Remedy for stored results that can't be read: a sentence without its full stop."""
 
 
 def _create(path: Path) -> None:
-    """Make a database without rows, which nobody sees before it is whole."""
+    """Create a database without rows; it gets its final name only when it is complete."""
     part = path.with_name(f"{path.name}.part")
     try:
         part.unlink(missing_ok=True)
@@ -248,7 +249,8 @@ def _create(path: Path) -> None:
 
 
 def _connect(path: Path, mode: str) -> sqlite3.Connection:
-    # One connection may be closed by another thread than made it: it is never used by two at once.
+    # The connection may be closed by another thread than its creator; two threads never use it at
+    # once.
     return sqlite3.connect(
         f"file:{quote(str(path))}?mode={mode}",
         uri=True,
@@ -273,11 +275,11 @@ def _check(database: sqlite3.Connection, path: Path) -> None:
     _check_pages(path, state.st_size, state.st_mtime_ns)
 
 
-# A report reads the motion of each case: a file that hasn't changed since is checked once. A
-# comparison reads two databases in turns, so more than one is remembered.
+# A report reads the motion of each case, so an unchanged file is checked only once. A comparison
+# alternates between two databases, so several results are cached.
 @lru_cache(maxsize=4)
 def _check_pages(path: Path, *_: int) -> None:
-    """Let SQLite look through all pages, and whether rows keep the rules of their tables."""
+    """Let SQLite check all pages, and that the rows obey the constraints of their tables."""
     with closing(_connect(path, "rw")) as database:
         (said,) = database.execute("PRAGMA quick_check(1)").fetchone()
     if said != "ok":
@@ -285,7 +287,7 @@ def _check_pages(path: Path, *_: int) -> None:
 
 
 def _tables(database: sqlite3.Connection) -> frozenset[str]:
-    """Return how the tables of a database were made; somebody may have added some of his own."""
+    """Return the SQL statements that created the tables; a user may have added tables."""
     return frozenset(sql for (sql,) in database.execute("SELECT sql FROM sqlite_schema") if sql)
 
 
@@ -298,13 +300,13 @@ def _tables_of(script: str) -> frozenset[str]:
 
 @contextmanager
 def _explained(path: Path) -> Iterator[None]:
-    """Say in one line what a database that can't be used is, in place of what SQLite says."""
+    """Replace errors of SQLite by a `ResultsError` with one line that explains the problem."""
     try:
         yield
-    except UnicodeDecodeError as error:  # of a name, which SQLite quotes in what it says
+    except UnicodeDecodeError as error:  #   # in a name that SQLite quotes in its message
         raise _damaged(path, error) from None
     except sqlite3.Error as error:
-        # Python itself raises without a code, where a text isn't UTF-8.
+        # For text that isn't UTF-8, Python itself raises an error without a code.
         code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF
         if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
             raise _damaged(path, error) from None
@@ -316,7 +318,7 @@ def _explained(path: Path) -> Iterator[None]:
             raise ResultsError(
                 f"{path}: can't be read or written: {error}. Make room, or choose another `--out`"
             ) from None
-        raise  # a fault of ours
+        raise  #   # a bug of Ghostball
 
 
 def _damaged(path: Path, why: object) -> ResultsError:

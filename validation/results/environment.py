@@ -1,4 +1,4 @@
-"""Where and with what a run was made: kept with its results, for numbers mean little without."""
+"""The environment of a run, stored with its results: machine, versions and code revision."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def describe_environment() -> dict[str, Any]:
 
 
 def cpu_name() -> str:
-    """Return the processor's model name, or its architecture where the system hides the name."""
+    """Return the processor's model name, or its architecture if the system hides the name."""
     return _cpu("model name") or platform.processor() or platform.machine()
 
 
 def cpu_flags() -> str:
-    """Return what the processor says that it can do, "" where the system hides it."""
+    """Return the instruction set features of the processor, or "" if the system hides them."""
     return _cpu("flags", "Features")
 
 
@@ -46,15 +46,15 @@ def _cpu(*fields: str) -> str:
 
 
 def git_state(root: Path) -> dict[str, Any] | None:
-    """Return revision and whether files differ from it, or None where `root` is no checkout.
+    """Return the git revision and whether there are changes; None if `root` is no checkout.
 
-    A package installed inside someone else's repository is no checkout of ours.
+    A package that is installed inside another repository isn't a checkout of Ghostball.
     """
     if not (root / ".git").exists():
         return None
     try:
         revision = run_git(root, "rev-parse", "HEAD")
         changes = run_git(root, "status", "--porcelain")
-    except GitError:  # no git here, or no commit yet
+    except GitError:  #   # git isn't installed, or there is no commit yet
         return None
     return {"revision": revision, "dirty": bool(changes)}

@@ -1,6 +1,6 @@
-"""What a field of a stored record may hold: each is checked as it is read, as input is.
+"""Types of the fields of stored records: each field is validated when it is read, like input.
 
-A results folder may come from anyone, such as an artifact of somebody's CI.
+A results folder may come from anyone, for example as an artifact of a CI run.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from ghostball.model import Scene, SceneError
 
 def _array_from_json(value: Any) -> NDArray[np.float64]:
     try:
-        return np.array(value, dtype=np.float64)  # null, which stands for "not finite", is nan
+        return np.array(value, dtype=np.float64)  #   # null stands for a number that isn't finite
     except (TypeError, ValueError, OverflowError):
         raise ValueError("must be numbers in rows of one length") from None
 
 
 def _array_to_json(value: NDArray[np.float64]) -> Any:
-    # An engine that blew up returns nan or infinity, which JSON has no word for.
+    # A diverged engine returns nan or infinity, which JSON can't represent.
     plain = value.astype(object)
     plain[~np.isfinite(value)] = None
     return plain.tolist()
 
 
 def check_shape(name: str, array: NDArray[np.float64] | None, shape: tuple[int, ...]) -> None:
-    """Make sure that a stored array has the shape that it must have, where it is there."""
+    """Check that a stored array, if it exists, has the right shape."""
     if array is not None and array.shape != shape:
         raise ValueError(f"`{name}` must have the shape {shape}, got {array.shape}")
 
@@ -49,7 +49,7 @@ def _as_scene(definition: dict[str, Any]) -> dict[str, Any]:
     return definition
 
 
-@lru_cache(maxsize=256)  # all cases of a scene have the same
+@lru_cache(maxsize=256)  #   # all cases of a scene have the same definition
 def _refused(definition: str) -> str:
     try:
         Scene.model_validate_json(definition)
@@ -63,14 +63,14 @@ Definition = Annotated[dict[str, Any], AfterValidator(_as_scene)]
 
 
 class GitState(BaseModel):
-    """Of which code a run was."""
+    """The code revision of a run."""
 
     revision: str
     dirty: bool
 
 
 class Environment(BaseModel, extra="allow"):
-    """What is read of where and with what a run was made; what else is there is only shown."""
+    """The fields of a run's environment that are read; other fields are only displayed."""
 
     date: str = ""
     command: list[str] = []
@@ -91,4 +91,4 @@ def _as_environment(values: dict[str, Any]) -> dict[str, Any]:
 
 
 EnvironmentValues = Annotated[dict[str, Any], AfterValidator(_as_environment)]
-"""Of a record: what `describe_environment` returns, or a part of it, as plain values."""
+"""A field of a record: the dict from `describe_environment`, or a part of it."""

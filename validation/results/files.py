@@ -1,4 +1,4 @@
-"""Files that are written whole, and what is said of data and folders that are refused."""
+"""Write files atomically, and describe invalid data and folders in messages."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class ResultsError(GhostballError):
 
 
 def toml_of(text: str) -> dict[str, Any]:
-    """Return what a text in TOML says.
+    """Return the content of a text in TOML.
 
-    Raises `ValueError` where it is none, or is nested deeper than Python's reader can follow.
+    Raises `ValueError` if it is invalid, or nested too deeply for Python's reader.
     """
     try:
         return tomllib.loads(text)
@@ -34,13 +34,14 @@ def toml_of(text: str) -> dict[str, Any]:
 def describe_validation_error(
     error: ValidationError, known: Sequence[str] = (), *, within: str = "", noun: str = "field"
 ) -> str:
-    """Return what is wrong with data that a model refuses: the first field, its rule, its value.
+    """Return the first problem with invalid data: the field, the rule and the value.
 
-    Such as "`rounds` must be a valid integer, got 'x'", for a message that says where it is.
+    For example "`rounds` must be a valid integer, got 'x'", for a message that names the place.
+
     `within`: table that holds the data, such as `tool.ghostball`.
-    `noun`: what a field of the data is called.
+    `noun`: the word for a field of the data.
     """
-    # A number may be an integer or a float: what is neither is described by the rule of the latter.
+    # For a field of type int or float there are two problems; the one about float is described.
     problems = error.errors()
     first = next((one for one in problems if one["loc"][-1:] != ("int",)), problems[0])
     return describe_problem(first, known, within=within, noun=noun)
@@ -49,7 +50,7 @@ def describe_validation_error(
 def describe_problem(
     problem: ErrorDetails, known: Sequence[str] = (), *, within: str = "", noun: str = "field"
 ) -> str:
-    """Return one of the things that are wrong, in words; `known` are the fields that there are."""
+    """Return one problem in words; `known` are the valid field names."""
     where, kind = ".".join(filter(None, (within, field_of(problem)))), problem["type"]
     if kind == "missing":
         return f"`{where}` is missing"
@@ -58,7 +59,7 @@ def describe_problem(
         hint = f"Did you mean `{close[0]}`?" if close else f"Known here: {', '.join(known)}"
         return f"`{where}` is not a known {noun}{f'. {hint}' if known else ''}"
     said = re.sub(r"^\w+ should", "must", problem["msg"].removeprefix("Value error, "))
-    # Of what is no JSON the whole text would be shown, and of a table all of it.
+    # For invalid JSON or a wrong table, the whole text would be shown.
     shown = repr(problem["input"])
     hidden = ", got " in said or len(shown) > _SHOWN or kind == "json_invalid"
     colon = "" if said.startswith("must ") else ":"
@@ -66,26 +67,26 @@ def describe_problem(
 
 
 def field_of(problem: ErrorDetails) -> str:
-    """Return the field that a problem is in, such as `criteria[2].metric`; "" where in none."""
+    """Return the field of a problem, such as `criteria[2].metric`; "" if it isn't in a field."""
     parts = (one for one in problem["loc"] if one not in ("int", "float"))
     named = "".join(f"[{one}]" if isinstance(one, int) else f".{one}" for one in parts)
     return named.removeprefix(".")
 
 
 _SHOWN = 80
-"""Characters of a refused value that a message has room for."""
+"""Largest length of an invalid value that a message shows."""
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file, text as UTF-8, whole or not at all: an error leaves what was there.
+    """Write a file atomically, text as UTF-8: an error leaves the old file unchanged.
 
-    Raises `OSError` where it can't be written; nothing is left beside it.
+    Raises `OSError` if it can't be written; no temporary file is left then.
     """
     write_all_whole({path: content})
 
 
 def write_all_whole(contents: Mapping[Path, str | bytes]) -> None:
-    """Write files that belong together: none is replaced until all are on the disk."""
+    """Write files that belong together: none is replaced before all of them are on the disk."""
     encoded = {
         path: content.encode("utf-8") if isinstance(content, str) else content
         for path, content in contents.items()
@@ -98,12 +99,12 @@ def write_all_whole(contents: Mapping[Path, str | bytes]) -> None:
             part.replace(path)
     except BaseException:  # also Ctrl-C
         for part in parts.values():
-            with suppress(OSError):  # the first error is the one to tell
+            with suppress(OSError):  #   # the first error is the one to report
                 part.unlink(missing_ok=True)
         raise
 
 
 def cannot_write(path: Path, error: OSError) -> ResultsError:
-    """Return the error that says why a folder can't be written."""
+    """Return the error for a folder that can't be written."""
     reason = error.strerror or type(error).__name__
     return ResultsError(f"{path}: can't write the results folder: {reason}. Choose another `--out`")

@@ -1,4 +1,4 @@
-"""The tables of a results folder as plain rows: for files that anyone reads, and data frames."""
+"""The tables of a results folder as plain rows, for exported files and data frames."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ TABLES: Final[Mapping[str, str]] = {
         "AS scenes WHERE name = 'regression'"
     ),
 }
-"""What there is of each kind, and how it is asked for; a column `record` is many, as JSON."""
+"""The tables and their queries; a column `record` holds several columns, as JSON."""
 
 _RECORD: Final = TypeAdapter(dict[str, Any])
 _CASE: Final = TypeAdapter(CaseRecord)
 
 
 def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
-    """Return the rows of a table, of plain values by column.
+    """Return the rows of a table, as plain values by column.
 
-    Raises `GhostballError` where there is no such table, or the results can't be read.
+    Raises `GhostballError` if the table doesn't exist, or if the results can't be read.
     """
     if table not in TABLES:
         raise GhostballError(f"no table `{table}`. The tables are: {', '.join(TABLES)}")
@@ -59,9 +59,9 @@ def rows_of(folder: Path, table: str) -> list[dict[str, Any]]:
 
 
 def frame_of(folder: Path, table: str) -> Any:
-    """Return a table as a data frame of polars; see `Results.to_frame`.
+    """Return a table as a polars data frame; see `Results.to_frame`.
 
-    Raises `GhostballError` as of `rows_of`; or where polars isn't installed.
+    Raises `GhostballError` in the cases of `rows_of`, or if polars isn't installed.
     """
     try:
         import polars  # noqa: PLC0415 - an optional dependency
@@ -71,7 +71,7 @@ def frame_of(folder: Path, table: str) -> Any:
             "'.[frames]'` in a clone of Ghostball, or write files with `ghostball report DIR "
             "--export FOLDER`"
         ) from None
-    # All rows decide the types of columns: a first one may lack a value.
+    # All rows determine the column types, because the first row may lack a value.
     return polars.DataFrame(
         [_flat(row) for row in rows_of(folder, table)], infer_schema_length=None
     )
@@ -80,9 +80,9 @@ def frame_of(folder: Path, table: str) -> Any:
 def export(folder: Path, target: Path) -> list[Path]:
     """Write each table that has rows as JSON lines and as CSV; return the files.
 
-    `target`: folder of the files; made where it isn't there.
+    `target`: folder of the files; created if it doesn't exist.
 
-    Raises `ResultsError` where the results can't be read, or nothing can be written.
+    Raises `ResultsError` if the results can't be read, or if nothing can be written.
     """
     contents: dict[Path, str | bytes] = {}
     for table in TABLES:
@@ -101,13 +101,13 @@ def export(folder: Path, target: Path) -> list[Path]:
 
 
 def _spread(row: dict[str, Any], what: str) -> dict[str, Any]:
-    """Return a row with what its record holds in the record's place."""
+    """Return a row with the column `record` replaced by the fields of the record."""
     record: dict[str, Any] = record_of(_RECORD, row.pop("record", "{}"), what)
     return {name: row[name] for name in row if name not in record} | record | row
 
 
 def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a row with each value that isn't one number or text as JSON."""
+    """Return a row with lists and dicts encoded as JSON."""
     return {
         name: json.dumps(value) if isinstance(value, (dict, list)) else value
         for name, value in row.items()
@@ -115,11 +115,10 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def csv_of(rows: list[dict[str, Any]]) -> str:
-    """Return rows as CSV, with a head; columns are those of all rows, in their order."""
+    """Return rows as CSV with a header; the columns are those of all rows, in their order."""
     if not rows:
         return ""
     text = io.StringIO()
-    # The columns of all rows, each once, in the order in which they come.
     columns = list(dict.fromkeys(name for row in rows for name in row))
     writer = csv.DictWriter(text, columns, lineterminator="\n")
     writer.writeheader()

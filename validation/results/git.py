@@ -1,4 +1,4 @@
-"""Git, asked from a checkout: what it prints, or why it couldn't."""
+"""Run git in a checkout, and return its output or the reason of its failure."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Final
 from ghostball.model import GhostballError
 
 TIMEOUT: Final = 120.0
-"""Seconds: git checks a whole tree out within some."""
+"""Time limit of a git command [s]; checking out a whole tree takes a few seconds."""
 
 _OF_A_HOOK: Final = frozenset(
     (
@@ -18,19 +18,19 @@ _OF_A_HOOK: Final = frozenset(
         *("GIT_ALTERNATE_OBJECT_DIRECTORIES", "GIT_PREFIX", "GIT_NAMESPACE"),
     )
 )
-"""Variables that git sets for a hook: they would lead to the repository that called it."""
+"""Variables that git sets for a hook; they would redirect git to the repository with the hook."""
 
 
 class GitError(GhostballError):
-    """Git isn't there, took too long, or refused."""
+    """Git isn't installed, took too long, or failed."""
 
 
 def run_git(root: Path, *arguments: str) -> str:
-    """Run git in a folder, whatever repository calls us, and return what it prints, stripped.
+    """Run git in a folder, ignoring any repository whose hook runs Ghostball; return its output.
 
     `*arguments`: such as "rev-parse", "HEAD".
 
-    Raises `GitError` where git isn't installed, doesn't end, fails, or prints what isn't UTF-8.
+    Raises `GitError` if git isn't installed, doesn't end, fails, or prints text that isn't UTF-8.
     """
     try:
         finished = subprocess.run(

@@ -1,4 +1,4 @@
-"""A measurement that is stored: a JSON file that says what was measured, where, when, with what."""
+"""A stored measurement: a JSON file with the values, the machine, the date and the versions."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class MeasurementError(GhostballError):
 
 
 def describe_machine() -> dict[str, Any]:
-    """Return machine, versions, revision and date; no command line, for that may hold paths."""
+    """Return machine, versions, revision and date; no command line, which may hold paths."""
     return {k: v for k, v in describe_environment().items() if k != "command"}
 
 
 def make_folder(folder: Path) -> None:
-    """Make the folder of a measurement: one that can't be made is refused before it is measured."""
+    """Create the folder of a measurement, so that a bad path is refused before the measurement."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -34,11 +34,11 @@ def make_folder(folder: Path) -> None:
 
 
 class Record(BaseModel, frozen=True, populate_by_name=True):
-    """A part of a measurement that is stored."""
+    """A stored part of a measurement."""
 
 
 class Measurement(Record):
-    """What every stored measurement has; its file is named after its kind."""
+    """The fields of every stored measurement; its file is named after its kind."""
 
     schema_version: Literal[1] = Field(default=1, alias="schema")
     environment: dict[str, Any] = Field(default_factory=describe_machine)
@@ -47,11 +47,11 @@ class Measurement(Record):
 
     @property
     def where(self) -> str:
-        """Processor and day, for the title of a picture."""
+        """Processor and day, for the title of a figure."""
         return f"{self.environment['cpu']}, {str(self.environment['date'])[:10]}"
 
     def save(self, folder: Path) -> Path:
-        """Write it into a folder, each field on a line, and each row of one that has rows."""
+        """Write the measurement into a folder: a line for each field and each row of a table."""
         path = folder / f"{self.kind}.json"
         fields = self.model_dump(mode="json", by_alias=True)
         lines = (f'  "{name}": {_in_rows(value)}' for name, value in fields.items())

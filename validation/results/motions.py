@@ -1,4 +1,4 @@
-"""Sampled motions in the database of a results folder: events as rows, all else as one archive."""
+"""Sampled motions in the database of a results folder: events as rows, arrays as one archive."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SAMPLED: Final = [part.name for part in fields(Motion) if part.name != "events"
 
 
 def put_motion(database: sqlite3.Connection, motion: Motion, *, record_id: int) -> None:
-    """Add the motion of a case; within a `transaction`."""
+    """Add the motion of a case; call it within a `transaction`."""
     parts = {name: getattr(motion, name) for name in _SAMPLED}
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **{name: p for name, p in parts.items() if p is not None})
@@ -36,9 +36,9 @@ def put_motion(database: sqlite3.Connection, motion: Motion, *, record_id: int) 
 
 
 def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
-    """Read the motion of a case, or None where there is none.
+    """Read the motion of a case, or None if there is none.
 
-    Raises `ResultsError` where it is damaged.
+    Raises `ResultsError` if it is damaged.
     """
     with reading(folder) as database:
         found = database.execute(
@@ -51,7 +51,7 @@ def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
         rows = database.execute(
             "SELECT t, kind, a, b FROM events WHERE motion_id = ? ORDER BY rowid", [found[0]]
         ).fetchall()
-    # What zipfile, zlib and numpy raise where an archive is damaged is written nowhere.
+    # The exceptions of zipfile, zlib and numpy for a damaged archive aren't documented.
     try:
         events = np.array([(t, _KINDS[kind], a, b) for t, kind, a, b in rows], dtype=EVENT_DTYPE)
         with np.load(io.BytesIO(found[1]), allow_pickle=False) as stored:
@@ -65,7 +65,7 @@ def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
 
 
 def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:
-    """Make sure that arrays are those of one motion: their names, types, shapes and values."""
+    """Check that arrays form one motion: their names, types, shapes and values."""
     names = set(_SAMPLED)
     if not names - {"phases"} <= set(parts) <= names:
         raise ValueError(f"it must hold {', '.join(_SAMPLED)}, got {', '.join(parts) or 'nothing'}")

@@ -1,13 +1,15 @@
-"""Quantities as text: a number with a unit that suits its size."""
+"""Format numbers with a unit prefix that suits their size."""
 
 from __future__ import annotations
 
 import math
 
 SMALLEST = 1e-16
-"""Below this size a number gets a power of ten: few know the prefixes past femto."""
+"""Smallest number with a prefix; smaller ones get a power of ten, because few know smaller
+prefixes.
+"""
 
-# By exponent, since 1e-3 * 1e-6 is not 1e-9 in floating point.
+# By exponent, because 1e-3 * 1e-6 is not 1e-9 in floating point.
 _PREFIXES = {0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
 
 
@@ -22,7 +24,7 @@ def scaled(value: float, unit: str, digits: int = 3) -> str:
         return f"{value} {unit}"
     if value == 0.0:
         return "0"
-    # One unit for one size: the number in front is in [1, 1000), once it is rounded.
+    # The prefix is chosen after rounding, so that the displayed number is in [1, 1000).
     rounded = float(f"{value:.{digits}g}")
     if rounded < SMALLEST:
         return f"{value:.1e} {unit}"

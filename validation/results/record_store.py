@@ -1,8 +1,8 @@
-"""The records of one kind in a results folder, written as they come by `runs.runner.run`.
+"""The records of one kind in a results folder; `runs.runner.run` writes each one when it is ready.
 
-A record is committed before the run says that it is done, and what earlier runs found stays until a
-record of this one takes its place: so a run that is interrupted or killed, or finds the disk full,
-leaves a folder that reads back, and a next one continues from there.
+A record is committed before the run reports it as finished, and results of earlier runs stay until
+a record of this run replaces them. A run that is interrupted, killed, or stopped by a full disk
+therefore leaves a readable folder, and the next run continues from there.
 """
 
 from __future__ import annotations
@@ -41,33 +41,32 @@ W = TypeVar("W")
 R = TypeVar("R")
 
 Name = tuple[str, ...]
-"""What a task is called: it tells it from all others of its kind, such as a scene and an engine."""
+"""Name of a task, unique among tasks of its kind, such as a scene and an engine."""
 
 RunState = Literal["running", "complete", "interrupted"]
 
 _PROBE = f"{LOCK}.probe"
-"""Written and removed, to see whether a folder can be written; what may stay there is ours."""
+"""File that is created and removed to test whether a folder is writable; a leftover is harmless."""
 
 
 class RecordStore(Generic[W, R]):
-    """Writes the records of one kind into a folder; a subclass says what they are.
+    """Writes the records of one kind into a folder; a subclass defines the kind.
 
-    Making one checks that the folder may be used and can be written, and changes nothing in it;
-    earlier records stay until `begin`. From there, or from `reserved`, to `finish` no other run, of
-    this process or another, gets into the folder.
+    The constructor checks that the folder can be used and written, and changes nothing in it.
+    Earlier records stay until `begin`. From `begin`, or from `reserved`, until `finish`, a lock
+    keeps other runs out, in this process or another.
 
-    `code`: hash of the code that makes the records; "" where it isn't known, and nothing is reused.
-    `code_of`: returns the hash of all code that makes the record of a name, an engine's own
-        included; left out, `code`.
-
+    `code`: hash of the code that makes the records; "" if unknown: then nothing is reused.
+    `code_of`: returns the hash of all code that makes the record of a name, including that of an
+        external engine; default: `code`.
     `adapter`: reads and writes a record as JSON.
-    `what`: what a record is called where it is damaged.
-    `document`: what says what a run was asked for, and how it ended; None where nothing does.
-    `others_stay`: whether records by the same code that a run isn't asked for are a part of what it
-        leaves.
+    `what`: what messages about damaged records call them.
+    `document`: name of the document with the options and the state of a run; None: no document.
+    `others_stay`: whether records of the same code that this run isn't asked for belong to its
+        results.
 
-    Raises `ResultsError` where the path is no folder, can't be made or written, or holds something
-    else.
+    Raises `ResultsError` if the path isn't a folder, can't be created or written, or holds other
+    files.
     """
 
     kind: ClassVar[Kind]
@@ -90,32 +89,32 @@ class RecordStore(Generic[W, R]):
 
     @abstractmethod
     def name_of(self, record: R) -> Name:
-        """Return what the task of a record is called."""
+        """Return the name of the task of a record."""
 
     def record_of(self, given: W) -> R:
-        """Return the record of what a task gave: that itself, unless something lies beside it."""
+        """Return the record in a task's result: the result itself, unless it has other parts."""
         record: Any = given
         return record  # type: ignore[no-any-return]
 
     def stands(self, record: R) -> bool:  # noqa: ARG002
-        """Whether the task would come to the same again: not to a failure, or a limit of time."""
+        """Return True if running the task again would give the same record."""
         return True
 
     def reused(self, record: R) -> R:
-        """Return a record of an earlier run as one of this run has it."""
+        """Return a record of an earlier run in the form that it has in this run."""
         return record
 
     def put_beside(self, database: sqlite3.Connection, number: int, given: W) -> None:
-        """Store what goes with a record, whose row has this number; within a `transaction`."""
+        """Store parts that belong to the record in row `number`; called within a `transaction`."""
 
     @contextmanager
     def reserved(self) -> Iterator[None]:
-        """Keep other runs out, from before the folder is read: what was read stays true.
+        """Lock the folder before it is read, so that what was read stays valid.
 
-        Raises `ResultsError` where another one is in it, or what is there can't be read.
+        Raises `ResultsError` if another run holds the lock, or if the results can't be read.
         """
         with reserved(self.path):
-            documents_in(self.path)  # what can't be read is refused before anything runs
+            documents_in(self.path)  #   # unreadable results are refused before anything runs
             self._is_reserved = True
             try:
                 yield
@@ -124,9 +123,9 @@ class RecordStore(Generic[W, R]):
                 self._held.close()
 
     def known(self) -> tuple[int, dict[str, R]]:
-        """Return how many records may be reused by some code, and those by this one, by key.
+        """Return the number of reusable records of any code, and by key those of the present code.
 
-        Raises `ResultsError` where they can't be read.
+        Raises `ResultsError` if they can't be read.
         """
         if not has_database(self.path):
             return 0, {}
@@ -141,9 +140,9 @@ class RecordStore(Generic[W, R]):
         return stored, {key: self.reused(self._read(text)) for key, text in rows}
 
     def current(self) -> dict[Name, R]:
-        """Return the records of the last run by name: those reused, then as they were written.
+        """Return the records of the last run by name: reused ones, then the others in order.
 
-        Raises `ResultsError` where they can't be read.
+        Raises `ResultsError` if they can't be read.
         """
         if not has_database(self.path):
             return {}
@@ -155,11 +154,11 @@ class RecordStore(Generic[W, R]):
         return {self.name_of(record): record for record in found}
 
     def begin(self, about: Mapping[str, Any], reused: Collection[Name] = ()) -> None:
-        """Start anew: what earlier runs found is kept aside, but for what is reused.
+        """Start a run: earlier records are kept but no longer current, except the reused ones.
 
-        `about`: what the document says, as plain values; how far the run is comes to it.
+        `about`: content of the document, as plain values; the state of the run is added.
 
-        Raises `ResultsError` where another run writes into the folder, or it can't be written.
+        Raises `ResultsError` if another run is writing into the folder, or if it can't be written.
         """
         if not self._is_reserved:
             self._held.enter_context(reserved(self.path))
@@ -185,12 +184,13 @@ class RecordStore(Generic[W, R]):
         self._has_begun = True
 
     def forget(self, database: sqlite3.Connection) -> None:
-        """Remove what is of other records than these are to be; within a `transaction`."""
+        """Remove documents that belong to the earlier records; within a `transaction`."""
 
     def write(self, given: W, key: str = "") -> R:
-        """Add a record in place of what an earlier run found; `begin` must have been called.
+        """Store a record in place of an earlier one with its name; call `begin` first.
 
-        `key`: hash of all that it depends on besides the code; "" where it must be made again.
+        `key`: hash of everything that the record depends on besides the code; "" if it can't be
+            reused.
         """
         assert self._database is not None, "begin() comes first"
         record = self.record_of(given)
@@ -210,9 +210,10 @@ class RecordStore(Generic[W, R]):
         return record
 
     def finish(self, state: RunState) -> None:
-        """Note how the run ended, and let other runs in; where it never began, change nothing.
+        """Store how the run ended, and release the lock; without `begin`, change nothing.
 
-        What the code of a whole run could never reuse goes: the folder would grow by each edit.
+        After a complete run, records of other code are removed: otherwise the folder would grow
+        with every edit of the code.
         """
         try:
             if self._database is not None and self._has_begun:
@@ -230,7 +231,7 @@ class RecordStore(Generic[W, R]):
 
     @property
     def begun(self) -> bool:
-        """Whether earlier records gave way to those of this run, be they none so far."""
+        """Whether the records of this run, possibly none so far, replaced earlier ones."""
         if self.document is None or not has_database(self.path):
             return self._has_begun
         with reading(self.path) as database:
@@ -259,18 +260,19 @@ class RecordStore(Generic[W, R]):
                     f"{self.path}: not empty and not a Ghostball results folder, so nothing was "
                     "overwritten. Choose another `--out`, or empty it"
                 )
-            # Killed between the two, a run must not leave what the next takes for a user's file.
+            # A run killed between the two lines must not leave a file that the next run takes for
+            # the user's.
             probe = self.path / _PROBE
             probe.touch()
-            probe.unlink(missing_ok=True)  # another run may have been faster
+            probe.unlink(missing_ok=True)  #   # another run may have removed it
         except OSError as error:
             raise cannot_write(self.path, error) from error
 
 
 def _is_ours(path: Path) -> bool:
-    """Whether a path in a results folder is one of its files, or results of another command.
+    """Return True if a path in a results folder is a file of Ghostball or a results subfolder.
 
-    Such as out/against/REVISION in out.
+    An example of the latter is out/against/REVISION in out.
     """
     if not path.is_dir():
         return path.name.startswith((LOCK, DATABASE))

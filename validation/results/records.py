@@ -1,6 +1,6 @@
-"""What is known of a case: its record, its checks, its motion.
+"""The record of a case: its results, its checks and its motion.
 
-The store writes these, and reports are made of them alone.
+The store writes these records, and reports are made only from them.
 """
 
 from __future__ import annotations
@@ -26,29 +26,31 @@ INTEGRATION: Final = "integration, not a proof (estimated error below 1e-20 m)"
 OUR_ENGINE: Final = "our engine (not independent)"
 
 INDEPENDENT: Final = frozenset({CLOSED_FORM, CERTIFIED, INTEGRATION})
-"""Kinds of truth that owe nothing to our engine."""
+"""Kinds of reference results that don't depend on Ghostball's engine."""
 
 CaseOutcome = Literal["ran", "not-representable", "unavailable", "failed"]
 LimitKind = Literal["at_most", "at_least", "equals"]
 
 Fault = Literal["", "engine", "ghostball"]
-"""Whose fault it is that a case failed; "" where none did.
+"""Who is at fault if a case failed; "" if it didn't fail.
 
-Ghostball's are a truth that could not be computed, a measurement that raised, and what our own
-engine raises; an engine's are whatever it raises or returns, a crash, and the limit of time.
+"ghostball": a reference result that could not be computed, a metric that raised, and exceptions of
+Ghostball's engine. "engine": anything that another engine raises or returns, a crash, and the time
+limit.
 """
 
 AccuracyKind = Literal[
     "exact", "nanometres", "micrometres", "millimetres", "centimetres", "another shot", "broken"
 ]
-"""How right a run is, from the best to the worst; see `validation.checks.accuracy`."""
+"""Accuracy classes, from the best to the worst; see `validation.checks.accuracy`."""
 
 ACCURACY_KINDS: Final[tuple[str, ...]] = get_args(AccuracyKind)
 """The classes in this order: the value of the metric `accuracy` is an index into it."""
 
 BrokenBy = Literal["stopped", "not finite", "energy", "overlap", "jump"]
-"""What makes a run broken: it gave up, isn't finite, made energy, let balls through balls, or
-changed velocities at once although nothing touched the balls."""
+"""Why a run is unphysical: it stopped early, a number isn't finite, energy increased, balls overlap
+or pass through each other, or velocities jump without a contact.
+"""
 
 _COMPARISONS: Final[Mapping[LimitKind, str]] = {
     "at_most": "at most",
@@ -58,10 +60,10 @@ _COMPARISONS: Final[Mapping[LimitKind, str]] = {
 
 
 def scene_from(definition: Mapping[str, Any], name: str) -> Scene:
-    """Return the scene that results hold the definition of.
+    """Return the scene with the stored definition.
 
-    Raises `GhostballError` where it is damaged: a file that was edited by hand, for a scene is
-    checked before it runs.
+    Raises `GhostballError` if the definition is damaged by an edit: a scene is checked before it
+    runs.
     """
     try:
         return Scene.model_validate(definition)
@@ -72,12 +74,12 @@ def scene_from(definition: Mapping[str, Any], name: str) -> Scene:
 
 
 def status_name(status: Status) -> str:
-    """Return how a record names the way in which a simulation ended, such as "t-max"."""
+    """Return the word for a `Status` in records, such as "t-max"."""
     return status.name.lower().replace("_", "-")
 
 
 COMPLETE_STATUSES = frozenset(status_name(status) for status in Status if status.complete)
-"""How runs end by themselves, as records name it."""
+"""Statuses of runs that finished by themselves, as records name them."""
 
 
 @dataclass(frozen=True)
@@ -85,9 +87,10 @@ class Check:
     """One metric against its limit.
 
     `metric`, `unit`: name and unit; see `validation.checks.metrics.METRICS`.
-    `value`: None where it could not be computed; `note` says why.
-    `passed`: None is "reference": the value compares our engine with itself and proves nothing.
-    `reason`: why the limit is what it is, from the scene's criteria.
+    `value`: None if it could not be computed; `note` says why.
+    `passed`: None for "reference": the value compares Ghostball's engine with itself and proves
+        nothing.
+    `reason`: why the limit has this value, from the criteria of the scene.
     `note`: why there is no value or no verdict; else "".
     """
 
@@ -102,7 +105,7 @@ class Check:
 
     @property
     def sentence(self) -> str:
-        """The limit and the value in one sentence, with the unit, in as few digits as differ."""
+        """The limit and the value in one sentence, with units and enough digits to differ."""
         must = f"{self.metric} must be {_COMPARISONS[self.limit_kind]}"
         limit = number_with_unit(self.limit, self.unit, DIGITS[0])
         if self.value is None:
@@ -122,9 +125,9 @@ DIGITS: Final = (4, 6, 17)
 
 
 def number_with_unit(value: float | int | None, unit: str, digits: int = 6) -> str:
-    """Return a value as messages of checks have it; a pure number, unit "1", is alone.
+    """Return a value with its unit for messages; a number with unit "1" stands alone.
 
-    Of unit "class" it is the name of a class of accuracy.
+    For unit "class", return the name of the accuracy class.
     """
     if unit == "class" and value is not None:
         return ACCURACY_KINDS[int(value)]
@@ -138,15 +141,16 @@ def number_with_unit(value: float | int | None, unit: str, digits: int = 6) -> s
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How right a run is.
+    """The accuracy class of a run, with its numbers.
 
-    `error` [m]: largest distance of a ball from where it should be; None for another shot.
-    `at` [s]: another shot: when its collisions part from the true ones, None where the one that is
-        missing has no known time. Else when the balls were compared, where that is not at the end,
-        since rounding alone would make another shot of what comes later.
-    `agree`, `of`: another shot: how many collisions agree, of how many true ones.
-    `amount`: by how much: energy made, or in jumps of velocity, over the first energy; or the
-        largest overlap [m].
+    `error` [m]: largest position error of a ball; None for wrong collisions.
+    `at` [s]: for wrong collisions, the time of the first wrong collision, or None if a missing
+        collision has no known time. Otherwise the time at which positions were compared, if that
+        isn't the end: after it, rounding alone would change the collisions.
+    `agree`, `of`: for wrong collisions, the number of right collisions, and of reference
+        collisions.
+    `amount`: for unphysical runs, the energy gain or the energy in velocity jumps, divided by the
+        initial energy; or the largest overlap [m].
     """
 
     kind: AccuracyKind
@@ -175,47 +179,49 @@ class Accuracy:
 
 @dataclass(frozen=True, eq=False)
 class CaseRecord:
-    """One scene on one engine.
+    """The result of one scene on one engine.
 
     `scene`, `title`, `tags`: from the scene.
-    `definition`: the whole scene as plain values; `load_scene` makes the `Scene` of it.
-    `label`: the engine as asked for, such as "pymunk:contact_steps=exact".
+    `definition`: the whole scene as plain values; `load_scene` returns it as a `Scene`.
+    `label`: the engine with its settings, as the user wrote it, such as
+        "pymunk:contact_steps=exact".
     `engine`: its name alone, "pymunk".
     `settings`: all its settings.
-    `status`: how the simulation ended: "rest", "t-max", ...; None where it did not run.
+    `status`: how the simulation ended: "rest", "t-max", ...; None if it did not run.
     `reason`: why it did not run, failed, or stopped early; else "".
-    `traceback`: where it failed; else "".
-    `fault`: whose fault it is that it failed.
-    `printed`: what the engine printed meanwhile; else "".
-    `approximations`: what the engine represents only approximately in this scene, one sentence
-        each.
-    `accuracy`: how right it is; None where nothing says what is right, or our engine is what does.
-    `truth_positions` (n, 3) float64 [m] or None: rest positions that are compared with.
-    `horizon` [s]: until when this engine can be expected to play this shot (`Truth.horizon_of`),
-        where that is before its end; nothing is said of the end then.
-    `shot_horizon` [s]: until when rounding leaves the shot predictable; None: to its end, or
-        nothing says it.
-    `truth_rest_time` [s].
-    `truth_counts`: true collision counts by kind.
-    `rest_positions` (n, 3) float64 [m] or None: nan where the engine returned no finite number.
+    `traceback`: traceback of a failure; else "".
+    `fault`: who is at fault for a failure.
+    `printed`: the output of the engine; else "".
+    `approximations`: features of this scene that the engine supports only approximately, one
+        sentence each.
+    `accuracy`: None if there is no reference result, or if the run itself is the reference.
+    `truth_positions` (n, 3) float64 [m] or None: reference rest positions.
+    `horizon` [s]: time up to which this engine can be expected to simulate the shot
+        (`Truth.horizon_of`), if that is before the end; then the end isn't judged.
+    `shot_horizon` [s]: time up to which rounding leaves the shot predictable; None: to its end, or
+        unknown.
+    `truth_rest_time` [s]: reference rest time.
+    `truth_counts`: reference collision counts by kind.
+    `rest_positions` (n, 3) float64 [m] or None: nan for numbers that aren't finite.
     `ball_errors` (n,) float64 [m] or None: distance of each ball from `truth_positions`.
     `rest_time` [s].
-    `bits`: hash of its events and rest positions, to the bit; "" where it did not run.
+    `bits`: hash of events and rest positions, to the bit; "" if it did not run.
     `collision_counts`: by kind: "ball-ball", "ball-cushion".
     `energy_initial`, `energy_final` [J].
     `work`: machine-independent counters.
     `wall_time` [s].
-    `metrics`: by name; None where it can't be computed, and `notes` says why.
+    `metrics`: by name; None if a metric can't be computed, and `notes` says why.
     `notes`: by metric.
-    `left_out`: the metric of each limit that wasn't judged, for the run didn't ask for that metric.
-    `excused`: why the law that holds for all engines isn't asked of this one; else "".
-    `not_asked`: the metrics that it limits.
-    `unstated`: whether the engine says nothing of how exact it is here: no law limits how its shot
-        ends then.
-    `measured`: when the case was run: date and time in UTC, ISO 8601. `wall_time` is of then.
-    `reused`: whether it was run by an earlier run than the one that the folder is of, and is
-        unchanged.
-    `varied_from`: of which scene it is a varied start (`suite.varied`); "" of a scene itself.
+    `left_out`: metrics with limits that weren't judged, because the run didn't ask for these
+        metrics.
+    `excused`: why the limits common to all engines don't apply to this one; else "".
+    `not_asked`: the metrics of these limits.
+    `unstated`: whether the engine states no resolution here, so that no common limit applies to its
+        final state.
+    `measured`: date and time of the run in UTC, ISO 8601; `wall_time` was measured then.
+    `reused`: whether an earlier run made this record, and this run reused it unchanged.
+    `varied_from`: the scene of which this one is a perturbed initial state (`suite.varied`); else
+        "".
     """
 
     scene: SceneName
@@ -262,7 +268,7 @@ class CaseRecord:
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
 
     def __post_init__(self) -> None:
-        """Refuse arrays of other balls than the scene's, and no run time: it may be damaged."""
+        """Refuse arrays with a wrong number of balls, and an invalid run time."""
         n = len(self.definition.get("balls", ()))
         check_shape("truth_positions", self.truth_positions, (n, 3))
         check_shape("rest_positions", self.rest_positions, (n, 3))
@@ -282,7 +288,7 @@ class CaseRecord:
 
     @property
     def passed(self) -> bool | None:
-        """Whether every check passed; None where there is nothing to judge."""
+        """Whether every check passed; None if there is nothing to judge."""
         verdicts = [check.passed for check in self.checks if check.passed is not None]
         return all(verdicts) if verdicts else None
 
@@ -294,7 +300,7 @@ class CaseRecord:
     def load_scene(self) -> Scene:
         """Return the scene that was run.
 
-        Raises `GhostballError` where the definition was damaged.
+        Raises `GhostballError` if the definition is damaged.
         """
         return scene_from(self.definition, self.scene)
 
@@ -304,13 +310,12 @@ class Motion:
     """Events and sampled motion of one case.
 
     `events`, a structured array (`engine.EVENT_DTYPE`), in order of time.
-    `times` (k,) float64 [s]: a uniform grid united with the event times and, where balls slide
-        along curves, with enough more to draw them; increasing.
+    `times` (k,) float64 [s]: a uniform grid united with the event times and, for curved paths,
+        enough further times to draw them; increasing.
     `positions`, `velocities`, `angular_velocities` (k, n, 3) float64 [m], [m/s], [rad/s].
     `energy_translation`, `energy_rotation`, `energy_height` (k,) float64 [J].
-    `phases` (k, n) int8 or None: `model.trajectory.Phase` of each ball; None where the engine
-        records frames, which have no phases, or where the motion was stored by a version that kept
-        none.
+    `phases` (k, n) int8 or None: `model.trajectory.Phase` of each ball; None for an engine that
+        records frames, which have no phases, and for motions stored by a version without phases.
     """
 
     events: Events

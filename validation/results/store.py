@@ -1,4 +1,4 @@
-"""What one run of the suite found, in its results folder: complete enough to report from alone."""
+"""The results folder of a run; reports need nothing else."""
 
 from __future__ import annotations
 
@@ -53,14 +53,14 @@ __all__ = [
 ]
 
 Pair = tuple[str, str]
-"""A scene's name and an engine's label."""
+"""The name of a scene and the label of an engine."""
 
 Finished = tuple[CaseRecord, Motion | None]
-"""A case that is done, and the motion that is stored beside it."""
+"""A finished case, and the motion that is stored with it."""
 
 
 class _Suite(Environment):
-    """What is read of what a run was asked for, and how it ended."""
+    """The fields that are read of the options and the state of a run."""
 
     run: str = ""
     state: RunState
@@ -77,7 +77,7 @@ def _as_suite(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _of_one_scene(case: CaseRecord) -> CaseRecord:
-    """Refuse a case whose definition is of another scene than it says."""
+    """Refuse a case with a definition of another scene."""
     if case.definition["name"] != case.scene:
         raise ValueError(f"`definition.name` must be {case.scene!r}, the name of its scene")
     return case
@@ -89,18 +89,18 @@ _SUITE: Final = TypeAdapter(Annotated[dict[str, Any], AfterValidator(_as_suite)]
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """What a run of the suite left in a folder.
+    """Stored results of a run.
 
     Attributes
     ----------
     path : Path
         Of the folder.
     cases : list of CaseRecord
-        In order of completion; without varied starts.
+        In order of completion; without ensemble members.
     varied : list of CaseRecord
-        Those of varied starts.
+        The ensemble members.
     environment : dict
-        Machine, versions, command line ..., what was asked for, and how the run ended.
+        Machine, versions, command line, ..., the options of the run, and how it ended.
     """
 
     path: Path
@@ -115,7 +115,7 @@ class Results:
         Raises
         ------
         ResultsError
-            Where there are none, or their database is cut short, damaged or of another version.
+            If there are none, or if the database is cut short, damaged or of another version.
         """
         folder = Path(path)
         with reading(folder) as database:
@@ -134,29 +134,29 @@ class Results:
 
     @property
     def state(self) -> RunState:
-        """How the run ended: "complete" or "interrupted"; "running" also where it was killed."""
+        """How the run ended: "complete" or "interrupted"; "running" also if the run was killed."""
         state: RunState = self.environment["state"]
         return state
 
     @property
     def planned(self) -> int:
-        """How many cases there would have been; those that are there where nothing says."""
+        """Number of planned cases; of present cases if the number wasn't stored."""
         asked = [len(self.environment.get(key, ())) for key in ("scenes", "engines")]
         planned: int = self.environment.get("planned", asked[0] * asked[1])
         return max(planned, len(self.cases) + len(self.varied))
 
     @property
     def scene_names(self) -> list[str]:
-        """Scenes in the order in which the run was asked for them; only those with a case."""
+        """Scenes that have a case, in the order of the command."""
         return self._in_order("scenes", [case.scene for case in self.cases])
 
     @property
     def labels(self) -> list[str]:
-        """Engines in the order in which the run was asked for them; only those with a case."""
+        """Engines that have a case, in the order of the command."""
         return self._in_order("engines", [case.label for case in self.cases])
 
     def case(self, scene: str, label: str) -> CaseRecord | None:
-        """Return the case of a scene and an engine label, or None where there is none."""
+        """Return the case of a scene and an engine label, or None if there is none."""
         for case in self.cases:
             if case.scene == scene and case.label == label:
                 return case
@@ -168,17 +168,17 @@ class Results:
             yield scene, [self.case(scene, label) for label in self.labels]
 
     def motion(self, case: CaseRecord) -> Motion | None:
-        """Read the sampled motion of a case, or None where it did not run.
+        """Read the sampled motion of a case, or None if the case did not run.
 
         Raises
         ------
         ResultsError
-            Where it is damaged.
+            If it is damaged.
         """
         return motion_of_case(self.path, case.scene, case.label)
 
     def to_frame(self, table: str = "cases") -> Any:
-        """Return a table as a data frame of polars.
+        """Return a table as a polars data frame.
 
         Parameters
         ----------
@@ -188,7 +188,7 @@ class Results:
         Raises
         ------
         GhostballError
-            Where there is no such table, or polars isn't installed.
+            If the table doesn't exist, or if polars isn't installed.
         """
         return frame_of(self.path, table)
 
@@ -214,17 +214,17 @@ class ResultsWriter(RecordStore[Finished, CaseRecord]):
         return record.scene, record.label
 
     def stands(self, record: CaseRecord) -> bool:
-        """Whether a case came to an end that it would come to again."""
+        """Return True if running the case again would give the same result."""
         return record.outcome == "not-representable" or (
             record.outcome == "ran" and record.status in COMPLETE_STATUSES
         )
 
     def reused(self, record: CaseRecord) -> CaseRecord:
-        """Return the case as one that an earlier run measured."""
+        """Return the case, marked as measured by an earlier run."""
         return replace(record, reused=True)
 
     def forget(self, database: sqlite3.Connection) -> None:
-        """Remove what was compared with other results than these."""
+        """Remove the stored comparisons with baselines: they were made from earlier results."""
         database.execute("DELETE FROM documents WHERE name = 'regression'")
 
     def put_beside(self, database: sqlite3.Connection, number: int, given: Finished) -> None:
@@ -234,15 +234,15 @@ class ResultsWriter(RecordStore[Finished, CaseRecord]):
 
 
 class PartWriter(ResultsWriter):
-    """Writes a part of what a folder holds: what the same code left of others there stays."""
+    """Writes some of the cases in a folder: other cases of the same code are kept."""
 
     others_stay = True
 
 
 def has_results(folder: Path) -> bool:
-    """Whether a folder holds results of the suite.
+    """Return True if a folder holds results of the suite.
 
-    Raises `ResultsError` where its database is cut short, damaged or of another version.
+    Raises `ResultsError` if its database is cut short, damaged or of another version.
     """
     return "suite" in documents_in(folder)
 
