@@ -1,1 +1,1 @@
-"""A pool of processes, and kernels compiled in it before many scenes are run."""
+"""Run tasks in a pool of processes or on a cluster; compile kernels before many scenes are run."""

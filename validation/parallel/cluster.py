@@ -1,9 +1,9 @@
-"""The same tasks on the workers of a Dask cluster; `distributed` is an optional dependency.
+"""Run tasks on the workers of a Dask cluster; `distributed` is an optional dependency.
 
-A worker of the cluster does each task in a process of its own, as this machine would: so a crash
-costs one task and says why, a task has its limit of time, and what it prints is kept. Where a
-worker itself is killed, another one does its tasks again. A task that nobody waits for any more is
-ended, be it that the run was interrupted or killed.
+A worker of the cluster runs each task in a separate process, as this machine would: a crash loses
+one task and is reported, a task has its time limit, and its output is kept. If a worker itself is
+killed, another one repeats its tasks. A task is ended if nobody waits for its result, because the
+run was interrupted or killed.
 """
 
 from __future__ import annotations
@@ -37,44 +37,45 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 CONNECT_LIMIT = 10.0
-"""Seconds after which a scheduler that doesn't answer can't be reached."""
+"""Time [s] after which a scheduler that doesn't answer counts as unreachable."""
 
 PATIENCE = 60.0
-"""Seconds that a cluster may be without a worker."""
+"""Time [s] that a cluster may be without a worker."""
 
 _START_LIMIT = 3600.0
-"""Seconds that a process gets to start: it may have to compile all kernels."""
+"""Time limit [s] for the start of a process, which may have to compile all kernels."""
 
 _FETCH_LIMIT = 30.0
-"""Seconds after which what a task gave is asked for again: its worker may be lost by then."""
+"""Time limit [s] for fetching a result; then it is requested again, since its worker may be lost.
+"""
 
 _IDLE_LIMIT = 60.0
-"""Seconds after which a worker ends a process that it has no task for."""
+"""Time [s] after which a worker ends an idle process."""
 
 
 _LOGGERS = ("distributed", "distributed.client", "tornado.application")
-"""Those that Dask gives a level of their own."""
+"""Loggers to which Dask assigns their own level."""
 
 
 _Answer = Done[None, bytes]
-"""What came of a task, given pickled: whoever asked unpickles it."""
+"""The answer of a task, with its result pickled; only the caller unpickles it."""
 
 
 class ClusterError(GhostballError):
-    """A cluster that can't be used: not installed, not to be reached, or of other versions."""
+    """A cluster that can't be used: not installed, unreachable, or with other code versions."""
 
 
 class ClusterLostError(ClusterError):
-    """A cluster that was lost while it worked."""
+    """A cluster that was lost while it ran tasks."""
 
 
 @contextmanager
 def cluster_at(address: str | None) -> Iterator[Cluster | None]:
-    """Connect with the scheduler of a Dask cluster for as long as the block runs.
+    """Connect to the scheduler of a Dask cluster while the block runs.
 
-    `address`: such as tcp://10.0.0.1:8786; None for no cluster.
+    `address`: such as tcp://10.0.0.1:8786; None: no cluster.
 
-    Raises `ClusterError` where Dask isn't installed, or nothing answers there.
+    Raises `ClusterError` if Dask isn't installed, or if no scheduler answers.
     """
     if address is None:
         yield None
@@ -86,13 +87,13 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
             "a cluster needs Dask, which isn't installed here: run pip install '.[cluster]' in a "
             "clone of Ghostball"
         ) from None
-    # What goes wrong is said by our own errors, once.
+    # Errors are reported once, by Ghostball.
     levels = {logging.getLogger(name): logging.getLogger(name).level for name in _LOGGERS}
     for logger in levels:
         logger.setLevel(logging.CRITICAL)
     try:
         try:
-            with ThreadPoolExecutor(1) as thread:  # there may be an event loop in this one
+            with ThreadPoolExecutor(1) as thread:  #   # this thread may have an event loop
                 found = thread.submit(asyncio.run, _what_answers(address)).result()
             if found != "Scheduler":
                 raise ValueError(f"a {found.lower()} answers")
@@ -107,7 +108,7 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
         try:
             yield Cluster(client, address)
         finally:
-            with suppress(Exception):  # it may be gone
+            with suppress(Exception):  #   # the cluster may be gone
                 client.close(timeout=WAKE)
     finally:
         for logger, level in levels.items():
@@ -115,7 +116,7 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
 
 
 async def _what_answers(address: str) -> str:
-    """Return what there is at an address: a client would wait for ever where it is no Dask."""
+    """Return the type of server at an address; a Dask client would wait forever for others."""
     from distributed import Security, rpc  # noqa: PLC0415
 
     secrets = Security().get_connection_args("client")
@@ -125,7 +126,7 @@ async def _what_answers(address: str) -> str:
 
 
 class Cluster:
-    """A cluster that does tasks, as many at once as its workers have threads."""
+    """A cluster that runs as many tasks at once as its workers have threads."""
 
     def __init__(self, client: Client, address: str) -> None:
         self._client, self._address = client, address
@@ -140,11 +141,11 @@ class Cluster:
         prepare: Callable[[], object] | None = None,
         kind: Callable[[T], str] = one_kind,
     ) -> Generator[Done[T, R]]:
-        """Do tasks; yield what came of each: see `validation.parallel.pool.run_tasks`.
+        """Run tasks and yield the result of each; see `validation.parallel.pool.run_tasks`.
 
-        Raises `ClusterError` if a worker has other code than this machine, ours or an engine's, or
-        lacks it;
-        `ClusterLostError` where the scheduler ends, or there is no worker for a minute.
+        Raises `ClusterError` if a worker lacks the code of Ghostball or of an engine, or has
+        another version; `ClusterLostError` if the scheduler ends, or if there is no worker for a
+        minute.
         """
 
         @cache
@@ -182,12 +183,12 @@ class Cluster:
                 _, task = doing.pop(future.key)
                 yield answer.of(task)
         finally:
-            # What runs is ended by the workers, which look whether anybody waits for it.
+            # Workers end running tasks that nobody waits for.
             with suppress(Exception):  # the cluster may be gone
                 self._client.cancel([future for future, _ in doing.values()], force=True)
 
     def _room(self) -> int:
-        """Return how many tasks can be done at once; at least one, which waits for a worker."""
+        """Return how many tasks can run at once; at least 1, which then waits for a worker."""
         now = time.monotonic()
         with self._answering():
             if self._client.status != "running":
@@ -203,7 +204,7 @@ class Cluster:
         return max(1, self._threads)
 
     def _answer(self, future: Future) -> _Answer | None:
-        """Return what came of a task that is done; None where it has to be waited for again."""
+        """Return the answer of a finished task; None if it has to be waited for again."""
         from distributed import KilledWorker  # noqa: PLC0415
 
         if future.status in ("cancelled", "lost"):
@@ -220,7 +221,8 @@ class Cluster:
                     f"a worker of the cluster at {self._address} has a different version of the "
                     f"code: {error}. Install the same version there"
                 ) from error
-            while error.__cause__ is not None:  # such as what of ours it can't import
+            #   # such as a module of Ghostball that the worker can't import
+            while error.__cause__ is not None:
                 error = error.__cause__
             why = " ".join(str(error).split())
             raise ClusterError(
@@ -235,9 +237,9 @@ class Cluster:
 
     @contextmanager
     def _answering(self) -> Iterator[None]:
-        """Ask the scheduler for something in the block.
+        """Call the scheduler in the block.
 
-        Raises `ClusterLostError` where it does not answer.
+        Raises `ClusterLostError` if it doesn't answer.
         """
         try:
             yield
@@ -254,10 +256,10 @@ class Cluster:
 
 @dataclass(frozen=True)
 class _Job:
-    """A task as a worker is given it: read by `pickle.loads`, it is done; see `serve`.
+    """A task in the form that a worker receives: `pickle.loads` runs it; see `serve`.
 
-    So a worker's own part is of the standard library, and one that lacks ghostball, or has another,
-    says so: it would end if it could not read what it is given.
+    The worker itself thus needs only the standard library, and a worker without Ghostball, or with
+    another version, can report this: an unreadable task would end the worker.
     """
 
     given: tuple[str, bytes, str, bytes, float | None]
@@ -275,7 +277,7 @@ def _engine_here(name: str) -> dict[str, str]:
 
 
 def _first(given: tuple[dict[str, str], str, bytes]) -> str:
-    """Prepare this process for tasks; return in what its code differs, if in anything."""
+    """Prepare this process for tasks; return the differences of its code, or ""."""
     wanted, engine, prepare = given
     here = code_here() | _engine_here(engine)
     differences = [
@@ -290,19 +292,19 @@ def _first(given: tuple[dict[str, str], str, bytes]) -> str:
 
 _LOCK = threading.Lock()
 _IDLE: dict[Process, tuple[str, threading.Timer]] = {}
-"""Processes of this worker that have no task: the run that each is of, and what will end it."""
+"""Idle processes of this worker: for each, its run and the timer that will end it."""
 
 
 def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None) -> _Answer:
-    """Do a task in a process of this worker.
+    """Run a task in a process of this worker.
 
-    `run`: the run and the kind of the task: the processes of both are kept for their next tasks.
-    `first`: `_first` and what it is given, pickled: what a new process does before.
-    `key`: what Dask calls the task.
-    `pickled`: what does the task, and the task.
-    `limit` [s].
+    `run`: the run and the kind of the task: idle processes of both are used again.
+    `first`: `_first` and its argument, pickled: what a new process does before its first task.
+    `key`: Dask's key of the task.
+    `pickled`: the function and the task, pickled.
+    `limit` [s]: time limit of the task.
 
-    Raises `ClusterError` where the code here is another.
+    Raises `ClusterError` if the code on this worker differs.
     """
     process = _idle_process(run)
     is_new = process is None
@@ -336,7 +338,8 @@ def _answered(process: Process, key: str, pickled: bytes, limit: float | None) -
 
 
 def _new_process() -> Process:
-    # Workers are daemonic, and may start no process, which could outlive them. Ours do not.
+    # Workers are daemonic, so they may not start processes, which could outlive them. The processes
+    # of Ghostball end with their parent.
     multiprocessing.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
     return Process(pickle.dumps((None, None)), _START_LIMIT)
 
@@ -352,7 +355,7 @@ def _idle_process(run: str) -> Process | None:
 
 
 def _keep(process: Process, run: str) -> None:
-    """Keep a process for the next task of its run, if one comes soon."""
+    """Keep a process for the next task of its run, until `_IDLE_LIMIT` has passed."""
     timer = threading.Timer(_IDLE_LIMIT, _end, [process])
     timer.daemon = True
     with _LOCK:

@@ -1,4 +1,4 @@
-"""Compiles kernels of our engine before many scenes are run: side by side, each variant once."""
+"""Compile kernels of Ghostball's engine before many scenes are run, each variant once."""
 
 from __future__ import annotations
 
@@ -24,15 +24,16 @@ def compile_kernels(
     labels: Iterable[str] = (),
     compiling: Progress[str] | None = None,
 ) -> Callable[[], None]:
-    """Compile in `jobs` processes what `scenes` need of kernels.
+    """Compile the kernels that `scenes` need in `jobs` processes.
 
-    `labels`: engines that are run, whose adapters may have kernels too.
-    `compiling`: called with how many variants are compiled, of how many, and the last one; first
-        before the first of them. Left out, a log says it.
+    `labels`: engines that will run; their adapters may have kernels too.
+    `compiling`: called with the number of compiled variants, the number of all, and the last one;
+        called once before the first. Default: write to the log.
 
-    Returns loads the same on another machine, made where it isn't yet; it can be pickled.
+    Returns a function that loads the same kernels, compiling the missing ones; it can be pickled
+    for another machine.
 
-    Raises `GhostballError` where one can't be compiled.
+    Raises `GhostballError` if a kernel can't be compiled.
     """
     needed = kernels_of(scenes)
     needed += adapter_kernels(labels)
@@ -63,7 +64,7 @@ def _log(done: int, total: int, last: str) -> None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Say nothing of each kernel that is compiled: the caller has announced all."""
+    """Suppress the log message of each kernel: the caller has announced them all."""
     logger = logging.getLogger("ghostball.engine")
     level = logger.level
     logger.setLevel(logging.ERROR)

@@ -28,12 +28,12 @@ def interrupts_held() -> Iterator[None]:
     """Block Ctrl-C within the context; a Ctrl-C that arrives meanwhile takes effect at the end.
 
     A process that is started within the context inherits the block, so it ignores Ctrl-C from its
-    first instruction on, not only after it has imported its modules.
+    first instruction, not only after it has imported its modules.
     """
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
-    # Its start lets interrupts through again, so it must not be the first process that starts it.
+    # Starting the resource tracker unblocks Ctrl-C, so it must be running before the block.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -43,10 +43,10 @@ def interrupts_held() -> Iterator[None]:
 
 
 def end_with_parent() -> None:
-    """Lead a process group that is killed once the parent of this process is gone.
+    """Make this process the leader of a process group that is killed when its parent ends.
 
-    The shell kills the group even during native code that lets no thread of this process run.
-    Without a shell, a thread ends this process alone.
+    A shell kills the group, even while native code blocks all threads of this process. Without a
+    shell, a thread ends this process only.
     """
     parent = multiprocessing.parent_process()
     assert parent is not None

@@ -1,10 +1,10 @@
-"""Work in several processes: a crash costs one task, an interrupt leaves no process behind.
+"""Run tasks in several processes: a crash loses one task, an interrupt leaves no process behind.
 
-A task that hangs costs no more than itself either, if it has a limit of time. A process has one
-pipe of its own, so that one that crashes in the midst of its answer spoils no other's. It leads a
-process group, which also holds what its tasks start; the group ends with the process.
+With a time limit, a task that hangs also loses only itself. Each process has its own pipe, so that
+one that crashes while it sends an answer can't damage the answer of another. It leads a process
+group, which includes the processes that its tasks start; the group ends with the process.
 
-Nothing of what the tasks do is imported here: a process imports what its own tasks need.
+This module imports nothing that tasks need: a process imports what its own tasks need.
 """
 
 from __future__ import annotations
@@ -34,29 +34,29 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 START_LIMIT = 300.0
-"""Seconds that a process gets to start and import, where tasks have a limit of time."""
+"""Time limit [s] for the start of a process and its imports, if tasks have a time limit."""
 
 WAKE = 1.0
-"""Seconds that we wait at a time.
+"""Longest single wait [s].
 
-Ctrl-C that comes between Python's last look for it and the wait, or that another thread is given,
-is seen only when the wait ends.
+A Ctrl-C that arrives between Python's last check and the wait, or in another thread, takes effect
+only when the wait ends.
 """
 
 _JOIN_TIMEOUT = 5.0
-"""Seconds that a process whose pipe has ended gets until its exit code is known."""
+"""Time limit [s] for the exit code of a process after its pipe has closed."""
 
 _SPAWN = multiprocessing.get_context("spawn")
-"""Not fork: pybullet's threads and locks don't survive it."""
+"""Not fork: the threads and locks of pybullet don't survive it."""
 
 
 @dataclass(frozen=True)
 class Done(Generic[T, R]):
-    """What came of a task.
+    """Result of a task.
 
-    `given`: what it gave; None where its process crashed.
+    `given`: the returned value; None if its process crashed.
     `crashed`: why its process crashed, or was ended; else "".
-    `printed`: what was printed while it was done.
+    `printed`: the output of the task.
     """
 
     task: T
@@ -82,10 +82,10 @@ class Done(Generic[T, R]):
         return Done(task, given, self.crashed, self.printed)
 
     def or_else(self, crashed: Callable[[T, str], R]) -> R:
-        """Return what it gave, or what `crashed` makes of it and of why it crashed."""
+        """Return the result; after a crash, the value of `crashed` for the task and the reason."""
         if self.crashed:
             return crashed(self.task, self.crashed)
-        given: Any = self.given  # None too may be what it gave
+        given: Any = self.given  #   # None may also be the result
         return given  # type: ignore[no-any-return]
 
 
@@ -95,7 +95,7 @@ def one_kind(_: object) -> str:
 
 
 class Workers(Protocol):
-    """Processes of other machines, such as those of a cluster."""
+    """Processes on other machines, such as those of a cluster."""
 
     def run_tasks(
         self,
@@ -105,18 +105,18 @@ class Workers(Protocol):
         prepare: Callable[[], object] | None = None,
         kind: Callable[[T], str] = one_kind,
     ) -> Generator[Done[T, R]]:
-        """Do tasks there; see `run_tasks` of this module."""
+        """Run tasks there; see `run_tasks` of this module."""
 
 
 Progress = Callable[[int, int, R], None]
-"""Called with how many parts are done, how many there are, and the last of them."""
+"""Called with the number of finished parts, the number of all parts, and the last finished part."""
 
 
 def limit_of(limit: Callable[[T], float] | float | None) -> Callable[[T], float] | None:
-    """Return how long a task may take [s], of a `limit` of `run_tasks`; None for none.
+    """Return a function that gives the time limit of a task [s], from the `limit` of `run_tasks`.
 
-    The one place that decides whether tasks need processes of their own: tests that plant engines
-    replace it.
+    None: no limit. Only this function decides whether tasks need separate processes, so tests with
+    artificial engines replace it.
     """
     if limit is None or callable(limit):
         return limit
@@ -132,23 +132,24 @@ def run_tasks(
     prepare: Callable[[], object] | None = None,
     kind: Callable[[T], str] = one_kind,
 ) -> Generator[Done[T, R]]:
-    """Do tasks in other processes; yield what came of each.
+    """Run tasks in other processes; yield the result of each.
 
-    In this very process where `jobs` is 1 and there is no limit. Nothing that a task prints reaches
-    our own standard output or, from another process, standard error.
+    With `jobs` equal to 1 and no limit, tasks run in this process. Output of a task doesn't reach
+    the standard output of this process or, from another process, its standard error.
 
-    `tasks`: taken one by one, as processes become free.
-    `jobs`: processes of this machine, or a cluster, which does as many tasks at once as it can.
-    `work`: does a task; a function of a module, for other processes must find it.
-    `limit` [s]: how long a task may take, or what says it of each: after that its process is ended,
-        and it counts as crashed. The start of a process doesn't count; that has a limit of its own,
-        of minutes.
-    `prepare`: what another process does first, such as importing what tasks need: no task's limit
-        of time runs meanwhile.
-    `kind`: returns the kind of a task. A process does tasks of one kind only, so that no task can
-        change what a task of another kind finds. "" is the kind of this project's own engines;
-        another one is the name of another project's engine (`sources.code_kind`). There are at
-        most as many processes as jobs times kinds, of which at most `jobs` work.
+    `tasks`: requested one by one, as processes become free.
+    `jobs`: number of processes on this machine, or a cluster, which runs as many tasks at once as
+        it can.
+    `work`: runs a task; a function of a module, so that other processes can import it.
+    `limit` [s]: time limit of a task, or a function that returns the limit of each; after that time
+        its process is ended, and the task counts as crashed. The start of a process doesn't count;
+        it has a separate limit of minutes.
+    `prepare`: called first in each process, for example to import what tasks need; it doesn't count
+        for the time limit.
+    `kind`: returns the kind of a task. A process runs tasks of one kind only, so a task can't
+        affect tasks of another kind. "" is the kind of this project's own engines; other kinds are
+        names of engines of other projects (`sources.code_kind`). There are at most `jobs` times as
+        many processes as kinds, of which at most `jobs` run at once.
 
     Close the generator to stop early: its processes are gone when `close` returns.
     """
@@ -207,13 +208,14 @@ def run_tasks(
 
 
 class Process:
-    """Another process, which does one task after another until it is closed, or crashes.
+    """A process that runs one task after another until it is closed, or crashes.
 
-    It leads a process group. What its tasks start and leave behind ends with it, except for a
-    process that makes a session of its own; on Windows, which has no groups, it alone ends.
+    It leads a process group. Processes that its tasks leave behind end with it, except for a
+    process with its own session. On Windows, which has no process groups, only the process itself
+    ends.
 
-    `first`: what does its tasks, and what it does before; pickled, as all that it is given.
-    `start_limit` [s]: how long it may take to start, where the first task has a limit of time.
+    `first`: function that runs its tasks, and function that prepares it, pickled.
+    `start_limit` [s]: time limit for the start, if the first task has a time limit.
     """
 
     _limit: float | None
@@ -223,7 +225,7 @@ class Process:
         file, self._path = tempfile.mkstemp(prefix="ghostball-")
         self._output = os.fdopen(file, "r+b", buffering=0)
         self._pipe, theirs = _SPAWN.Pipe()
-        # A daemon is ended where this process exits, which else would wait for it.
+        # A daemon is ended when this process exits; otherwise this process would wait for it.
         self._process = _SPAWN.Process(target=_serve, args=(theirs, self._path, first), daemon=True)
         with interrupts_held():
             self._process.start()
@@ -234,24 +236,25 @@ class Process:
 
     @property
     def is_alive(self) -> bool:
-        """Whether it can be given a task."""
+        """Whether it can receive a task."""
         return self._process.is_alive()
 
     @property
     def signs(self) -> tuple[Any, ...]:
-        """What `multiprocessing.connection.wait` waits for, until there is something to answer."""
+        """Objects for `multiprocessing.connection.wait`, ready when there may be an answer."""
         return self._pipe, self._process.sentinel
 
     def give(self, pickled: bytes, limit: float | None) -> None:
-        """Let it do a task, within so many seconds; the one before must have been answered."""
-        os.ftruncate(self._output.fileno(), 0)  # of the task before
+        """Start a task with a time limit [s]; the one before must have been answered."""
+        os.ftruncate(self._output.fileno(), 0)  #   # remove the output of the task before
         self._pickled, self._limit = pickled, limit
         if self._is_ready:
             self._send()
 
     def answer(self) -> Done[None, bytes] | None:
-        """Return what came of the task, given pickled; None while it is being done."""
-        is_alive = self._process.is_alive()  # what it answers before it crashes is there afterwards
+        """Return the answer of the task, with a pickled result; None while the task is running."""
+        #   # checked first: an answer sent before a crash is still in the pipe
+        is_alive = self._process.is_alive()
         try:
             if not self._is_ready and self._pipe.poll():
                 self._pipe.recv_bytes()
@@ -276,7 +279,7 @@ class Process:
 
     @property
     def left(self) -> float:
-        """Seconds until it is out of time, be it with its start or with its task."""
+        """Time [s] until the limit of its start or its task is reached."""
         if self._limit is None:
             return math.inf
         limit = self._limit if self._is_ready else self._start_limit
@@ -291,12 +294,12 @@ class Process:
         self._process.kill()
 
     def close(self) -> None:
-        """End it, whatever it does: it is gone then, with all that was made for it."""
+        """End the process, even during a task, and remove everything that belongs to it."""
         self.kill()
         self._process.join()
         if hasattr(os, "killpg"):
             assert self._process.pid is not None
-            # As the first process of a container we inherit processes whose parent has ended.
+            # In a container, this process may be the parent of processes that lost theirs.
             with suppress(ChildProcessError):
                 while True:
                     os.waitpid(-self._process.pid, 0)
@@ -324,25 +327,25 @@ class Process:
             watch.cancel()
 
     def _send(self) -> None:
-        with suppress(OSError):  # where it is dead, its answer says so
+        with suppress(OSError):  #   # if the process is dead, its answer reports this
             self._pipe.send_bytes(self._pickled)
         self._since = time.monotonic()
 
 
 def wait(processes: Iterable[Process]) -> None:
-    """Wait until one of them may have answered, but not for long: see `WAKE`."""
+    """Wait until one of the processes may have an answer, but at most `WAKE` seconds."""
     processes = tuple(processes)
     signs = [sign for process in processes for sign in process.signs]
     wait_for_any(signs, max(0.0, min([WAKE, *(process.left for process in processes)])))
 
 
 def _serve(pipe: Connection, output: str, pickled: bytes) -> None:
-    """Do tasks, in a process of its own: say that it is ready, then answer one after another."""
+    """Run tasks in this process: report that it is ready, then run one task after another."""
     divert(output)
-    faulthandler.enable(all_threads=False)  # a crash then says where, into what is printed
+    faulthandler.enable(all_threads=False)  #   # a crash then writes a traceback into the output
     end_with_parent()
     process = os.getpid()
-    _, prepare = pickle.loads(pickled)  # and import what the work needs
+    _, prepare = pickle.loads(pickled)  #   # also imports what the work needs
     if prepare is not None:
         prepare()
     end_if_forked(process)
@@ -352,7 +355,7 @@ def _serve(pipe: Connection, output: str, pickled: bytes) -> None:
 
 
 def _do(pickled: bytes) -> bytes:
-    """Do a task, and return what it gives, pickled."""
+    """Run a task, and return its pickled result."""
     process = os.getpid()
     try:
         work, task = pickle.loads(pickled)

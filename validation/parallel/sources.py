@@ -1,4 +1,4 @@
-"""The code that runs on this machine: our sources, an engine's, and what they compute with."""
+"""The code on this machine: the sources of Ghostball and of engines, and the packages they use."""
 
 from __future__ import annotations
 
@@ -32,12 +32,13 @@ from ghostball.reference_adapters.registry import (
 from ghostball.reference_adapters.workers.process import DISTRIBUTIONS, installed
 
 OUR_PACKAGES = ("model", "engine", "reference_adapters", "validation")
-"""Packages whose every line may decide a result."""
+"""Packages with code that may affect results."""
 
 CODE_ENDINGS = (".py", ".mjs", ".html", ".so", ".pyd")
-"""Files that hold code, templates too. Scenes and criteria lie beside them, and are inputs.
+"""Endings of files with code, including templates. Scenes and criteria aren't code but inputs.
 
-An engine's `capabilities.toml` counts too: a scene is refused, or judged, by it.
+An engine's `capabilities.toml` counts as code, because it decides which scenes are unsupported and
+how results are judged.
 """
 
 LIBRARIES = (
@@ -45,10 +46,10 @@ LIBRARIES = (
     *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core"),
     *("mujoco-core", "box2d", "dartpy", "sapien", "pyb2d3", "rapier3d"),
 )
-"""Distributions that compute, or are beneath one that does."""
+"""Distributions that compute, or on which such a distribution depends."""
 
 PACKAGES = ("ghostball", *LIBRARIES)
-"""Distributions whose versions can change a number."""
+"""Distributions with versions that can affect numbers."""
 
 PACKAGE_OF: Final = {
     **dict.fromkeys(("certified", "paper-discrete", "paper-continuous"), "ghostball"),
@@ -59,17 +60,17 @@ PACKAGE_OF: Final = {
     "rapier": "rapier3d",
     "pooltool": "pooltool-billiards",
 }
-"""What `versions` calls an engine of this project, where that isn't its name."""
+"""The key in `versions` of an engine of this project, if it isn't the name of the engine."""
 
 
 class SourcesError(GhostballError):
-    """Sources that can't be looked at, so that nobody can say whether they changed."""
+    """Source files that can't be read, so changes can't be detected."""
 
 
 def source_folders() -> tuple[Path, ...]:
-    """Return the folders of our packages, as they are imported.
+    """Return the folders of Ghostball's packages, as they are imported.
 
-    Raises `SourcesError` where one is not in a folder, such as in a zip archive.
+    Raises `SourcesError` if a package isn't in a folder, for example in a zip archive.
     """
     folders = []
     for name in OUR_PACKAGES:
@@ -82,9 +83,9 @@ def source_folders() -> tuple[Path, ...]:
 
 
 def hash_sources(folders: Iterable[Path]) -> str:
-    """Return the hash of every file of code below `folders`: names, places and contents.
+    """Return the hash of every file of code below `folders`: names, paths and contents.
 
-    A folder may be given by the `__init__.py` in it; another file stands for itself.
+    A folder may be given by the `__init__.py` in it; any other file stands for itself.
     """
     digest = hashlib.sha256()
     for one in folders:
@@ -97,7 +98,7 @@ def hash_sources(folders: Iterable[Path]) -> str:
 
 
 def code_files(folder: Path) -> list[Path]:
-    """Return the files of code below a folder, in order."""
+    """Return the files of code below a folder, sorted."""
     return sorted(
         path
         for path in folder.rglob("*")
@@ -106,7 +107,7 @@ def code_files(folder: Path) -> list[Path]:
 
 
 def versions() -> dict[str, str | None]:
-    """Return the versions of `PACKAGES`, and of the workers' engines; None of what isn't there."""
+    """Return the versions of `PACKAGES` and of the workers' engines; None: not installed."""
     there = {**installed(), **javascript.installed()}
     others = (*DISTRIBUTIONS, javascript.NODE, *javascript.PACKAGES)
     return {name: version_of(name) for name in PACKAGES} | {
@@ -114,9 +115,9 @@ def versions() -> dict[str, str | None]:
     }
 
 
-@cache  # reading what is installed takes milliseconds, and every results folder asks
+@cache  #   # reading metadata takes milliseconds, and every results folder needs it
 def version_of(package: str) -> str | None:
-    """Return the version of a distribution; None where it isn't there."""
+    """Return the version of a distribution; None if it isn't installed."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -124,9 +125,10 @@ def version_of(package: str) -> str | None:
 
 
 def code_here() -> dict[str, str]:
-    """Return what is the same where the same code runs: what our sources are, and versions.
+    """Return values that are equal on two machines if they run the same code: hashes and versions.
 
-    Of the workers' interpreter all that it has: what lies beneath an engine may change its numbers.
+    For the interpreter of the workers, the versions of all its packages count, because the
+    dependencies of an engine may affect its numbers.
     """
     ours = {name: version_of(name) for name in PACKAGES}
     there = {**installed(), **javascript.installed()}
@@ -157,14 +159,14 @@ def code_kind(label: str) -> str:
 
 
 def engine_code(name: str) -> dict[str, str]:
-    """Return the identity of an engine's code: its source files and the versions it imports.
+    """Return the identity of an engine's code: the hash of its sources, and package versions.
 
-    `name`: `NAME` or `MODULE:NAME` of an engine of another project; "" gives nothing.
+    `name`: `NAME` or `MODULE:NAME` of an engine of another project; "" returns {}.
 
-    The sources are all files of code of the engine's package, or its module, and of whatever these
-    import that isn't installed as a distribution. The versions are those of the distributions that
-    they import, and of what those require. Files that hold no code, such as tables that an engine
-    reads, aren't looked at.
+    The sources are all files of code of the engine's package or module, and of the modules that
+    these import, except for installed distributions. The versions are those of the distributions
+    that they import, and of the requirements of these. Data files, such as tables that an engine
+    reads, don't count.
 
     Raises `EngineUnavailableError` if the engine can't be imported; `SourcesError` if its code is
     in no file.
@@ -191,7 +193,7 @@ def engine_source(name: str) -> str:
 
 
 def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
-    """Return the code that a top-level module imports, directly or not.
+    """Return the code that a top-level module imports, directly or indirectly.
 
     That is: the files of the module and of imports that aren't installed, keyed by their paths
     relative to the folder of import; and the names of the distributions of installed imports.
@@ -201,7 +203,7 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
     files: dict[str, Path] = {}
     distributions: set[str] = set()
     names = [module]
-    for name in names:  # it grows
+    for name in names:  #   # the list grows in the loop
         if name in sys.stdlib_module_names or name == "ghostball":
             continue
         own = dict(_files_of(name))
@@ -220,10 +222,10 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
 
 
 def _files_of(name: str) -> Iterator[tuple[str, Path]]:
-    """Yield the files of code of a top-level module or package, each with its place."""
+    """Yield the files of code of a top-level module or package, each with its relative path."""
     try:
         spec = find_spec(name)
-    except (ImportError, ValueError):  # ValueError: a module that was made, not imported
+    except (ImportError, ValueError):  #   # ValueError: a module that was created, not imported
         return
     if spec is None:
         return
@@ -235,12 +237,12 @@ def _files_of(name: str) -> Iterator[tuple[str, Path]]:
 
 
 def _imports(path: Path) -> Iterator[str]:
-    """Yield the top-level names that a file of Python imports, anywhere in it."""
+    """Yield the top-level names that a Python file imports, anywhere in it."""
     if path.suffix != ".py":
         return
     try:
         tree = ast.parse(path.read_bytes())
-    except (SyntaxError, ValueError):  # whoever runs it says so
+    except (SyntaxError, ValueError):  #   # running the file will report it
         return
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -249,7 +251,7 @@ def _imports(path: Path) -> Iterator[str]:
             yield node.module.partition(".")[0]
 
 
-@cache  # it reads the lists of files of all that is installed, which takes 0.2 s
+@cache  #   # reads the file lists of all distributions, which takes 0.2 s
 def _owners(path: tuple[str, ...]) -> Mapping[str, list[str]]:  # noqa: ARG001
     """Return the distributions that own each top-level module found on a path."""
     return packages_distributions()
@@ -259,7 +261,7 @@ def _owners(path: tuple[str, ...]) -> Mapping[str, list[str]]:  # noqa: ARG001
 def _required(distribution: str) -> frozenset[str]:
     """Return a distribution and all its installed requirements, direct and indirect."""
     names = [distribution]
-    for name in names:  # it grows
+    for name in names:  #   # the list grows in the loop
         try:
             needed = requires(name) or ()
         except PackageNotFoundError:
