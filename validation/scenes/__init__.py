@@ -1,1 +1,1 @@
-"""The shipped scenes and their limits; how one is found; random shots; commands to copy."""
+"""The shipped scenes and their limits, finding scenes, random scenes, and commands to copy."""

@@ -1,4 +1,4 @@
-"""Scenes that are measured but no data files: gases of any number of balls."""
+"""Generated scenes without data files: gases with any number of balls."""
 
 from __future__ import annotations
 
@@ -11,24 +11,25 @@ import numpy as np
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
 
 FRICTIONLESS: dict[str, Any] = {"preset": "paper", "rolling_friction": 0.0}
-"""Physics of an elastic gas: nothing slows a ball, cushions are mirrors."""
+"""Physics of an elastic gas: balls aren't slowed, and cushions are mirrors."""
 
 FULL_CLOTH: dict[str, Any] = {"preset": "pool"}
-"""Physics of the whole game: sliding, spin, throw, restitution, Han's cushions."""
+"""Physics of real pool: sliding, spin, throw, restitution, Han's cushions."""
 
 
 def packed_gas(
     count: int, packing: float, physics: dict[str, Any], t_max: float | None = None, seed: int = 0
 ) -> Scene:
-    """Return balls that fill `packing` of a square of their own, with random velocities.
+    """Return balls with random velocities that cover the share `packing` of a table of their own.
 
-    `packing`: the part of the area that balls cover, up to 0.75; a square lattice holds pi / 4.
+    `packing`: the share of the area that balls cover, up to 0.75; the limit of a square lattice is
+        pi / 4.
     `physics`: fields of `Physics`.
-    `t_max`: where to stop [s]; needed where nothing slows a ball.
-    `seed`: of the velocities: each component normal, with 1 m/s.
+    `t_max`: time at which the simulation stops [s]; required if nothing slows balls.
+    `seed`: of the velocities: each component is normal with standard deviation 1 m/s.
 
-    A lattice at the start: only what has moved for a while is a gas. The table is as
-    large as the lattice's cells, so that it is a little wider than high where `count` is no square.
+    The balls start on a lattice, so they form a gas only after some time. The table has the size of
+    the lattice, so its length exceeds its width if `count` isn't a square number.
     """
     columns = math.ceil(math.sqrt(count))
     rows = math.ceil(count / columns)
@@ -48,9 +49,9 @@ def packed_gas(
     )
 
 
-@cache  # each run of a gate looks at them again and again
+@cache  #   # each comparison with baselines needs them many times
 def many_balls() -> tuple[Scene, ...]:
-    """Return scenes of so many balls that cells schedule them: the shipped ones have fewer."""
+    """Return scenes with more balls than shipped ones, which the grid scheduler runs."""
     gas = packed_gas(256, 0.4, FRICTIONLESS, t_max=0.5)
     cloth = packed_gas(256, 0.3, FULL_CLOTH)
     return (
@@ -60,5 +61,5 @@ def many_balls() -> tuple[Scene, ...]:
 
 
 def ball_at(name: str, position: tuple[float, ...], velocity: tuple[float, ...]) -> Ball:
-    """Return a pool ball at a place [m] with a velocity [m/s]."""
+    """Return a pool ball with a position [m] and a velocity [m/s]."""
     return Ball(id=name, position=tuple(map(float, position)), velocity=velocity)

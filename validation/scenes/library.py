@@ -1,4 +1,4 @@
-"""The shipped scenes: which there are, and how a name, a tag or a path finds one."""
+"""The shipped scenes, and finding scenes by name, tag or path."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from pathlib import Path
 from ghostball.model import Scene, SceneError
 
 FOLDER = Path(__file__).parent
-"""Where the shipped scenes lie; beside each, `NAME.expect.toml` holds its pass criteria."""
+"""Folder of the shipped scenes; beside each scene, `NAME.expect.toml` holds its criteria."""
 
 CRITERIA_SUFFIX = ".expect.toml"
 """Ending of a criteria file's name: `break-16.toml` has its criteria in `break-16.expect.toml`."""
 
 FULL = "full"
-"""What stands for all shipped scenes but those of the board, where names and tags do."""
+"""Argument in place of names and tags that selects all shipped scenes except those of the board."""
 
 BOARD = "board"
 """The tag, and the folder in `FOLDER`, of scenes that show how engines differ."""
 
 
-@cache  # hundreds of look-ups of a run ask
+@cache  #   # a run calls it hundreds of times
 def shipped_scenes() -> tuple[Path, ...]:
-    """Return the files of the shipped scenes, in order of name; those of the board come last."""
+    """Return the files of the shipped scenes, sorted by name; those of the board come last."""
     return (*_scenes_in(FOLDER), *_scenes_in(FOLDER / BOARD))
 
 
@@ -41,7 +41,7 @@ def _by_name() -> dict[str, Path]:
 
 
 def scene_names() -> tuple[str, ...]:
-    """Return the names of the shipped scenes, in order."""
+    """Return the names of the shipped scenes, in the order of `shipped_scenes`."""
     return tuple(_by_name())
 
 
@@ -51,14 +51,15 @@ def scene_path(name: str) -> Path:
 
 
 def find_scene(name_or_path: str | Path) -> Scene:
-    """Return the shipped scene of that name, or read the scene file at that path.
+    """Return the shipped scene with a name, or read the scene file at a path.
 
-    A name wins over a file of the same name in the working directory; write `./NAME` for the file.
+    A name has priority over a file with the same name in the working directory; use `./NAME` for
+    the file.
 
     Raises
     ------
     SceneError
-        Where there is neither, naming the nearest shipped scenes; or where the file is refused.
+        If there is neither (the message names similar shipped scenes), or if the file is invalid.
     """
     text = str(name_or_path)
     if text in scene_names():
@@ -70,14 +71,14 @@ def find_scene(name_or_path: str | Path) -> Scene:
 
 
 def select(wanted: Sequence[str] = ()) -> list[Scene]:
-    """Return the scenes that a run is about, each once.
+    """Return the selected scenes, each once.
 
     `wanted`: names of shipped scenes, tags, paths, or patterns of names and paths, such as
-    "break-*" and "mine/*.toml", in the order wanted; "full", or nothing, is all that are shipped
-    but those of the board.
+        "break-*" and "mine/*.toml". The scenes keep this order. "full", or nothing, selects all
+        shipped scenes except those of the board.
 
-    Raises `SceneError` where one of them is neither a name, nor a tag, nor a path, nor a pattern of
-    any.
+    Raises `SceneError` if an argument is neither a name, nor a tag, nor a path, nor a matching
+    pattern.
     """
     shipped = [_shipped(name) for name in scene_names()]
     tags = scene_tags()
@@ -101,9 +102,9 @@ def select(wanted: Sequence[str] = ()) -> list[Scene]:
 
 
 def expand(wanted: Sequence[str]) -> tuple[str, ...]:
-    """Return names, tags and paths, with what patterns match in place of them.
+    """Return names, tags and paths, with each pattern replaced by its matches.
 
-    Raises `SceneError` where a pattern matches nothing.
+    Raises `SceneError` if a pattern matches nothing.
     """
     found: dict[str, None] = {}
     for one in wanted:
@@ -123,12 +124,12 @@ def expand(wanted: Sequence[str]) -> tuple[str, ...]:
 
 
 def scene_tags() -> tuple[str, ...]:
-    """Return the tags of the shipped scenes, in order."""
+    """Return the tags of the shipped scenes, sorted."""
     return tuple(sorted({tag for name in scene_names() for tag in _shipped(name).tags}))
 
 
 def paths_among(wanted: Sequence[str]) -> tuple[str, ...]:
-    """Return those that are files, in order; a name or a tag wins over a file called like it."""
+    """Return the arguments that are files, in order; a name or tag has priority over a file."""
     known = {FULL, *scene_names(), *scene_tags()}
     return tuple(
         one

@@ -1,6 +1,7 @@
 """The parts of random scenes: sizes of balls, tables, coefficients; see `random_scenes`.
 
-Sizes are drawn from a power of two on: powers differ from one machine to another.
+Sizes over many magnitudes are drawn as a number in [1, 2) times a power of two, which is exact;
+other powers differ between machines.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ _POLYGONS: Final = (
     ((0.25, 0.0), (1.0, 0.0), (1.3, 0.45), (1.0, 0.9), (0.25, 0.9), (0.0, 0.45)),
     ((0.0, 0.0), (0.6, 0.2), (1.2, 0.0), (1.2, 0.8), (0.6, 0.55), (0.0, 0.8)),  # with a waist
 )
-"""Tables that are polygons: with acute corners, and with corners that point into the table [m]."""
+"""Polygonal tables, with acute corners and with corners that point into the table [m]."""
 
 _POCKETED: Final = (
     "wpa-9ft",
@@ -38,22 +39,22 @@ _POCKETED: Final = (
     {"preset": "wpa-9ft", "length": 1.0, "width": 0.6},
     {"preset": "bar-7ft", "pockets": {"side": Table.PRESETS["wpa-9ft"]["pockets"]["side"]}},
 )
-"""Tables with pockets: one of them small, one with pockets in the middle alone."""
+"""Tables with pockets: one is small, one has wide side pockets."""
 
 SPREAD: Final = (1.2, 0.7)
-"""Where balls lie on an unbounded cloth [m]."""
+"""Region of the balls on an unbounded cloth [m]."""
 
 _CHANNEL: Final = 2.5
 """Length of a narrow table [m]."""
 
 _PATH: Final = 4.0
-"""Way of the fastest ball up to the stop, where there is one [m]: some tens of collisions."""
+"""Path of the fastest ball until a scene with a time limit stops [m]: some tens of collisions."""
 
 
 def sizes_of(chance: random.Random, options: Options) -> list[Draft]:
-    """Return as many balls as there are wanted, with radii and masses, and frictions of their own.
+    """Return the balls, with their radii, masses and individual frictions.
 
-    The first of several has another size than the second where they are unequal.
+    If radii or masses are unequal, the first ball differs from the second.
     """
     least = 4 if "rack" in options["layout"] else 2
     count = {"one": 1, "few": chance.randint(least, 5), "many": chance.choice((7, 11, 16))}
@@ -76,7 +77,7 @@ def sizes_of(chance: random.Random, options: Options) -> list[Draft]:
 
 
 def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> Draft:
-    """Return the fields of the physics; coefficients that aren't set are the preset's."""
+    """Return the fields of the physics; the preset gives the other coefficients."""
     law = _law_of(chance, options)
     own = options["own-friction"] == "yes"
     physics: Draft = {
@@ -133,19 +134,20 @@ def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> D
 
 
 def _not_asked_for(options: Options) -> Draft:
-    """Return what takes from a preset the features that a scene has by other options alone."""
+    """Return fields that switch off features of a preset that the scene doesn't have as options."""
     preset = Physics.PRESETS[options["preset"]]
     without: Draft = {}
     for field in ("rolling_friction_quadratic", "cushion_restitution_loss"):
         if field in preset:
             without[field] = 0.0
-    if any_integrated(preset.get("cushion", "")):  # holds balls on the cloth, with cushions or not
+    #   # keeps balls on the cloth, even on a table without cushions
+    if any_integrated(preset.get("cushion", "")):
         without["cushion"] = "mirror"
     return without
 
 
 def _law_of(chance: random.Random, options: Options) -> str:
-    """Return the law of cushions; of those with a restitution, where it falls, one that can be."""
+    """Return the law of cushions; for "falling", a law whose restitution may fall with speed."""
     if options["cushion"] != "falling":
         return options["cushion"]
     if options["motion"] == "rolling":
@@ -155,9 +157,9 @@ def _law_of(chance: random.Random, options: Options) -> str:
 
 
 def stop_of(chance: random.Random, options: Options, balls: list[Ball]) -> float:
-    """Return when to stop [s]: some way of the fastest ball, but no more than seconds of bounces.
+    """Return when to stop [s]: after a path of the fastest ball, but within seconds if balls fly.
 
-    Of balls that are all at rest, anything.
+    If all balls are at rest, any time will do.
     """
     fastest = max(ball.speed for ball in balls)
     lasts = _PATH / fastest if fastest > 0.0 else 1.0
@@ -165,13 +167,13 @@ def stop_of(chance: random.Random, options: Options, balls: list[Ball]) -> float
 
 
 def never_rests(options: Options, physics: Draft) -> bool:
-    """Whether a ball may bounce for ever: in the air, between two noses that take nothing."""
+    """Return True if a ball may bounce forever: in the air, between two lossless cushions."""
     between = options["flight"] != "no" and options["table"] == "narrow"
     return between and _is_elastic(options, physics)
 
 
 def _is_elastic(options: Options, physics: Draft) -> bool:
-    """Whether cushions return all of a speed towards them."""
+    """Return True if cushions conserve the normal speed."""
     preset = Physics.PRESETS[options["preset"]]
     returned = {**preset, **physics}.get("cushion_restitution", 1.0)
     return options["cushion"] == "mirror" or returned == 1.0
@@ -180,16 +182,16 @@ def _is_elastic(options: Options, physics: Draft) -> bool:
 def table_of(
     chance: random.Random, options: Options, sizes: list[Draft], physics: Draft
 ) -> Table | None:
-    """Return the table: one that is narrow is as wide as the largest ball, or hardly wider.
+    """Return the table; a narrow one is about as wide as the largest ball.
 
-    Not as wide where balls fly or cushions are elastic: without room between two a ball bounces for
-    ever, and the run is stopped, as tests of their own say.
+    If balls fly or cushions are elastic, it is wider than the ball: without a gap, a ball bounces
+    forever between the cushions and the run stops early, which separate tests cover.
     """
     kind = options["table"]
     if kind == "none":
         return chance.choice((None, Table(length=SPREAD[0], width=SPREAD[1], cushions=())))
     if kind == "narrow":
-        flies = options["flight"] != "no"  # then also at the height of the noses
+        flies = options["flight"] != "no"  #   # then also at the height of the noses
         widest = 2.0 * max(ball["radius"] if flies else reach(ball, physics) for ball in sizes)
         least = 0.125 if flies or _is_elastic(options, physics) else 0.0
         return Table(length=_CHANNEL, width=widest * (1.0 + chance.choice((least, 0.0625, 0.5))))
@@ -208,7 +210,7 @@ def table_of(
 
 
 def _posts_on(chance: random.Random, sizes: list[Draft]) -> Table:
-    """Return a small table with one to three posts, as far apart as a ball, or hardly farther."""
+    """Return a small table with one to three posts; a ball fits between them, or just fits."""
     small = TABLES["small"]
     widest = 2.0 * max(ball["radius"] for ball in sizes)
     first = (chance.uniform(0.35, 0.5) * small.length, chance.uniform(0.4, 0.6) * small.width)
@@ -222,7 +224,7 @@ def _posts_on(chance: random.Random, sizes: list[Draft]) -> Table:
 
 
 def reach(ball: Draft, physics: Draft) -> float:
-    """Return how near a ball's centre, as it lies on the cloth, comes to a cushion [m]."""
+    """Return the distance of a ball's centre from a cushion that it touches, on the cloth [m]."""
     radius: float = ball["radius"]
     if not physics.get("airborne") or "cushion_height" not in physics:
         return radius
@@ -231,5 +233,5 @@ def reach(ball: Draft, physics: Draft) -> float:
 
 
 def sized(chance: random.Random, least: int, most: int) -> float:
-    """Return a number from 2^least on, of any size up to 2^(most + 1)."""
+    """Return a number in [2^least, 2^(most + 1)), with a uniform binary exponent."""
     return math.ldexp(chance.uniform(1.0, 2.0), chance.randint(least, most))

@@ -1,7 +1,7 @@
-"""Where the balls of random scenes lie and how they move; see `random_scenes`.
+"""Positions and velocities of the balls in random scenes; see `random_scenes`.
 
-Directions are points of the unit circle by the tangent of half their angle: sines differ from one
-machine to another.
+A direction is computed as a point of the unit circle, from the tangent of half its angle, because
+sines differ between machines.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from ghostball.model.scene.obstacles import gap_to, is_inside
 from ghostball.validation.scenes.random_parts import SPREAD, Draft, Options, reach, sized
 
 _SPEEDS: Final = {"slow": (-20, -5), "usual": (-2, 2), "fast": (3, 4)}
-"""Powers of two from which on speeds are drawn [m/s]."""
+"""Binary exponents of the speeds [m/s], lowest and highest."""
 
 
 def placed(
     chance: random.Random, options: Options, sizes: list[Draft], table: Table | None, physics: Draft
 ) -> list[Ball]:
-    """Return the balls where they lie at first, those that move with their motion.
+    """Return the balls with their initial positions, and the moving ones with their velocities.
 
-    A group that touches, or lies at a rail, comes first; then the ball that is shot at it, or that
-    goes along a rail; then others, as far as there is room.
+    A group that touches, or is at a rail, is placed first; then a ball that rolls along a rail;
+    then the other balls, as far as there is room.
     """
     place = _Places(chance, table, physics)
     layout, group = options["layout"], []
@@ -75,7 +75,7 @@ def _direction(chance: random.Random) -> tuple[float, float]:
 
 
 def _lift(chance: random.Random, flight: str, place: _Places, movers: list[Draft]) -> None:
-    """Hang a ball in the air, or put it on another."""
+    """Place a ball in the air, or on another ball."""
     still = [ball for ball in place.balls if ball not in movers] or place.balls
     ball = still[-1]
     x, y = ball["position"]
@@ -88,7 +88,7 @@ def _lift(chance: random.Random, flight: str, place: _Places, movers: list[Draft
         beside = chance.choice((0.0, chance.uniform(0.0, 1.0))) * min(radius, below["radius"])
         dx, dy = (part * beside for part in _direction(chance))
         if place.table is not None and min(place.room) < 4.0 * radius:
-            dy = 0.0  # a narrow table has no room beside
+            dy = 0.0  #   # a narrow table has no room beside a ball
         x, y = below["position"][0] + dx, below["position"][1] + dy
         x, y = place.within(ball, x, y)
         dx, dy = x - below["position"][0], y - below["position"][1]
@@ -101,7 +101,7 @@ def _lift(chance: random.Random, flight: str, place: _Places, movers: list[Draft
 def _shoot(
     chance: random.Random, options: Options, ball: Draft, speed: float, way: tuple[float, float]
 ) -> None:
-    """Give a ball its velocity along a way, and its spin; or the stroke of a cue, on the cloth."""
+    """Give a ball a velocity in a direction, and spin; or, on the cloth, the stroke of a cue."""
     if options["spin"] == "struck" and len(ball["position"]) == 2:
         ball["strike"] = _strike(chance, speed, way, jumps=options["flight"] == "jump")
         return
@@ -122,12 +122,12 @@ def _shoot(
 
 
 def _strike(chance: random.Random, speed: float, way: tuple[float, float], *, jumps: bool) -> Draft:
-    """Return the stroke of a cue about along a way, within the friction of its tip."""
+    """Return a cue stroke approximately in a direction, within the friction of the tip."""
     squirt = chance.choice(("end-mass", "alciatore", "none"))
     raised = chance.choice((0.0, chance.uniform(0.0, 0.2), chance.uniform(0.0, 1.4)))
     strike = {
         "speed": speed,
-        # Arc tangents differ in the last bits from one machine to another.
+        # Arc tangents differ in their last bits between machines.
         "direction": round(math.atan2(way[1], way[0]), 6),
         "elevation": chance.uniform(0.4, 1.2) if jumps else raised,
         "offset_left": chance.choice((0.0, chance.uniform(-0.35, 0.35))),
@@ -140,7 +140,7 @@ def _strike(chance: random.Random, speed: float, way: tuple[float, float], *, ju
 
 
 class _Places:
-    """Where balls lie so far, on the cloth, and where there is room."""
+    """The positions of the balls placed so far, on the cloth, and the search for free places."""
 
     def __init__(self, chance: random.Random, table: Table | None, physics: Draft) -> None:
         self.chance = chance
@@ -151,7 +151,7 @@ class _Places:
         self.sides = () if table is None else table.sides
 
     def anywhere(self, ball: Draft) -> None:
-        """Lay a ball where there is room, if some is found."""
+        """Place a ball at a free place, if one is found."""
         for _ in range(200):
             edge = reach(ball, self.physics)
             x, y = (self.chance.uniform(edge, max(side - edge, edge)) for side in self.room)
@@ -159,7 +159,7 @@ class _Places:
                 return
 
     def at_rail(self, balls: list[Draft], *, corner: bool) -> list[Draft]:
-        """Lay balls at a rail, or in a corner, so that they touch it and each other."""
+        """Place balls at a rail, or in a corner, so that they touch the rail and each other."""
         for _ in range(50):
             sides = self._corner() if corner else [self.chance.choice(self.sides)]
             laid = self._row(balls, sides)
@@ -168,9 +168,9 @@ class _Places:
         return []
 
     def rack(self, balls: list[Draft], gap: float, *, at_rail: bool) -> list[Draft]:
-        """Rack as many balls as a triangle takes, with these gaps [m], as if all were the largest.
+        """Place balls in a triangle with gaps [m], all spaced as if they were the largest.
 
-        With a rail, so that its long side touches it.
+        At a rail, the long side of the triangle touches it.
         """
         rows = next(rows for rows in (5, 4, 3, 2) if rows * (rows + 1) // 2 < len(balls))
         spacing = 2.0 * max(ball["radius"] for ball in balls) + gap
@@ -192,14 +192,14 @@ class _Places:
         return []
 
     def cluster(self, balls: list[Draft]) -> list[Draft]:
-        """Lay balls so that each touches one or two before it."""
+        """Place balls so that each touches one or two earlier ones."""
         for _ in range(50):
             length, width = self.room
             x, y = self.chance.uniform(0.2, 0.8) * length, self.chance.uniform(0.2, 0.8) * width
             spots = self._touching(balls, x, y)
             if self._lay_all(balls, spots):
                 return balls
-        spots = [(0.5 * self.room[0], 0.5 * self.room[1])]  # in a row, where there is no room else
+        spots = [(0.5 * self.room[0], 0.5 * self.room[1])]  #   # in a row, if no cluster fits
         for before, ball in itertools.pairwise(balls):
             spots.append((spots[-1][0] + self._apart(before, ball), spots[-1][1]))
         return balls if self._lay_all(balls, spots) else []
@@ -218,7 +218,7 @@ class _Places:
         return spots
 
     def way_for(self, ball: Draft, others: list[Draft]) -> tuple[float, float]:
-        """Return the direction of a shot, (c, s): at another ball, up to a graze, or anywhere."""
+        """Return the direction of a shot, (c, s): towards another ball, or any direction."""
         chance = self.chance
         edge = reach(ball, self.physics)
         if self.table is not None and min(self.room) <= 2.0 * edge * (1.0 + 1e-9):
@@ -237,7 +237,7 @@ class _Places:
         return (dx / size, dy / size)
 
     def rail_of(self, ball: Draft) -> tuple[float, float] | None:
-        """Return the direction along the rail that a ball touches; None where it touches none."""
+        """Return the direction along the rail that a ball touches; None if it touches none."""
         edge = reach(ball, self.physics)
         sign = self.chance.choice((1.0, -1.0))
         for side in self.sides:
@@ -246,7 +246,7 @@ class _Places:
         return None
 
     def within(self, ball: Draft, x: float, y: float) -> tuple[float, float]:
-        """Return a place moved into the table."""
+        """Return the nearest position inside the table."""
         if self.table is None:
             return x, y
         edge = ball["radius"]
@@ -257,7 +257,7 @@ class _Places:
         return x, y
 
     def clear_above(self, ball: Draft) -> None:
-        """Raise a ball in the air until it is clear of all others."""
+        """Raise a ball in the air until it overlaps no other ball."""
         x, y, z = ball["position"]
         for other in self.balls:
             if other is ball:
@@ -275,7 +275,7 @@ class _Places:
         ]
 
     def _row(self, balls: list[Draft], sides: Sequence[Side]) -> list[Draft]:
-        """Lay balls in a row along the last of the sides, from the first on where there are two."""
+        """Place balls in a row along the last of the sides; with two sides, from the first."""
         edges = [reach(ball, self.physics) for ball in balls]
         first, last = sides[0], sides[-1]
         if len(sides) == 2:
@@ -293,13 +293,13 @@ class _Places:
         return balls if self._lay_all(balls, spots) else []
 
     def _beside_rail(self, spot: tuple[float, float]) -> tuple[float, float]:
-        """Return a place beside the bottom rail as one beside the last rail that there is."""
+        """Return a position at the bottom rail, transferred to the last rail of the table."""
         along, side = spot[0], self.sides[-1]
         away = side.inside(spot[1])
         return (along, away) if side.across else (away, along)
 
     def _apart(self, one: Draft, other: Draft) -> float:
-        """Return how far apart, in plan, balls on the cloth are that touch [m]."""
+        """Return the horizontal distance of two touching balls on the cloth [m]."""
         if self.physics.get("airborne"):
             return 2.0 * math.sqrt(one["radius"] * other["radius"])
         both: float = one["radius"] + other["radius"]
@@ -313,9 +313,9 @@ class _Places:
         return all(laid)
 
     def _lay(self, ball: Draft, x: float, y: float, apart: float = -1e-13) -> bool:
-        """Lay a ball at a place if it has room there, at least so many radii from others.
+        """Place a ball if it has a gap of at least `apart` radii to all others.
 
-        Those that touch may overlap by rounding.
+        By default, touching balls may overlap by a rounding error.
         """
         edge = reach(ball, self.physics)
         if any(side.distance(x, y) < edge - 1e-15 for side in self.sides):
@@ -331,7 +331,7 @@ class _Places:
         return True
 
     def _is_off_obstacles(self, ball: Draft, x: float, y: float) -> bool:
-        """Whether a ball at a place touches nothing of a table that isn't a plain rectangle."""
+        """Return True if a ball touches no polygon side, pocket, jaw or post."""
         assert self.table is not None
         at = np.array([x]), np.array([y])
         if not self.table.is_rectangle and not is_inside(self.table.outline, *at)[0]:
@@ -345,7 +345,7 @@ class _Places:
 def _corner_of(
     a: tuple[float, float], b: tuple[float, float], to_a: float, to_b: float
 ) -> tuple[float, float] | None:
-    """Return a place so far from two others; None where there is none."""
+    """Return a point with given distances from two points; None if there is none."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     size = dx * dx + dy * dy
     if size == 0.0:

@@ -1,13 +1,13 @@
-"""Random scenes of everything that the engine knows, each from its number alone.
+"""Random scenes with all features of Ghostball's engine, each determined by its number.
 
 >>> random_scene(17).tags
 ('preset=pool', 'motion=sliding', ...)
 >>> random_scene(17, air="yes", layout="corner").physics.air_drag
 0.0041
 
-A scene is one option of each aspect in `ASPECTS`. Every pair of options that can be together is
-in one of any `len(PAIRS)` scenes in a row, and nearly all in a tenth as many; what else a scene has
-is drawn by weight. What is drawn of an option, such as a coefficient, is in `random_parts`.
+A scene has one option of each aspect in `ASPECTS`. Every compatible pair of options occurs in any
+`len(PAIRS)` consecutive scenes, and nearly every pair in a tenth as many. The other options of a
+scene are drawn by weight. `random_parts` draws the values of an option, such as a coefficient.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from ghostball.validation.scenes.random_parts import (
 from ghostball.validation.scenes.random_places import placed
 
 Option = tuple[str, str]
-"""An aspect's name and what it is."""
+"""The name of an aspect, and an option."""
 
 Wanted = str | tuple[str, ...]
-"""The option that a scene must have of an aspect, or several of which it must have one."""
+"""The required option of an aspect, or several options of which one is required."""
 
 ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
     "preset": {"paper": 1, "pool": 1, "pool-coulomb": 1, "carom": 0, "snooker": 0},
@@ -82,12 +82,13 @@ ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
     "speed": {"usual": 4, "slow": 1, "fast": 1},
     "stop": {"rest": 3, "t-max": 1},
 }
-"""Every aspect: its options, each with its weight where another pair's turn doesn't choose it.
+"""Every aspect: its options, each with the weight with which it is drawn.
 
-One of weight 0 is drawn where it is asked for alone, so that it changes no scene of a number.
-"tangential" is the law "restitution" with a factor along the cushion, too; "falling" is any law
-whose restitution falls with speed; "struck" is the spin that the stroke of a cue gives; "low" is
-flight of balls that all begin on the cloth; "on-top" is a ball that lies, or falls, on another."""
+An option of weight 0 is drawn only on request, so adding it changed no numbered scene.
+"tangential" is the law "restitution" with a tangential restitution; "falling" is a law with a
+restitution that falls with speed; "struck" is the spin from the stroke of a cue; "low" is flight of
+balls that all start on the cloth; "on-top" is a ball that lies on another, or falls on it.
+"""
 
 
 def _all(aspect: str, but: str) -> tuple[Option, ...]:
@@ -101,7 +102,7 @@ _AT_RAILS = (("layout", "rail"), ("layout", "corner"), ("layout", "rack-at-rail"
 _SHAPED = tuple(("table", shape) for shape in ("polygon", "pockets", "posts"))
 
 _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
-    # A ball that always rolls has the spin of its velocity, and stays on the cloth.
+    # A ball that always rolls stays on the cloth, and its velocity determines its spin.
     (
         (("motion", "rolling"),),
         (
@@ -112,15 +113,15 @@ _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
             *_INTEGRATED,
         ),
     ),
-    # What integrates over an impact holds balls on the cloth.
+    # Laws that integrate over an impact need balls on the cloth.
     (_all("flight", "no"), _INTEGRATED),
-    # There is one law of cushions where there are cushions.
+    # A law of cushions needs cushions, and cushions need a law.
     ((("table", "none"),), _all("cushion", "none")),
     (_all("table", "none"), (("cushion", "none"),)),
     ((("table", "none"), ("cushion", "none")), (*_AT_RAILS, ("along-rail", "yes"))),
-    # A cue's ball leaves a rail by its squirt.
+    # Squirt makes a struck ball leave a rail.
     ((("spin", "struck"),), (("along-rail", "yes"),)),
-    # What two balls have in common.
+    # Relations of two balls need two balls.
     (
         (("count", "one"),),
         (
@@ -133,15 +134,15 @@ _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
             ("flight", "on-top"),
         ),
     ),
-    # A triangle has no room in a narrow table; one of balls of all sizes has gaps.
+    # A triangle doesn't fit on a narrow table, and with unequal balls it has gaps.
     (tuple(("layout", rack) for rack in _RACKS), (("table", "narrow"),)),
     ((("layout", "rack"), ("layout", "rack-at-rail")), (("radii", "unequal"),)),
-    # Rails of a table that is no plain rectangle aren't where balls are laid.
+    # Balls are placed only at the rails of rectangular tables.
     (_SHAPED, (*_AT_RAILS, ("along-rail", "yes"))),
-    # Where nothing slows balls, a run is stopped.
+    # Without friction, balls never rest, so the scene needs a stopping time.
     ((("cloth", "frictionless"),), (("stop", "rest"),)),
 )
-"""Options that can't be together, each of the first with each of the second, and why."""
+"""Incompatible options: each option of the first group excludes each of the second."""
 
 _FORBIDDEN: Final = frozenset(
     frozenset((one, other)) for some, others in _NEVER for one in some for other in others
@@ -153,12 +154,12 @@ _ASKED_FOR: Final[Mapping[tuple[str, str], frozenset[frozenset[Option]]]] = {
     )
     for aspect, some in (("air", (("air", "yes"),)), ("table", _SHAPED))
 }
-"""Pairs that are together only where both aspects are asked for, so that they change no scene of a
-number: what flies in air, and what flies over other tables than plain rectangles."""
+"""Pairs that occur only if both aspects are requested, so adding them changed no numbered scene:
+flight in air, and flight over tables that aren't rectangles."""
 
 
 def _never(wanted: Iterable[str] = ()) -> frozenset[frozenset[Option]]:
-    """Return the pairs that can't be together where these aspects are asked for."""
+    """Return the pairs that can't occur together if these aspects are requested."""
     kept = (pairs for aspects, pairs in _ASKED_FOR.items() if not set(aspects) <= set(wanted))
     return _FORBIDDEN.union(*kept)
 
@@ -176,10 +177,10 @@ PAIRS: Final[tuple[tuple[Option, Option], ...]] = tuple(
     )
     if one[0] != other[0] and frozenset((one, other)) not in _never()
 )
-"""Every pair of options that can be together."""
+"""Every pair of compatible options."""
 
 _STRIDE: Final = 719
-"""Prime, and no divisor of the number of pairs: neighbours in number have little in common."""
+"""A prime that doesn't divide the number of pairs: consecutive scenes have little in common."""
 
 
 PROVABLE: Final[Mapping[str, Wanted]] = {
@@ -193,23 +194,22 @@ PROVABLE: Final[Mapping[str, Wanted]] = {
     "air": "no",
     "quadratic": "no",
 }
-"""What scenes have whose proofs take no minutes, and say something of nearly all."""
+"""Options of scenes that can be certified in seconds, most of them to their end."""
 
 _ATTEMPTS: Final = 1000
-"""How often all options are chosen anew, where some that were chosen leave none for others."""
+"""Number of attempts to draw all options, in case some options leave none for an aspect."""
 
 
 def random_scene(number: int, **having: Wanted) -> Scene:
-    """Return the scene of this number: the same on every machine, and in every process.
+    """Return the scene with a number: the same on every machine, and in every process.
 
-    `having`: options that the scene must have, by aspect, "-" written as "_": `along_rail="yes"`;
-    or several of which it must have one. A pair whose turn it is and that can't be with them is
-    left out.
+    `having`: required options, by aspect, with "_" for "-": `along_rail="yes"`; or several options
+        of which one is required. The pair of the number is ignored if it is incompatible with them.
 
-    All numbers are made of sums, products, quotients and square roots.
+    All values are computed by sums, products, quotients and square roots.
     """
     options = options_of(number, **having)
-    # The seed is text, whose hash is the same everywhere.
+    # The seed is text, because its hash is the same everywhere.
     chance = random.Random(f"ghostball scene {number} {sorted(having.items())}")
     sizes = sizes_of(chance, options)
     physics = physics_of(chance, options, sizes)
@@ -229,10 +229,10 @@ def random_scene(number: int, **having: Wanted) -> Scene:
 
 
 def options_of(number: int, **having: Wanted) -> dict[str, str]:
-    """Return what the scene of this number is, aspect by aspect; see `random_scene`.
+    """Return the options of the scene with a number, by aspect; see `random_scene`.
 
-    Raises `KeyError` where there is no such aspect or option; `ValueError` where what it must have
-    can't be together.
+    Raises `KeyError` for an unknown aspect or option; `ValueError` if the required options are
+    incompatible.
     """
     wanted = {
         aspect.replace("_", "-"): (option,) if isinstance(option, str) else option
@@ -268,7 +268,7 @@ def _choose(
     weights: Mapping[str, int],
     never: frozenset[frozenset[Option]],
 ) -> bool:
-    """Choose an option that can be with all others; return whether there is one."""
+    """Choose an option that is compatible with the others; return False if there is none."""
     options = [
         option
         for option, weight in weights.items()
