@@ -1,1 +1,1 @@
-"""What is measured of a run, the limits that it must keep, and the verdict on it."""
+"""Metrics of a run, the limits on them, and the verdict."""

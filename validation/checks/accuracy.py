@@ -1,11 +1,11 @@
-"""How right a run is: one of seven classes, by the same scale for every engine.
+"""The accuracy of a run: one of seven classes, with the same scale for every engine.
 
     >>> accuracy_of(result, truth).kind
     'millimetres'
 
-A class asks nothing of the engine's step: that is another question, which limits answer
-(`step_limits`). What is compared is where the balls end, with where they should; where rounding
-alone makes of the shot another one before its end, where they are at the last instant before that.
+A class doesn't depend on the time step of the engine; limits do (`step_limits`). It compares the
+final positions of the balls with the reference. If rounding alone may change the shot before its
+end, it compares the positions at the horizon.
 """
 
 from __future__ import annotations
@@ -48,24 +48,25 @@ UP_TO: Final[Mapping[AccuracyKind, float]] = {
     "millimetres": 1e-2,
     "centimetres": math.inf,
 }
-"""The largest error of a class [m]: a shot that is right to nanometres is less than 1 um off."""
+"""The largest error of a class [m]: "nanometres" means less than 1 um."""
 
 BROKEN_SHARE: Final = 1e-2
-"""Share of its first energy that a shot may gain before it counts as broken.
+"""Relative energy gain above which a shot is unphysical.
 
-A ball with 1 % more energy rolls 1 % farther, which shows in where it rests; more is made of
-nothing. As much is the share of changes of velocity that nothing explains.
+A ball with 1 % more energy rolls 1 % farther, which shows in its rest position; a larger gain has
+no physical cause. The same share is allowed for changes of velocity without a cause.
 """
 
 THROUGH: Final = 1.0
-"""Overlap, in radii of the smallest ball, from which on balls went through each other.
+"""Overlap, in radii of the smallest ball, above which balls count as having passed through each
+other.
 
-The centres are then as near as the surface of a ball is to its own.
+The distance of the centres is then at most one radius.
 """
 
 
 def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -> Accuracy | None:
-    """Return how right a run is, or None where there is nothing to compare it with.
+    """Return the accuracy of a run, or None without a reference.
 
     `result`: recorded with `record="trajectory"`.
     `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
@@ -82,23 +83,23 @@ def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -
         agree, parts_at = found.leading, found.parts_at(timed=bool(len(times)))
         if parts_at is None or (parts_at <= predictable and parts_at < _counted_until(truth)):
             if parts_at is not None and parts_at > truth.horizon_of(0.0):
-                return None  # rounding alone makes another shot of it before
+                return None  #   # rounding alone may change the shot earlier
             return Accuracy("another shot", at=parts_at, agree=agree, of=len(truth.collisions))
     if within is not None and math.isfinite(predictable):
         return _at_the_horizon(result, truth, within)
     if truth.kind == INTEGRATION and math.isfinite(truth.shot_horizon):
-        return None  # what rounding alone makes of its end isn't known
+        return None  #   # the effect of rounding on the end isn't known
     errors = RunAndTruth(result, truth).ball_errors
     return Accuracy(_kind(errors, _rounding(result, truth, within)), error=float(np.max(errors)))
 
 
 def kind_of(error: float) -> AccuracyKind:
-    """Return the class of an error [m] that is no rounding."""
+    """Return the class of an error [m] that is larger than rounding."""
     return next(kind for kind, most in UP_TO.items() if error < most or math.isinf(most))
 
 
 def _at_the_horizon(result: Result, truth: Truth, within: Gradable) -> Accuracy:
-    """Compare where the balls are just before rounding makes another shot of it."""
+    """Compare the positions of the balls just before the horizon for rounding errors."""
     assert truth.certificate is not None
     t, errors = position_errors(result, truth.certificate, within)
     sizes = within.sizes
@@ -115,7 +116,7 @@ def _kind(errors: FloatArray, rounding: FloatArray) -> AccuracyKind:
 
 
 def _rounding(result: Result, truth: Truth, within: Gradable | None) -> FloatArray:
-    """Return what one rounding of the scene, or of each event, makes of the end, (n,) [m]."""
+    """Return the effect of one rounding of the scene, or of each event, on the end, (n,) [m]."""
     scene = result.scene
     rounding = np.full(len(scene.balls), EPS * extent_of(scene))
     if truth.conditioning is not None:
@@ -127,10 +128,10 @@ def _rounding(result: Result, truth: Truth, within: Gradable | None) -> FloatArr
 
 
 def _counted_until(truth: Truth) -> float:
-    """Return until when collisions can be counted [s]: in a contact that lasts they mean nothing.
+    """Return the time until which collisions can be counted [s]: until a resting contact starts.
 
-    There one engine pushes, and another one bounces a hundred times: where the balls end says how
-    right either is.
+    In a resting contact, one engine pushes and another bounces a hundred times; only the final
+    positions show which is accurate.
     """
     proof = truth.certificate
     if proof is None or proof.ending != "sustained contact":
@@ -139,7 +140,7 @@ def _counted_until(truth: Truth) -> float:
 
 
 def _broken(result: Result, resolution: Resolution) -> tuple[BrokenBy, float | None] | None:
-    """Return what no physics allows in a run, and how much of it."""
+    """Return why a run is unphysical, and by how much; None if it isn't."""
     if not result.status.complete:
         return "stopped", None
     energy = energy_series(result)

@@ -1,43 +1,44 @@
-"""Pass criteria: what each engine must reach in a scene, beside the scene, with the reason.
+"""Pass criteria: the limits for each engine in a scene, in a file beside the scene, with reasons.
 
-    truth = "closed-form"   # or "certified", "engine", "none"; left out: the first there is
+    truth = "closed-form"   # or "certified", "engine", "none"; default: the first that exists
 
     [[criteria]]
-    engines = ["ghostball"]          # "pymunk" is any; "pymunk:contact_steps=exact" only such ones
+    engines = ["ghostball"]          # "pymunk": any settings; "pymunk:contact_steps=exact": these
     metric  = "rest_error_max"
     at_most = 1e-13                  # or at_least, or equals
-    reason  = "what a few roundings of a 2.5 m table leave"
+    reason  = "a few roundings of a 2.5 m table"
 
-Where several criteria on a metric cover an engine, those that say most of it win, and replace the
-others: that name it, then whose selector states the most settings, then that say what it claims.
+If several criteria on a metric cover an engine, the most specific ones replace the others: first
+those that name the engine, then those with the most settings in their selector, then those that
+state a claim.
 
-What every engine must keep, shipped or anyone's, in every scene, is in `scenes/common.expect.toml`,
-of `engines = ["*"]`; see `law` for what wins where a scene says something, too. What several
-shipped scenes ask stands once, in `scenes/shared.expect.toml`.
+Limits for every engine in every scene are in `scenes/common.expect.toml`, for `engines = ["*"]`;
+`law` defines which limit applies if a scene states one, too. Limits that several shipped scenes
+share are in `scenes/shared.expect.toml`, once.
 
     [[criteria]]
     engines = ["*"]
-    claiming = "exact"               # or "rounding", "less": what the engine says of itself
+    claiming = "exact"               # or "rounding", "less": what the engine claims
     metric  = "accuracy"
     at_most = "nanometres"           # a class, by name
     if_measured = true
     reason  = "..."
 
-    [[excused]]                      # of these nothing of the common law is asked
+    [[excused]]                      # the common limits don't apply to these engines
     engines = ["pymunk:config=naive"]      # each by its name
     reason = "..."
 
-Of engines that a `[[steps]]` table names, in a scene's file or in that of all, the limits on how a
-shot ends are computed from their step, on metrics that no criterion of the scene limits; see
+For engines in a `[[steps]]` table, in the file of a scene or of all scenes, limits on the outcome
+of a shot are computed from their time step, for metrics without a limit in the scene; see
 `step_limits`.
 
     [[steps]]
     engines = ["my-engine"]
-    late = ["ball-ball", "ball-cushion"]     # what it sees up to a step late
+    late = ["ball-ball", "ball-cushion"]     # events detected up to one step late
     energy_noise = 1e-9
     reason = "..."
 
-    [[beyond_step]]                          # nothing is computed of these in this scene
+    [[beyond_step]]                          # no limits are computed for these in this scene
     engines = ["pybullet"]
     reason = "..."
 """
@@ -74,25 +75,25 @@ from ghostball.validation.scenes.library import CRITERIA_SUFFIX, FOLDER
 from ghostball.validation.truth.scene_truth import WantedTruth
 
 COMMON = FOLDER / f"common{CRITERIA_SUFFIX}"
-"""The criteria of every scene."""
+"""The file with the criteria of every scene."""
 
 SHARED = FOLDER / f"shared{CRITERIA_SUFFIX}"
-"""The criteria of several shipped scenes, which each of its rows names."""
+"""The file with the criteria that several shipped scenes share; each row names its scenes."""
 
 _Model = TypeVar("_Model", bound=BaseModel)
 
 
 class SharedCriteria(BaseModel, frozen=True, extra="forbid"):
-    """The criteria of several shipped scenes."""
+    """The criteria that several shipped scenes share."""
 
     criteria: tuple[SharedCriterion, ...] = ()
 
 
 class Criteria(BaseModel, frozen=True, extra="forbid"):
-    """All criteria of a scene, and which truth it is measured against.
+    """All criteria of a scene, and the kind of reference result that it needs.
 
-    A scene that states its `truth` must be proved to its end where it can be proved at all, or for
-    as many events as it states in `proved`: what a proof doesn't say isn't judged.
+    If a scene states `truth`, its reference must be certified to its end where that is possible, or
+    for as many events as it states in `proved`. The part that isn't certified isn't judged.
     """
 
     truth: WantedTruth | None = None
@@ -104,7 +105,7 @@ class Criteria(BaseModel, frozen=True, extra="forbid"):
 
     @property
     def least_proved(self) -> int | None:
-        """Events that must be proved of the scene; None: all, to its end."""
+        """Number of events that must be certified; None: all, to the end."""
         return 0 if self.truth is None and self.proved is None else self.proved
 
     @model_validator(mode="after")
@@ -137,20 +138,20 @@ class Criteria(BaseModel, frozen=True, extra="forbid"):
     def load(cls, path: str | Path) -> Criteria:
         """Read a criteria file.
 
-        Raises `CriteriaError` where it can't be read, isn't TOML, or breaks a rule.
+        Raises `CriteriaError` if it can't be read, isn't valid TOML, or breaks a rule.
         """
         return _load(cls, Path(path))
 
     def applying_to(
         self, engine: str, settings: Mapping[str, Any], claim: Claim | None = None
     ) -> tuple[Criterion, ...]:
-        """Return the criteria that hold for an engine with these effective settings.
+        """Return the criteria that apply to an engine with these settings.
 
-        `claim`: what the engine claims in the scene; None: only criteria that hold whatever it
-        claims.
+        `claim`: the claim of the engine in the scene; None: only criteria that don't depend on a
+            claim.
 
-        Raises `CriteriaError` where two selectors, equally specific, set the same kind of limit on
-        a metric.
+        Raises `CriteriaError` if two equally specific selectors set the same kind of limit on a
+        metric.
         """
         covering: dict[str, list[tuple[tuple[bool, int, int], Criterion]]] = defaultdict(list)
         for criterion in self.criteria:
@@ -175,15 +176,15 @@ class Criteria(BaseModel, frozen=True, extra="forbid"):
         return tuple(chosen)
 
     def excuse(self, engine: str, settings: Mapping[str, Any]) -> str:
-        """Return why nothing of the common law is asked of an engine; "" where all is."""
+        """Return why the common limits don't apply to an engine; "" if they apply."""
         return next((one.reason for one in self.excused if one.covers(engine, settings)), "")
 
     def step_rule(
         self, engine: str, settings: Mapping[str, Any], *wider: Criteria
     ) -> StepRule | None:
-        """Return by which rule an engine's limits are computed here, or None where by none.
+        """Return the rule for the computed limits of an engine, or None if there is none.
 
-        The first that covers the engine: of the scene's own, then of `wider` criteria.
+        It is the first rule that covers the engine: in this scene, then in the `wider` criteria.
         """
         rules: list[StepRule | BeyondStep] = [*self.beyond_step, *self.steps]
         rules += [rule for criteria in wider for rule in criteria.steps]
@@ -191,7 +192,7 @@ class Criteria(BaseModel, frozen=True, extra="forbid"):
         return found if isinstance(found, StepRule) else None
 
     def check_engines(self, known: Iterable[str], source: str) -> None:
-        """Make sure that every selector names an installed engine: a typo would check nothing."""
+        """Check that every selector names an installed engine: a typo would check nothing."""
         names = tuple(known)
         for table in _MODELS:
             for i, row in enumerate(getattr(self, table)):
@@ -213,9 +214,9 @@ def common_criteria() -> Criteria:
 
 
 def criteria_beside(scene_path: str | Path) -> Criteria:
-    """Return the criteria that lie beside a scene file; none where there is no such file.
+    """Return the criteria in the file beside a scene file; empty without such a file.
 
-    Raises `CriteriaError` where there is a file and it is refused.
+    Raises `CriteriaError` if the file is invalid.
     """
     path = Path(scene_path)
     name = path.name.removesuffix(".toml")
@@ -224,13 +225,13 @@ def criteria_beside(scene_path: str | Path) -> Criteria:
     if path.parent != FOLDER:
         return own
     shared = tuple(one.alone() for one in shared_criteria().criteria if name in one.scenes)
-    # Made anew, so that both are checked for contradictions.
+    # Built from the fields, so that both parts are checked for contradictions.
     return Criteria(**(dict(own) | {"criteria": (*own.criteria, *shared)}))
 
 
 @cache
 def shared_criteria() -> SharedCriteria:
-    """Return the criteria that several shipped scenes have."""
+    """Return the criteria that several shipped scenes share."""
     return _load(SharedCriteria, SHARED)
 
 
@@ -256,7 +257,7 @@ def _load(model: type[_Model], source: Path) -> _Model:
 
 
 def _lines_of_tables(text: str) -> Mapping[str, Sequence[int]]:
-    """Return in which lines the rows of each table begin."""
+    """Return the line numbers of the rows of each table."""
     lines: dict[str, list[int]] = {table: [] for table in _MODELS}
     for number, line in enumerate(text.splitlines(), start=1):
         head = re.match(r"\s*\[\[\s*(\w+)\s*\]\]", line)
@@ -266,7 +267,7 @@ def _lines_of_tables(text: str) -> Mapping[str, Sequence[int]]:
 
 
 def _line_of_field(text: str, head: int, field: Sequence[int | str]) -> int:
-    """Return the line in which a field of a row is set, or `head`, the line of the row's head."""
+    """Return the line that sets a field of a row, or `head`, the line of the row's head."""
     for number, line in enumerate(text.splitlines()[head:], start=head + 1):
         if line.lstrip().startswith("[["):
             break
@@ -281,15 +282,15 @@ _MODELS: Mapping[str, type[BaseModel]] = {
     "beyond_step": BeyondStep,
     "excused": Excused,
 }
-"""Of the rows of each table."""
+"""The model for the rows of each table."""
 
 
 def _described(
     error: ValidationError, source: Path, text: str, lines: Mapping[str, Sequence[int]]
 ) -> Iterator[str]:
-    """Yield what is wrong with a file, and in which line: of the field, else where its row begins.
+    """Yield the problems of a file with their lines: the line of the field, or that of its row.
 
-    A number may be an integer or a float: what is neither is described by the rule of the latter.
+    For a field of type int or float there are two problems; the one about float is described.
     """
     fields = {field_of(problem): problem for problem in error.errors()}
     for problem in fields.values():

@@ -1,4 +1,4 @@
-"""One limit on one metric, one rule by which limits are computed, and whom they hold for."""
+"""A limit on a metric, the rule for computed limits, and the engines that they apply to."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ LIMITS: Final[Mapping[LimitKind, Callable[[float, float], bool]]] = {
 """Each kind of limit with its comparison; nan fails every limit."""
 
 EVERY = "*"
-"""Selects every engine."""
+"""The selector of every engine."""
 
 Claim = Literal["rounding", "exact", "less"]
-"""What an engine claims of itself in a scene, by its capabilities and its `resolution`.
+"""The claim of an engine in a scene, from its capabilities and its `resolution`.
 
-"rounding": every feature is exact, and it states that balls are off by rounding alone. "exact":
-every feature is exact, and it states nothing of how far off balls may be, or that it has no step
-and they are off by less than 1 um. "less": it states a step, or that it represents a feature
+"rounding": every feature is exact, and the engine states that positions have rounding errors only.
+"exact": every feature is exact, and the engine either states no resolution, or states that it has
+no time step and errors below 1 um. "less": it states a time step, or supports a feature only
 approximately.
 """
 
@@ -51,9 +51,9 @@ class CriteriaError(GhostballError, ValueError):
 
 
 class Selector(BaseModel, frozen=True):
-    """Which engines a criterion covers: a name, and settings that must have these values.
+    """The engines that a criterion covers: a name, and settings with required values.
 
-    The name "*" covers every engine; with settings, every one that has them.
+    The name "*" covers every engine; with settings, every engine with these settings.
     """
 
     engine: str
@@ -76,10 +76,10 @@ class Selector(BaseModel, frozen=True):
         return spec_of(self.engine, dict(self.settings))
 
     def covers(self, engine: str, settings: Mapping[str, Any]) -> bool:
-        """Whether an engine with these effective settings is meant.
+        """Return True if an engine with these settings is covered.
 
-        Raises `CriteriaError` where the engine that is named has no such setting: the selector
-        could never match.
+        Raises `CriteriaError` if the named engine has no such setting, so the selector could never
+        match.
         """
         if self.engine == EVERY:
             return all(
@@ -120,38 +120,38 @@ Sentence = Annotated[str, Strict(), AfterValidator(_not_blank)]
 
 
 class ForEngines(BaseModel, frozen=True, extra="forbid"):
-    """What is said of some engines, and why."""
+    """A statement about some engines, with its reason."""
 
     engines: Annotated[
         tuple[Annotated[Selector, BeforeValidator(Selector.parse)], ...], Field(min_length=1)
     ]
     reason: Sentence
     at: Annotated[str, Field(exclude=True, repr=False)] = ""
-    """File and line where it stands; "" where it is of no file."""
+    """File and line of the statement; "" if it isn't from a file."""
 
     def covers(self, engine: str, settings: Mapping[str, Any]) -> bool:
-        """Whether an engine with these effective settings is among them; see `Selector.covers`."""
+        """Return True if an engine with these settings is covered; see `Selector.covers`."""
         return any(selector.covers(engine, settings) for selector in self.engines)
 
 
 class Criterion(ForEngines):
     """One limit on one metric for the engines that it covers.
 
-    A criterion with `claiming` covers only engines that claim this of themselves; "exact" also
-    covers those that claim "rounding".
+    A criterion with `claiming` covers only engines with this claim; "exact" also covers the claim
+    "rounding".
 
-    A metric may have no value, or one that is measured against our own engine. Then a criterion
-    with `if_measured` is skipped, and the record says why; any other criterion fails. A run that
-    stops early, or whose value isn't finite, fails both.
+    A metric may have no value, or a value that compares Ghostball's engine with itself. Then a
+    criterion with `if_measured` is skipped, and the record states why; any other criterion fails.
+    If a run stops early, or the value isn't finite, both kinds fail.
 
-    A `past_horizon` criterion judges how a shot ends also where the engine can't be expected to
-    predict that. Limits on `accuracy` are classes, such as "nanometres".
+    A criterion with `past_horizon` judges the end of a shot even if the engine can't be expected to
+    predict it. Limits on `accuracy` are classes, such as "nanometres".
 
-    With `of` = "touching" the limit is that many times the distance within which balls of the scene
-    touch, for all that double precision can tell: `step_limits.touching`. With `of` = "step" it is
-    that many times the sum of this distance and the way of the fastest ball in a time step of the
-    engine. The way counts as the radius of the smallest ball if the way is longer, or if the engine
-    has no time step: `step_limits.travel`.
+    With `of` = "touching", the limit is a multiple of the gap below which balls of the scene count
+    as touching in double precision: `step_limits.touching`. With `of` = "step", it is a multiple of
+    this gap plus the path of the fastest ball in one time step of the engine. This path counts as
+    at most the radius of the smallest ball, and as that radius for an engine without a time step:
+    `step_limits.travel`.
     """
 
     claiming: Claim | None = None
@@ -167,7 +167,7 @@ class Criterion(ForEngines):
     @model_validator(mode="before")
     @classmethod
     def _limits_by_name(cls, values: Any) -> Any:
-        """Put the rank of a class in place of its name."""
+        """Replace the name of a class by its rank."""
         if not isinstance(values, Mapping) or values.get("metric") != "accuracy":
             return values
         return dict(values) | {
@@ -187,7 +187,7 @@ class Criterion(ForEngines):
 
     @property
     def limit_kind(self) -> LimitKind:
-        """Which of the three limits is given."""
+        """The kind of the limit that is given."""
         return next(kind for kind in LIMITS if getattr(self, kind) is not None)
 
     @property
@@ -197,23 +197,23 @@ class Criterion(ForEngines):
         return limit
 
     def specificity(self, selector: Selector) -> tuple[bool, int, int]:
-        """Return how much one of its selectors says: of several criteria, the most wins."""
+        """Return how specific the criterion is with one of its selectors; the largest wins."""
         claims = 0 if self.claiming is None else 2 if self.claiming == "rounding" else 1
         return selector.engine != EVERY, len(selector.settings), claims
 
     def holds_for(self, claim: Claim) -> bool:
-        """Whether an engine that claims this is meant."""
+        """Return True if the criterion covers engines with this claim."""
         return self.claiming in (None, claim) or (self.claiming, claim) == ("exact", "rounding")
 
     def allows(self, value: int | float) -> bool:
-        """Whether `value` keeps the limit; nan never does."""
+        """Return True if `value` is within the limit; nan never is."""
         return LIMITS[self.limit_kind](value, self.limit)
 
     def check(self, value: int | float | None, note: str = "", *, reference: bool = False) -> Check:
         """Judge a measured value.
 
-        A value that could not be computed fails: a criterion that nothing can violate guards
-        nothing. With `reference` there is no verdict, for the value compares truth with itself.
+        A missing value fails, because a criterion that can't fail checks nothing. With `reference`
+        there is no verdict, because the value compares the reference with itself.
         """
         passed: bool | None = value is not None and self.allows(value)
         if reference:
@@ -234,19 +234,19 @@ class Criterion(ForEngines):
 
 
 class SharedCriterion(Criterion):
-    """One limit that several shipped scenes have."""
+    """A limit that several shipped scenes share."""
 
     scenes: Annotated[tuple[Annotated[str, Strict()], ...], Field(min_length=2)]
 
     def alone(self) -> Criterion:
-        """Return the limit as one scene has it."""
+        """Return the limit for one scene."""
         return Criterion(**{name: getattr(self, name) for name in Criterion.model_fields})
 
 
 class Excused(ForEngines):
-    """Engines of which the common law asks nothing, and why: what they do is shown alone.
+    """Engines to which the common limits don't apply, with the reason; results are only shown.
 
-    Each is named: "*" with a setting would excuse whoever calls a setting so.
+    Each engine is named: "*" with a setting would excuse any engine with a setting of that name.
     """
 
     @model_validator(mode="after")
@@ -262,13 +262,13 @@ class Excused(ForEngines):
 
 
 class StepRule(ForEngines):
-    """Engines whose limits are computed from their step; see `step_limits`.
+    """Engines with limits computed from their time step; see `step_limits`.
 
-    `late`: the events that they see up to a step late: "ball-ball", "ball-cushion",
+    `late`: the kinds of events that they detect up to one step late: "ball-ball", "ball-cushion",
         "slide-to-roll".
-    `energy_noise`: what they may make of energy, over the first.
-    `drifts`: whether their motion between contacts errs by up to v dt, also where contacts are in
-        time.
+    `energy_noise`: allowed energy gain, divided by the initial energy.
+    `drifts`: whether the position error of their motion between contacts is up to v dt, even if
+        contacts are detected in time.
     """
 
     late: tuple[Literal["ball-ball", "ball-cushion", "slide-to-roll"], ...]
@@ -277,19 +277,19 @@ class StepRule(ForEngines):
 
     @property
     def kinds(self) -> tuple[EventKind, ...]:
-        """The kinds of the events that they see late."""
+        """The kinds of the events that they detect late."""
         return tuple(kind for kind in EventKind if kind.label in self.late)
 
 
 class BeyondStep(ForEngines):
-    """Engines of which no limit is computed in a scene: they err there by more than a step.
+    """Engines without computed limits in a scene: their errors there exceed those of a step.
 
-    `reason`: what else they get wrong.
+    `reason`: the other cause of the errors.
     """
 
 
 def _rank(name: str) -> int:
-    """Return the rank of a class of accuracy, from the best, 0."""
+    """Return the rank of an accuracy class; 0 is the best."""
     if name not in ACCURACY_KINDS:
         raise PydanticCustomError(
             "class",
@@ -300,7 +300,7 @@ def _rank(name: str) -> int:
 
 
 def _same(value: Any, text: str) -> bool:
-    """Whether a setting's value is what `text` spells: 0.001 is "1e-3", True is "true"."""
+    """Return True if `text` spells the value of a setting: "1e-3" for 0.001, "true" for True."""
     if isinstance(value, bool):
         return text.lower() == str(value).lower()
     if isinstance(value, int | float):

@@ -37,7 +37,7 @@ _JUMPS = tuple(
 
 
 def conserves_energy(scene: Scene) -> bool:
-    """Whether energy should hold in a scene: no friction, no drag, everything elastic."""
+    """Return True if energy is conserved in a scene: no friction, no drag, everything elastic."""
     physics = scene.physics
     cushions = scene.table is not None and scene.table.has_cushions
     elastic_cushions = physics.cushion == "mirror" or (
@@ -79,7 +79,7 @@ def compared_instants(result: Result, truth: Result, until: float = math.inf) ->
     return times[times <= until]
 
 
-@lru_cache(maxsize=1)  # by identity: several metrics look at these
+@lru_cache(maxsize=1)  #   # keyed by identity: several metrics use it
 def _differences(result: Result, truth: Result) -> tuple[FloatArray, FloatArray]:
     """Return all instants compared (k,) [s], and the energy errors at them, (k,) [J]."""
     times = _instants(result, truth)
@@ -102,7 +102,7 @@ def _instants(result: Result, truth: Result) -> FloatArray:
         times = union_times(
             result.rest_time, known, uniform=UNIFORM_TIMES, limit=MAX_TIMES, before=True
         )
-    # A frame at the very instant of an event may show either side of it.
+    # A frame at the time of an event may show the state before or after it.
     last = later if not isinstance(frames, SampledTrajectory) else np.nextafter(later, np.inf)
     inside = np.searchsorted(np.sort(earlier), times, side="right") > np.searchsorted(
         np.sort(last), times, side="right"
@@ -112,7 +112,7 @@ def _instants(result: Result, truth: Result) -> FloatArray:
 
 
 def _few(times: FloatArray, later: FloatArray) -> FloatArray:
-    """Return not too many of the frames' times: evenly chosen, and the first after each event."""
+    """Return a part of the frames' times: evenly chosen, and the first after each event."""
     even = np.linspace(0, len(times) - 1, min(len(times), MAX_TIMES)).astype(np.intp)
     after = np.searchsorted(times, later, side="right")
     return times[np.union1d(even, after[after < len(times)])]

@@ -1,10 +1,10 @@
-"""How much energy a run makes that nothing in its scene can give.
+"""Energy that a run gains although nothing in its scene can supply energy.
 
-Cloth, cushions and impacts only take energy. What an impact makes is small beside what the cloth
-takes between two looks at the motion, so the looks have to be close to the impact. An exact motion
-is looked at the last instant before each event and at the event. A stepping engine is known at its
-frames alone: where balls collide between two of them, what the cloth takes meanwhile is added to
-the difference, for else a gain would hide behind it.
+Cloth, cushions and impacts only dissipate energy. An energy gain in an impact is small compared
+with the loss on the cloth between two samples of the motion, so samples must be close to the
+impact. An exact motion is sampled just before each event and at the event. A time-stepping engine
+is known only at its frames: if balls collide between two frames, the loss on the cloth in that time
+is added to the difference, because it would hide a gain.
 """
 
 from __future__ import annotations
@@ -30,41 +30,42 @@ from ghostball.validation.grading.tolerances import CONTACT_STEP, EPS
 from ghostball.validation.runs.sampling import energy_series, energy_times, events_of
 
 _ROLLS = 1e-12
-"""Slip, in units of a ball's speed, that is but the rounding of a frame of a ball that rolls."""
+"""Slip of a rolling ball that counts as rounding, in units of its speed."""
 
 _VERTICAL_ROUNDING = 1e-12
-"""Vertical speed, in units of a ball's speed, that is but rounding for a ball on the cloth."""
+"""Vertical speed of a ball on the cloth that counts as rounding, in units of its speed."""
 
 _ROUNDINGS_SEEN = 4.0
-"""Roundings of an instant, or of a height, that are no gain."""
+"""Roundings of a time, or of a height, that don't count as a gain."""
 
 _MOST_CONTACT_STEPS = 64
-"""Steps of a contact that may err the same way: more than one takes from its start to its end."""
+"""Largest number of contact steps with errors of the same sign: more than a contact usually takes.
+"""
 
 _SURFACE_SPEEDS = 1.0 + math.sqrt(2.5)
 """Largest sum of m (v + R w) over all balls, in units of sqrt(2 E sum m); see `_rounding`."""
 
 TINY = float(np.finfo(np.float64).tiny)
-"""The fastest speed of a scene at rest [m/s]: a quotient by it is finite, or infinite for good."""
+"""Least value for the speed of a scene at rest [m/s], to avoid a division by zero."""
 
 
 def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool = False) -> float:
-    """Return the most energy that a run makes [J]; 0 if none, NaN where its energy isn't finite.
+    """Return the largest energy gain of a run [J]; 0 if there is none, NaN if energy isn't finite.
 
-    The largest of the rises above the least energy before, and, of an engine that steps, of the
-    gains in those of its steps in which balls collide.
+    It is the largest rise above an earlier minimum. For a time-stepping engine, it is also the
+    largest gain in a time step with a collision.
 
-    `resolution` [m]: how far off a ball may be when it collides, as the engine states it:
-    `resolution_of`.
+    `resolution` [m]: position error that the engine states for balls at a collision:
+        `resolution_of`.
 
-    An engine that sees contacts late resolves them from speeds that are as old: Chipmunk bounces
-    balls with those that they had before its step, and so gives back what the cloth took in it.
-    What the cloth takes while the fastest ball goes `resolution` is therefore no gain. Nor is what
-    rounding makes of an exact motion: of its heights, and of the instants at which it is looked at;
-    and what steps of sustained contact may err by.
+    An engine that detects contacts late uses old velocities for the collision: Chipmunk uses the
+    velocities from before the time step, and thus returns the energy that the cloth dissipated in
+    it. The loss on the cloth while the fastest ball moves by `resolution` is therefore no gain.
+    Neither are rounding errors of heights and times in an exact motion, nor the errors of contact
+    steps.
 
-    `pressed`: whether the shot has sustained contacts; used for engines that don't count their
-    contact steps.
+    `pressed`: whether the shot has resting contacts; used for engines that don't count their
+        contact steps.
     """
     energy = energy_series(result)
     frames = result.trajectory
@@ -73,7 +74,7 @@ def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool 
         steps = _MOST_CONTACT_STEPS if pressed else 0
         if result.engine == OURS:
             steps = min(result.work.get("contact_steps", 0), _MOST_CONTACT_STEPS)
-        # A step errs by a part of the velocities, and so by twice that of the energy.
+        # A contact step has a relative error in the velocities, so twice this error in the energy.
         in_contact = 2.0 * CONTACT_STEP * first_energy(result.scene) * (1 + steps) if steps else 0.0
         return largest_rise(energy, rounding + in_contact)
     rise = largest_rise(energy)
@@ -82,21 +83,22 @@ def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool 
 
 
 def largest_rise(energy: FloatArray, rounding: FloatArray | float = 0.0) -> float:
-    """Return by how much energy ever exceeds the least before it [J]; 0 if never.
+    """Return the largest rise of energy above an earlier minimum [J]; 0 if there is none.
 
     `energy` (k,) float64 [J]: in order of time.
-    `rounding` (k,) float64 [J]: what of each is no rise.
+    `rounding` (k,) float64 [J]: the part of each rise that doesn't count.
     """
     return float(np.max(energy - np.minimum.accumulate(energy) - rounding, initial=0.0))
 
 
 def _rounding(scene: Scene, times: FloatArray, energy: FloatArray) -> FloatArray:
-    """Return how much of the energy of an exact motion is rounding at each instant, (k,) [J].
+    """Return the rounding error of the energy of an exact motion at each time, (k,) [J].
 
-    The clock rounds an instant, to what the cloth takes in its spacing: next to nothing, unless a
-    slow ball slides after days. Balls of masses m with the energy E move and turn such that the sum
-    of m (v + R w) is at most (1 + sqrt(5/2)) sqrt(2 E sum m). Where balls may leave the cloth, a
-    height is rounded, too: as those at first, and as what all of the energy lifts balls by.
+    A time is rounded to a double, which changes the energy by the loss on the cloth in the spacing
+    of doubles; this is negligible unless a slow ball slides after days. For balls of masses m with
+    the energy E, the sum of m (v + R w) is at most (1 + sqrt(5/2)) sqrt(2 E sum m). If balls may
+    leave the cloth, heights are rounded, too: the initial heights, and the height to which all of
+    the energy lifts balls.
     """
     frictions = np.maximum(scene.sliding_frictions, scene.rolling_frictions)
     strongest = scene.physics.gravity * float(np.max(frictions))
@@ -109,14 +111,14 @@ def _rounding(scene: Scene, times: FloatArray, energy: FloatArray) -> FloatArray
 
 
 def _gains_at_impacts(result: Result, frames: SampledTrajectory, late: float) -> FloatArray:
-    """Return what each step with a collision leaves beyond what the cloth takes in it, (m,) [J].
+    """Return the energy gain of each step with a collision beyond the loss on the cloth, (m,) [J].
 
-    Less what the cloth takes in a time `late` [s].
+    The loss during a time `late` [s] isn't counted.
     """
     events = events_of(result)
     collisions = events["t"][np.isin(events["kind"], COLLISION_KINDS)]
-    # A collision at the instant of a frame may belong to the step before or to the one after; two
-    # frames of that instant are the states on both sides of it.
+    # A collision at the time of a frame may belong to the step before or after it. Two frames at
+    # that time are the states before and after the collision.
     near = np.zeros(len(frames.times) + 1, dtype=np.int64)
     np.add.at(near, np.maximum(np.searchsorted(frames.times, collisions, side="left") - 1, 0), 1)
     np.add.at(near, np.searchsorted(frames.times, collisions, side="right"), -1)
@@ -135,19 +137,19 @@ def _rows(frames: SampledTrajectory, rows: NDArray[np.intp]) -> Samples:
 
 
 def cloth_takes(scene: Scene, before: Samples, after: Samples, durations: FloatArray) -> FloatArray:
-    """Return the least energy that the cloth takes in steps in which balls collide, (k,) [J].
+    """Return a lower bound on the energy lost to the cloth in steps with a collision, (k,) [J].
 
-    `before`, `after`: states at both ends of each step, arrays (k, n, 3).
+    `before`, `after`: states at the start and end of each step, arrays (k, n, 3).
     `durations` (k,) float64 [s].
 
-    The collision comes at an unknown instant of the step. Before it the balls are slowed as if
-    there were none; after it they are slowed as at the step's end, or more, since the power of
-    friction falls on the way. So the cloth takes at least the smaller of what it takes from
-    undisturbed balls and of the power at the end times the duration.
+    The time of the collision within the step is unknown. Before it, friction acts as on undisturbed
+    balls. After it, friction power is at least that at the end of the step, because it decreases
+    with time. The bound is therefore the smaller of the loss of undisturbed balls and the final
+    power times the duration.
 
-    Power rises where a slide of little slip turns into rolling: of a ball that was hit and rolls at
-    the end, where balls may slide, nothing is counted. What balls lose between several collisions
-    in one step may be less still.
+    Friction power increases only when a slide with little slip becomes a roll. Hence, in scenes
+    with sliding, a ball that was hit and rolls at the end contributes nothing. With several
+    collisions in one step, the true loss may be below the bound.
     """
     undisturbed = _free_loss(scene, before, durations)
     power = _powers(scene, after)
@@ -161,10 +163,10 @@ def cloth_takes(scene: Scene, before: Samples, after: Samples, durations: FloatA
 
 
 def _free_loss(scene: Scene, states: Samples, durations: FloatArray) -> FloatArray:
-    """Return what the cloth takes from balls that meet nothing for a while, (k,) [J].
+    """Return the energy lost to the cloth by balls without collisions, (k,) [J].
 
-    A sliding ball loses mu_s m g |u| of power while its slip u falls by 7/2 mu_s g a second, and
-    then rolls; a rolling one loses speed at mu_r g, and has 7/10 m v^2.
+    A sliding ball with slip u dissipates the power mu_s m g |u|; u decreases by 7/2 mu_s g per
+    second, then the ball rolls. A rolling ball decelerates by mu_r g and has the energy 7/10 m v^2.
     """
     velocity, slip, speed, slides_by, rolls_by = _cloth(scene, states)
     time = durations[:, np.newaxis]
@@ -174,14 +176,14 @@ def _free_loss(scene: Scene, states: Samples, durations: FloatArray) -> FloatArr
     loss = scene.masses * slides_by * (speed * slide - 1.75 * slides_by * slide**2)
     rolling = np.linalg.norm(velocity - (slides_by * slide)[..., np.newaxis] * unit, axis=2)
     left = np.maximum(rolling - rolls_by * (time - slide), 0.0)
-    # With slip left at the end, nothing has rolled.
+    # If slip is left at the end, there was no rolling.
     loss += np.where(slide < time, 0.7 * scene.masses * (rolling**2 - left**2), 0.0)
     total: FloatArray = np.sum(loss, axis=1)
     return total
 
 
 def _powers(scene: Scene, states: Samples) -> FloatArray:
-    """Return the power that the cloth takes from each ball at an instant, (k, n) [W]."""
+    """Return the power that the cloth dissipates for each ball, (k, n) [W]."""
     velocity, _, slip_speed, slides_by, rolls_by = _cloth(scene, states)
     rolls = 1.4 * rolls_by * np.linalg.norm(velocity, axis=2)
     slips = slip_speed > _ROLLS * np.linalg.norm(velocity, axis=2)
@@ -192,10 +194,10 @@ def _powers(scene: Scene, states: Samples) -> FloatArray:
 def _cloth(
     scene: Scene, states: Samples
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return velocities and slips (k, n, 2), the slips' sizes (k, n), and both decelerations (n,).
+    """Return velocities and slips (k, n, 2), slip speeds (k, n), and both decelerations (n,).
 
-    Where balls always roll, slip is 0 and nothing slides. The cloth takes nothing from balls in the
-    air, as if they rested.
+    If balls always roll, slip and sliding deceleration are 0. For balls in the air, velocity and
+    slip are set to 0, because the cloth doesn't act on them.
     """
     above = _above_cloth(scene, states)
     velocity = np.where(above[..., np.newaxis], 0.0, states.velocities[..., :2])
@@ -217,7 +219,7 @@ def _cloth(
 
 
 def _above_cloth(scene: Scene, states: Samples) -> NDArray[np.bool_]:
-    """Return which balls are in the air, or leave or reach the cloth at that instant, (k, n)."""
+    """Return which balls are in the air, or leave or reach the cloth at that time, (k, n)."""
     if not scene.physics.airborne:
         return np.zeros(states.positions.shape[:2], dtype=np.bool_)
     high = states.positions[..., 2] > (1.0 + _ROUNDINGS_SEEN * EPS) * scene.radii

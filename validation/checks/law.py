@@ -1,12 +1,12 @@
-"""What is asked of an engine in a scene, be it anyone's, by every command that judges.
+"""The limits on any engine in a scene, for all commands that judge.
 
     >>> asked = asked_of([(engine.name, settings)], criteria_of_the_scene)
     >>> asked.limits(engine, scene, truth)
     (Criterion(...), ...)
 
-Each metric is limited by the first that says something of it: what the scene states, or a file for
-all scenes; then what follows from the engine's step (`step_limits`); then the common law, which is
-the same rows of `scenes/common.expect.toml` for every engine.
+For each metric, the first of these sources with a limit applies: the criteria of the scene, or a
+file for all scenes; then limits from the time step of the engine (`step_limits`); then the common
+limits, which are the same rows of `scenes/common.expect.toml` for every engine.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ghostball.validation.runs.ladder import step_of
 from ghostball.validation.truth.scene_truth import Truth
 
 Named = tuple[str, Mapping[str, Any]]
-"""The name of an engine, and its effective settings."""
+"""The name of an engine, and its settings."""
 
 ByClaim = Mapping[Claim, tuple[Criterion, ...]]
 
@@ -42,12 +42,12 @@ def _nothing() -> ByClaim:
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of an engine in a scene, before it is known what it claims there.
+    """The limits on an engine in a scene, for every claim that it may make.
 
-    `stated`: by the scene, or by a file for all scenes.
-    `law`: of the common criteria.
-    `rule`: by which limits are computed from the engine's step.
-    `excuse`: why only what is stated is asked of it; "" where all is.
+    `stated`: from the scene, or from a file for all scenes.
+    `law`: from the common criteria.
+    `rule`: the rule for limits computed from the time step of the engine.
+    `excuse`: why only the stated limits apply; "" if all apply.
     """
 
     stated: ByClaim = field(default_factory=_nothing)
@@ -56,7 +56,7 @@ class Asked:
     excuse: str = ""
 
     def metrics(self, claim: Claim) -> tuple[str, ...]:
-        """Return the metrics that may be limited of who claims this, in the order of `METRICS`."""
+        """Return the metrics that may have limits for an engine with this claim, in order."""
         limited = {one.metric for one in self.stated[claim]}
         if not self.excuse:
             limited |= {one.metric for one in self.law[claim]}
@@ -64,7 +64,7 @@ class Asked:
         return tuple(name for name in METRICS if name in limited)
 
     def limits(self, engine: ReferenceEngine, scene: Scene, truth: Truth) -> tuple[Criterion, ...]:
-        """Return the limits that an engine is held to in a scene."""
+        """Return the limits that apply to an engine in a scene."""
         if self.excuse:
             stated = self.stated[claim_of(engine, scene)]
             return tuple(_in_scene(one, engine, scene, truth) for one in stated)
@@ -73,7 +73,7 @@ class Asked:
     def not_asked(
         self, engine: ReferenceEngine, scene: Scene, truth: Truth
     ) -> tuple[Criterion, ...]:
-        """Return the limits that an engine would be held to in a scene, were it not excused."""
+        """Return the limits that would also apply to an excused engine without its excuse."""
         if not self.excuse:
             return ()
         asked = self.limits(engine, scene, truth)
@@ -88,7 +88,7 @@ class Asked:
         return tuple(_in_scene(one, engine, scene, truth) for one in found)
 
     def plain(self) -> dict[str, Any]:
-        """Return it as plain values, for a hash."""
+        """Return the limits as plain values, for a hash."""
         return {
             "limits": [
                 [one.model_dump(mode="json") for one in rows[claim]]
@@ -101,13 +101,13 @@ class Asked:
 
 
 def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = None) -> Asked:
-    """Return what is asked of an engine in a scene.
+    """Return the limits on an engine in a scene.
 
-    `names`: what the engine is called; after that, where it is judged as another one, what that is.
-    `own`: of the scene.
-    `for_all`: for all scenes.
+    `names`: the engine; if it is judged as another engine, that engine follows.
+    `own`: criteria of the scene.
+    `for_all`: criteria for all scenes.
 
-    Raises `CriteriaError` where criteria contradict each other.
+    Raises `CriteriaError` if criteria contradict each other.
     """
     files = (own,) if for_all is None else (own, for_all)
     stated: dict[Claim, tuple[Criterion, ...]] = {}
@@ -127,9 +127,9 @@ def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = N
 
 
 def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
-    """Return which limits a grade breaks that hold for what claims to err by rounding alone.
+    """Return the limits that a grade fails, of those for engines with rounding errors only.
 
-    One sentence each; a metric without a value breaks none.
+    One sentence for each; a metric without a value fails none.
     """
     values = {
         "events_missing": len(grade.missing),
@@ -153,7 +153,7 @@ def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
 
 
 def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:
-    """Return what an engine claims of itself in a scene."""
+    """Return the claim of an engine in a scene."""
     stated = resolution_of(engine, scene)
     if approximations_of(engine, scene):
         return "less"
@@ -168,8 +168,8 @@ def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:
 def is_unstated(engine: ReferenceEngine, scene: Scene) -> bool:
     """Return True if an engine states nothing useful about its accuracy in a scene.
 
-    It states neither a time step nor exactness, or it states that balls may be off by a radius
-    when they collide.
+    It states neither a time step nor exactness, or it states that positions at a collision may be
+    off by a radius.
     """
     stated = resolution_of(engine, scene)
     if stated is None:
@@ -178,7 +178,7 @@ def is_unstated(engine: ReferenceEngine, scene: Scene) -> bool:
 
 
 def approximations_of(engine: ReferenceEngine, scene: Scene) -> tuple[str, ...]:
-    """Return what of a scene an engine represents only approximately, one sentence each."""
+    """Return the features of a scene that an engine supports only approximately."""
     capabilities = engine.capabilities
     return tuple(
         f"{feature.value}: {capabilities[feature].how}"
@@ -203,6 +203,6 @@ def _in_scene(
 def _with_others(
     first: tuple[Criterion, ...], others: Sequence[Criterion]
 ) -> tuple[Criterion, ...]:
-    """Return criteria with those of others that are on other metrics."""
+    """Return `first`, and those of `others` that are on other metrics."""
     limited = {one.metric for one in first}
     return first + tuple(one for one in others if one.metric not in limited)

@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 class NotMeasuredError(Exception):
-    """Why a metric has no value in a case; the sentence is kept beside it."""
+    """The sentence why a metric has no value in a case."""
 
 
 class RunIncompleteError(NotMeasuredError):
@@ -31,14 +31,15 @@ class RunIncompleteError(NotMeasuredError):
 
 @dataclass(frozen=True, eq=False)
 class RunAndTruth:
-    """A run and what it is measured by; parts that several metrics need are computed once.
+    """A run and its reference; quantities that several metrics need are computed once.
 
     `result`: recorded with `record="trajectory"`.
-    `horizon` [s]: until when the engine can be expected to play this shot: `Truth.horizon_of`.
+    `horizon` [s]: time up to which the engine can be expected to simulate this shot:
+        `Truth.horizon_of`.
     `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
-    `engine`: plays the other shots that relations need; None: these have no value.
+    `engine`: simulates the second shot of relations; None: relations have no value.
 
-    Each part raises `NotMeasuredError` if there is no such part.
+    Each property raises `NotMeasuredError` if it doesn't exist for this shot.
     """
 
     result: Result
@@ -62,22 +63,22 @@ class RunAndTruth:
 
     @cached_property
     def ball_errors(self) -> FloatArray:
-        """Each ball's distance from where it should end, (n,) float64 [m]."""
+        """Each ball's distance from its reference rest position, (n,) float64 [m]."""
         self.require_end()
         right = self.known("rest", self.truth.rest_positions)
-        # The first difference of near-equal doubles is exact; the low part completes the truth.
+        # The difference of nearly equal doubles is exact; the low part completes the reference.
         difference = (self.result.rest_positions - right) - self.truth.rest_positions_low
         distances: FloatArray = np.linalg.norm(difference, axis=1)
         return distances
 
     @property
     def certificate(self) -> Certificate:
-        """The proof of the shot, or of its beginning."""
+        """The certified result of the shot, or of its beginning."""
         return self.known("proof", self.truth.certificate)
 
     @property
     def rounding(self) -> Rounding:
-        """What rounding does to the times of the proved events and to the energy."""
+        """The effect of rounding on the times of the certified events and on the energy."""
         return self.known("proof", self.truth.rounding)
 
     @cached_property
@@ -85,7 +86,7 @@ class RunAndTruth:
         """The run compared with its certificate."""
         certificate = self.certificate
         self.require_end()
-        # An engine that errs by rounding alone is graded as exact even if it records only frames.
+        # An engine with rounding errors only is graded as exact, even if it records only frames.
         exact = isinstance(self.result.trajectory, ExactTrajectory) or self.resolution in (
             0.0,
             "proved",
@@ -98,21 +99,21 @@ class RunAndTruth:
 
 
 Compute = Callable[[RunAndTruth], int | float]
-"""Computes a metric; raises `NotMeasuredError` where it has no value."""
+"""Computes a metric; raises `NotMeasuredError` if it has no value."""
 
 
 @dataclass(frozen=True)
 class Metric:
-    """A row of the metric table.
+    """A row of the table of metrics.
 
-    `name`, `unit`: SI; "1" is a pure number, "class" a class of accuracy.
+    `name`, `unit`: SI; "1" is a pure number, "class" an accuracy class.
     `meaning`: one line.
     `compute`: None: the value is added later, by `Measured.add_class`.
-    `compares`: the part of the reference that it is compared with; None: it needs no reference.
-    `judges`: what an upper limit, or an exact value, judges: "end": how the shot ends, which has no
-        meaning after the engine's horizon; "shot": the collisions of the whole shot, or how right
-        it is at the horizon; "": neither. Energy, overlaps and the first collisions can be right in
-        a shot with a wrong end.
+    `compares`: the part of the reference that the metric needs; None: it needs no reference.
+    `judges`: what an upper limit, or an exact value, judges: "end": the end of the shot, which has
+        no meaning after the engine's horizon; "shot": the collisions of the whole shot, or
+        positions at the horizon; "": neither. Energy, overlaps and the first collisions can be
+        right in a shot with a wrong end.
     `on_demand`: True if it is measured only when a limit or the user names it, because it concerns
         a special kind of shot or needs a second shot.
     """

@@ -1,6 +1,6 @@
-"""All metrics, and what is measured of a run by them.
+"""All metrics, and their measurement for a run.
 
-A metric that can't be computed is None with the reason beside it, never 0.
+A metric that can't be computed is None, with a note of the reason, never 0.
 """
 
 from __future__ import annotations
@@ -78,15 +78,15 @@ def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
 class Measured:
     """Metrics of one case.
 
-    `values`: by name, one for each that was asked for, in the order of `METRICS`.
+    `values`: by name, one for each requested metric, in the order of `METRICS`.
     `notes`: why a value is None.
-    `said`: more of a value than the value.
-    `incomplete`: metrics that have no good value because of what the run did: it ended early, isn't
-        finite, or is broken.
-    `unpredictable`: metrics without a value since they are of the end, which the engine can't
-        predict.
-    `ball_errors` (n,) float64 [m] or None: distance of each ball from where it should end; None
-        where no metric of them has a value.
+    `said`: details of a value.
+    `incomplete`: metrics without a valid value because the run stopped early, isn't finite, or is
+        unphysical.
+    `unpredictable`: metrics of the end of the shot without a value, because the end is after the
+        engine's horizon.
+    `ball_errors` (n,) float64 [m] or None: distance of each ball from its reference rest position;
+        None if no metric needed it.
     """
 
     values: dict[str, Value] = field(default_factory=dict)
@@ -97,11 +97,11 @@ class Measured:
     unpredictable: set[str] = field(default_factory=set)
 
     def add_class(self, found: Accuracy | None, why: str = "", *, compared: bool = True) -> None:
-        """Add the metric `accuracy`, where there is a class that says how right the end is.
+        """Add the metric `accuracy`, if a class describes the end of the shot.
 
-        Past the horizon that is left to rounding there is none, unless the run is farther off by
-        then than an exact engine may be, or is another shot. `why` says more of what is broken.
-        `compared` says whether the run has a reference.
+        If only the horizon can be compared, the metric has a value only if the error there exceeds
+        that of an exact engine, or if there are wrong collisions. `why` adds details of an
+        unphysical run. `compared` states whether the run has a reference.
         """
         name = "accuracy"
         self.values[name] = None
@@ -129,15 +129,15 @@ def measure(
     include_past_horizon: Collection[str] = (),
     engine: ReferenceEngine | None = None,
 ) -> Measured:
-    """Measure a run recorded with `record="trajectory"` against the truth of its scene.
+    """Measure a run recorded with `record="trajectory"` against the reference of its scene.
 
-    `metrics`: names of those that are computed; left out: all that aren't measured on demand.
-    `horizon` [s]: until when the engine can be expected to play this shot: `Truth.horizon_of`. What
-        is an error of the end of a shot has no value where that lies later; energies are compared
-        up to there.
+    `metrics`: names of the metrics to compute; default: all that aren't measured only on demand.
+    `horizon` [s]: time up to which the engine can be expected to simulate this shot:
+        `Truth.horizon_of`. Errors of the end of a shot have no value if the end is later; energies
+        are compared up to the horizon.
     `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
-    `include_past_horizon`: metrics that have a value all the same.
-    `engine`: plays the other shots that relations need; without it they have no value.
+    `include_past_horizon`: metrics that have a value even after the horizon.
+    `engine`: simulates the second shot of relations; without it they have no value.
     """
     measured = Measured()
     wanted = frozenset(USUAL if metrics is None else metrics)
@@ -170,7 +170,7 @@ def measure(
 
 
 def past_horizon(horizon: float) -> str:
-    """Return why nothing is said of the end of a shot that can't be predicted to its end."""
+    """Return why the end of a shot isn't judged if it is after the horizon."""
     return (
         f"after the horizon: from t = {horizon:.3g} s on, errors of this engine's size may change "
         "the collisions"

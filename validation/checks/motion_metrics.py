@@ -43,7 +43,7 @@ def _initial(result: Result) -> float:
 
 
 def _compared(run: RunAndTruth, right: Result, until: float) -> tuple[FloatArray, FloatArray]:
-    """Return instants up to `until` (k,) [s], and energy differences at them (k,) [J]."""
+    """Return times up to `until` (k,) [s], and energy differences at these times (k,) [J]."""
     times, differences = energy_differences(run.result, right, until)
     if not len(times):
         raise NotMeasuredError("a collision is due at the start: no energy can be compared")
@@ -51,7 +51,7 @@ def _compared(run: RunAndTruth, right: Result, until: float) -> tuple[FloatArray
 
 
 def _differences(run: RunAndTruth) -> tuple[FloatArray, FloatArray]:
-    """Return instants up to the horizon, and the differences from the reference energy at them."""
+    """Return times up to the horizon, and the differences from the reference energy at them."""
     run.require_end()
     right = run.known("energy", run.truth.motion)
     if run.truth.is_own_measure(run.result.engine, "energy"):
@@ -93,7 +93,7 @@ def _energy_difference_factor(run: RunAndTruth) -> float:
     found, rounding, scene = run.grade, run.rounding, run.result.scene
     times, differences = _compared(run, certified_motion(run, "energy"), found.until)
     sizes = rounding.energy_at(times)
-    if scene.physics.airborne:  # a height is rounded, too: more than the energy of a slow ball is
+    if scene.physics.airborne:  #   # rounding of heights may exceed the energy of a slow ball
         sizes = sizes + scene.physics.gravity * float(scene.masses @ scene.positions[:, 2])
     return in_roundings(differences, sizes)
 
@@ -122,7 +122,7 @@ def _energy_rise(run: RunAndTruth) -> float:
     pressed = proof is not None and proof.ending == "sustained contact"
     gain = largest_gain(run.result, run.resolution, pressed=pressed)
     if gain > 0.0 and first_energy(run.result.scene) == 0.0:
-        return math.inf  # made of nothing
+        return math.inf  #   # energy from nothing
     return gain / _initial(run.result)
 
 

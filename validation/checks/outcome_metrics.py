@@ -83,7 +83,7 @@ def _count_error(kind: EventKind) -> Compute:
 
 
 def _add_counts() -> None:
-    """Add the numbers of collisions, and their differences from the true numbers."""
+    """Add the numbers of collisions, and their differences from the reference numbers."""
     for name, meaning, kinds in (
         ("ball_ball_count", "collisions between balls", (EventKind.BALL_BALL,)),
         ("ball_cushion_count", "collisions with cushions", (EventKind.BALL_CUSHION,)),
@@ -100,7 +100,7 @@ _add_counts()
 
 
 def _compared(run: RunAndTruth) -> Agreement:
-    """Compare the collisions with the true ones."""
+    """Compare the collisions with those of the reference."""
     collisions = run.known("events", run.truth.collisions)
     return compare_collisions(collisions, run.truth.collision_times, events_of(run.result))
 

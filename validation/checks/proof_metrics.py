@@ -29,7 +29,7 @@ _NO_PAIR = "no event of the run matches a certified event"
 
 
 def certified_motion(run: RunAndTruth, compared: str) -> Result:
-    """Return the whole shot as it is proved."""
+    """Return the whole certified shot."""
     if run.truth.proved is None:
         raise NotMeasuredError(f"the shot isn't certified to its end, so no {compared} is compared")
     return run.truth.proved
@@ -166,9 +166,9 @@ def _quality_factor(run: RunAndTruth) -> float:
     return found.quality_factor
 
 
-@lru_cache(maxsize=1)  # both metrics of the path compare these
+@lru_cache(maxsize=1)  #   # both metrics of the path use them
 def _states(run: RunAndTruth) -> tuple[FloatArray, Samples, Samples]:
-    """Return instants up to the horizon, (k,) [s], the states of the run and the true ones."""
+    """Return times up to the horizon, (k,) [s], the states of the run, and the reference states."""
     until, right = run.grade.until, certified_motion(run, "path")
     times = compared_instants(run.result, right, until)
     if not len(times):
@@ -186,7 +186,7 @@ def _states(run: RunAndTruth) -> tuple[FloatArray, Samples, Samples]:
 def _path_error(run: RunAndTruth) -> float:
     times, shown, true = _states(run)
     errors = np.linalg.norm((shown.positions - true.positions)[..., :2], axis=2)
-    # Where a ball is shown after it left the table is free.
+    # The displayed position of a ball after it left the table is arbitrary.
     errors[times[:, np.newaxis] >= times_gone(certified_motion(run, "path"))] = 0.0
     return float(np.max(np.where(np.isfinite(errors), errors, np.inf)))
 
@@ -200,9 +200,9 @@ def _path_error(run: RunAndTruth) -> float:
 def _early_path_error(run: RunAndTruth) -> float:
     """Return the largest position error before the first contact [m].
 
-    Of the proved contacts and those of the run, the first. A contact of the run counts only where
-    the proved motion has the ball near what it is said to touch. In space where balls may fly, else
-    in the plane.
+    The first contact of the certified shot or of the run counts, whichever is earlier. A contact of
+    the run counts only if the ball is near the other body in the certified motion. Errors are in
+    space if balls may fly, otherwise in the plane.
     """
     certificate, result = run.certificate, run.result
     run.require_end()
@@ -256,9 +256,9 @@ def first_landing(certificate: Certificate) -> Event | None:
 
 
 def _may_touch(scene: Scene, motion: ExactTrajectory, event: Event, error: float) -> bool:
-    """Return True if an event is a contact that an engine's balls may have in a proved motion.
+    """Return True if an event is a possible contact, compared with a certified motion.
 
-    Both balls may be a radius off, and `error` [m]: past that, nothing is asked of an engine.
+    Both bodies may be displaced by a radius plus `error` [m]; beyond that, the event doesn't count.
     """
     if event.kind in PHASE_ENDS:
         return False
@@ -284,12 +284,12 @@ def _path_factor(run: RunAndTruth) -> float:
     scene, rounding = run.result.scene, run.rounding
     times, shown, true = _states(run)
     beside = np.linalg.norm(shown.positions - true.positions, axis=2)
-    # The coordinates are rounded as well, and the instant, by which a ball moves on.
+    # Coordinates are rounded, too, and so is the time, during which a ball moves on.
     speeds = np.linalg.norm(true.velocities, axis=2)
     coordinates = np.maximum(np.linalg.norm(true.positions, axis=2), extent_of(scene))
     places = rounding.places_at(times) + coordinates + times[:, np.newaxis] * speeds
-    # So are the velocities, of a ball and of its surface: by what slows them meanwhile, and by the
-    # line along which balls part, which the rounding of their places turns.
+    # Velocities and surface velocities are rounded, too: by the deceleration during a rounding of
+    # time, and by the line of centres, which the rounding of positions turns.
     faster = np.linalg.norm(shown.velocities - true.velocities, axis=2)
     faster += scene.radii * np.linalg.norm(
         shown.angular_velocities - true.angular_velocities, axis=2
@@ -306,7 +306,7 @@ def _path_factor(run: RunAndTruth) -> float:
 
 
 def in_roundings(errors: FloatArray, sizes: FloatArray) -> float:
-    """Return the largest error over what rounding makes of it, given over 2^-53."""
+    """Return the largest error over the effect of one rounding; `sizes`: effects over 2^-53."""
     finite = np.isfinite(sizes)
     if not finite.any():
         raise NotMeasuredError("the effect of rounding on the shot isn't known up to there")

@@ -26,7 +26,7 @@ from ghostball.validation.runs.playing import run_engine, run_ours
 RELATIONS: Final = MetricGroup()
 
 BACK = 1e-3
-"""Largest distance from the start, in radii of the smallest ball, that counts as a return."""
+"""Largest distance from the start that counts as a return, in radii of the smallest ball."""
 
 _IMAGES: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "right"}
 
@@ -111,9 +111,9 @@ def _way_back(run: RunAndTruth) -> tuple[float, float]:
     """Return the largest distance from the start after the way back, and that of rounding [m].
 
     Each collision of two balls multiplies errors by about ten, so after some dozens of collisions
-    per ball, rounding alone prevents the return. The tangent map of Ghostball's motion on the way
-    back gives the time. Exact motion would carry the errors of the way forth back to the start
-    without growth; the way back adds errors of its own.
+    per ball, rounding alone prevents the return. The tangent map of Ghostball's engine on the way
+    back gives the size of this effect. Exact motion would carry errors of the way there back to the
+    start without growth; the way back adds errors of its own.
     """
     engine, result = _engine_of(run), run.result
     scene, turn = result.scene, result.rest_time
@@ -133,10 +133,10 @@ def _way_back(run: RunAndTruth) -> tuple[float, float]:
 
 
 def rounding_of_way_back(scene: Scene, turn: float) -> float:
-    """Return how far from the start rounding leaves the balls that go back from an instant [m].
+    """Return the distance from the start that rounding causes on the way back from a time [m].
 
-    The root mean square of one rounding at each event, for the ball that it displaces most; at
-    least a rounding of the farthest coordinate.
+    It is the rms effect of one rounding at each event, for the ball with the largest displacement,
+    and at least one rounding of the largest coordinate.
     """
     there = run_ours(scene.model_copy(update={"t_max": turn}), "rest")
     back = run_ours(begun_at_end(there, turn, -1.0))
@@ -145,12 +145,12 @@ def rounding_of_way_back(scene: Scene, turn: float) -> float:
 
 
 def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
-    """Return the scene that begins where a run ended; with `sign` -1 it goes back.
+    """Return the scene that starts at the end of a run; with `sign` -1 it runs backwards.
 
-    For balls that only ever roll without friction: their spin follows. Every number in the plane is
-    copied to the bit.
+    For balls that always roll without friction: their velocity determines their spin. All
+    horizontal coordinates are copied to the bit.
 
-    Raises `SceneError` where the balls ended in places where none may begin.
+    Raises `SceneError` if the final positions aren't valid initial positions.
     """
     positions, velocities, _ = (samples[0] for samples in result.final_state)
     balls = [

@@ -33,12 +33,12 @@ In a random shot, this displaced balls by 14 times the first-order value.
 
 @dataclass(frozen=True, eq=False)
 class SteppedShot:
-    """A shot as an engine plays it that detects events up to a time step late.
+    """A shot as simulated by an engine that detects events up to a time step late.
 
     `rule`: the kinds of events that it detects late.
-    `truth`: the reference of the shot. All but `last` and `between` need its lateness.
+    `truth`: the reference of the shot. All members but `last` and `between` need its lateness.
     `resolution` [m]: of the engine.
-    `longest` [s]: the step; inf for an engine that states none.
+    `longest` [s]: the time step; inf for an engine that states none.
     """
 
     rule: StepRule
@@ -124,7 +124,7 @@ class SteppedShot:
         assert truth.certificate is not None  # lateness is of its motion
         end, horizon = float(truth.certificate.t_end), truth.horizon_of(self.resolution)
         if not truth.certificate.proved:
-            # What can't be proved follows from what comes at that very instant.
+            # The certified motion ends there because of the events at that time.
             last = [k for k in range(many) if end - float(lateness.times[k]) <= TIE * end]
             begins.append((end, sum(1 << k for k in last)))
         pasts = [0] * len(scene.balls)

@@ -111,7 +111,7 @@ _ONLY_IF_REPORTED = ("phase_time_error", "early_path_error", "first_landing_erro
 """Metrics of events or motions that an engine may leave out of its results."""
 
 _JUST_BEFORE = 1e-9
-"""Part of the time of a landing by which a velocity is asked before the landing."""
+"""Time before a landing at which the velocity is sampled, relative to the time of the landing."""
 
 LEAST = 1e-12
 """Error allowed at any time step [m], [s]: the roundings of some thousand steps."""
@@ -151,7 +151,7 @@ def step_criteria(
             engines=(selector,),
             metric=metric,
             reason=reason,
-            # Not every engine says when a slide or a roll ends, or shows how a shot begins.
+            # Not every engine reports the ends of slides and rolls, or the beginning of a shot.
             if_measured=metric in _ONLY_IF_REPORTED,
             **limit,
         )
@@ -185,7 +185,7 @@ def _outcome(shot: SteppedShot) -> Iterator[_Limit]:
     if more is None:
         return
     late, between = shot.words, shot.between
-    # NaN or infinite where a collision has no derivative: the sums limit nothing past it.
+    # NaN or infinite if a collision has no derivative: then the sums limit nothing after it.
     with np.errstate(invalid="ignore"):
         moved = float(np.max(more * (shot.delays @ lateness.places)))
     if not between + moved <= shot.smallest:
@@ -211,9 +211,10 @@ def _outcome(shot: SteppedShot) -> Iterator[_Limit]:
 
 
 def _integrated(shot: SteppedShot) -> Iterator[_Limit]:
-    """Yield the limit on the end of a shot without collisions that is integrated, not proved.
+    """Yield the limit on the end of a shot without collisions, with an integrated reference.
 
-    Of an engine without a step. A ball that nothing hits ends as far off as the engine states.
+    For an engine without a time step: the error of a ball without collisions is at most the stated
+    resolution.
     """
     truth = shot.truth
     if truth.kind != INTEGRATION or math.isfinite(shot.longest) or truth.collisions:
@@ -287,7 +288,7 @@ def _of_landing(shot: SteppedShot) -> Iterator[_Limit]:
 def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:
     """Yield the limits on the times of events, on paths and on the energy; see the module.
 
-    `more`: by how much meetings amplify errors at most.
+    `more`: largest factor by which meetings amplify errors.
     """
     scene, lateness = shot.scene, shot.lateness
     late, between, delays = shot.words, shot.between, shot.delays.copy()
@@ -333,7 +334,7 @@ def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:
         slows = slows + slips * scene.sliding_frictions
     work = between * scene.physics.gravity * float(scene.masses @ slows)
     taken = work + more * float(delays @ lateness.energies)
-    share = taken / first if first > 0.0 else math.inf  # squares of tiny speeds vanish
+    share = taken / first if first > 0.0 else math.inf  #   # squares of tiny speeds underflow
     if math.isfinite(share):
         reason = f"{late}, which changes the energy by at most {share:.3g} of its initial value."
         yield "energy_difference_max", {"at_most": shot.rule.energy_noise + share}, reason

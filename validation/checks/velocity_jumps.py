@@ -25,7 +25,7 @@ from ghostball.validation.grading.near_misses import gaps_of, things_of
 from ghostball.validation.runs.sampling import energy_times, events_of, times_gone
 
 _CONTACTS = (*COLLISION_KINDS, *LEAVING_KINDS)
-"""Kinds of events that may change a velocity at once, where no ball flies."""
+"""Kinds of events that may change a velocity at once if no ball flies."""
 
 _NEAR = 1e-3
 """Gap at which a ball counts as touching a body, in units of the smallest radius."""
@@ -58,7 +58,7 @@ def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float =
     beyond = changes - lasts * _slowed(scene, np.maximum(speeds[:-1], speeds[1:]))
     beyond[times[:-1, np.newaxis] >= times_gone(result)] = 0.0
     energies = 0.5 * scene.masses * np.maximum(beyond, 0.0) ** 2
-    # An engine that states nothing may step from one instant to the next.
+    # An engine without a stated resolution may use each interval of samples as a time step.
     ends = np.concatenate([times[:1], times, times[-1:]])
     since, until = ends[:-3] - step, ends[3:] + step
     reported = np.zeros(energies.shape, dtype=bool)
@@ -68,10 +68,11 @@ def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float =
         reported[:, ball] = after > before
     for k in np.flatnonzero(np.sum(energies, axis=1) > share).tolist():
         for ball in np.flatnonzero(energies[k]).tolist():
-            # A report counts from the instant before to the instant after, and a step beyond.
+            # A report counts from the sample before to the sample after it, and one more step on
+            # each side.
             more = 1 if reported[k, ball] else 0
             rows = slice(max(k - more, 0), k + 2 + more)
-            # Two balls may close their gap by this length [m] from one instant to the next.
+            # Two balls may close their gap by this length [m] from one sample to the next.
             longest = float(np.max(np.diff(times[rows])))
             near = 2.0 * ((1 + more) * late + float(np.max(speeds[rows])) * longest)
             if _touches(scene, ball, positions[rows], near):

@@ -1,7 +1,7 @@
-"""Decides the verdict on a case, and whether its rest error is judged, shown or left out.
+"""Decide the verdict on a case, and whether its rest error is judged, shown or left out.
 
-A case may keep every stated limit while nothing limits where its balls end: energy held, but the
-balls rest in the wrong place. Such a case is `LIMITS_HOLD`, never `PASS`.
+A case may pass every stated limit although none of them judges the final positions: energy is
+conserved, but the balls rest in the wrong place. Such a case is `LIMITS_HOLD`, never `PASS`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ghostball.validation.results.records import (
 
 
 class Verdict(enum.Enum):
-    """What the limits say of one engine in one scene: its sign, and how reports say it."""
+    """The verdict on one engine in one scene: its sign, and its words in reports."""
 
     PASS = ("✓", "passed")
     LIMITS_HOLD = ("≈", "passed, final positions not judged")
@@ -35,12 +35,12 @@ class Verdict(enum.Enum):
 
     @property
     def symbol(self) -> str:
-        """Sign that stands for it in plain text, so that colour is never alone."""
+        """The sign in plain text, so that colour is never the only mark."""
         return self.value[0]
 
     @property
     def words(self) -> str:
-        """What it is in words."""
+        """The verdict in words."""
         return self.value[1]
 
 
@@ -48,7 +48,7 @@ FAILING = (Verdict.FAIL, Verdict.CRASHED)
 """Verdicts that make a run fail."""
 
 NOTHING_JUDGED = "nothing was judged: no limit applies"
-"""What is said of a run without a verdict; commands end with exit status 4 then."""
+"""Message for a run without any verdict; commands then have exit status 4."""
 
 UNJUDGED = (
     "had its final positions judged: declare a time step `dt` or, in a class or a run, a "
@@ -58,7 +58,7 @@ UNJUDGED = (
 
 
 class RestError(enum.Enum):
-    """What the rest error of a case is worth, and so how it is shown."""
+    """Whether the rest error of a case is judged, which decides how it is shown."""
 
     JUDGED = "a limit judges it"
     UNJUDGED = "not judged: shown in brackets"
@@ -89,14 +89,14 @@ def verdict_of(case: CaseRecord | None) -> Verdict:
 
 
 def is_unfinished(case: CaseRecord) -> bool:
-    """Whether an engine that could play the shot didn't come to its end: it failed or stopped."""
+    """Return True if an engine that supports the scene failed or stopped early."""
     if case.outcome == "ran":
         return case.status not in COMPLETE_STATUSES
     return case.outcome == "failed"
 
 
 def unfinished_text(case: CaseRecord) -> str:
-    """Say why a case didn't come to its end; "" where it did, or was never begun."""
+    """Return why a case didn't finish; "" if it finished, or never started."""
     if not is_unfinished(case):
         return ""
     if case.outcome == "failed":
@@ -105,7 +105,7 @@ def unfinished_text(case: CaseRecord) -> str:
 
 
 def is_nothing_judged(cases: Collection[CaseRecord]) -> bool:
-    """Whether nothing failed only because no limit judged anything: that is no pass."""
+    """Return True if nothing failed only because no limit judged anything: not a pass."""
     judged = (check for case in cases for check in case.checks if check.passed is not None)
     return next(judged, None) is None and not any(map(is_unfinished, cases))
 
@@ -113,10 +113,10 @@ def is_nothing_judged(cases: Collection[CaseRecord]) -> bool:
 def unjudged_engines(cases: Collection[CaseRecord]) -> tuple[str, ...]:
     """Return the engines that state too little for any of their final positions to be judged.
 
-    They state nothing of how exact they are, or a step with which balls may end anywhere, and no
-    limit of a scene or of the user's own says it for them. Not among them: an engine that is
-    excused by name, or of which only some metrics were asked, since somebody chose so; and one all
-    of whose shots can't be predicted to their end, whatever it states.
+    They state no resolution, or a time step so long that balls may end anywhere, and no limit of a
+    scene or of the user applies to their final positions. Engines excused by name, or run with
+    selected metrics, are not included, because that was the user's choice. Nor are engines with no
+    shot that is predictable to its end.
     """
     ran = [case for case in cases if case.outcome == "ran" and not case.varied_from]
     chosen = {case.label for case in ran if case.excused or case.left_out}
@@ -131,10 +131,10 @@ def unjudged_engines(cases: Collection[CaseRecord]) -> tuple[str, ...]:
 
 
 def few_ends_judged(cases: Collection[CaseRecord]) -> str:
-    """Say in how many scenes the end of the shot was judged; "" if it was in all.
+    """Return in how many scenes the end of the shot was judged; "" if it was in all.
 
     `cases`: of one engine. One scene is enough for a pass, so the reader must know how many there
-    are. Nothing is said of an engine that is excused, or of which only some metrics were asked.
+        are. Returns "" for an engine that is excused, or was run with selected metrics.
     """
     ran = [case for case in cases if case.outcome == "ran" and not case.varied_from]
     judged = sum(case.is_own_measure or is_outcome_judged(case) for case in ran)
@@ -144,7 +144,7 @@ def few_ends_judged(cases: Collection[CaseRecord]) -> str:
 
 
 def not_judged(cases: Collection[CaseRecord]) -> str:
-    """Say what keeps a run in which nothing failed from being a pass; "" where nothing does."""
+    """Return what keeps a run in which nothing failed from being a pass; "" if nothing does."""
     if is_nothing_judged(cases):
         return NOTHING_JUDGED
     if engines := unjudged_engines(cases):
@@ -153,10 +153,10 @@ def not_judged(cases: Collection[CaseRecord]) -> str:
 
 
 def rest_verdict_of(case: CaseRecord) -> Verdict:
-    """Return what the checks on the rest error alone say; SHOWN where none judges it.
+    """Return the verdict of the checks on the rest error alone; SHOWN if there is none.
 
-    A case may pass by its counts while its rest error is free: a figure of rest errors must not
-    call such a number passed.
+    A case may pass by its collision counts while its rest error has no limit: a figure of rest
+    errors must not show this error as passed.
     """
     verdicts = [
         check.passed
@@ -169,7 +169,7 @@ def rest_verdict_of(case: CaseRecord) -> Verdict:
 
 
 def rest_error_standing(case: CaseRecord | None) -> RestError:
-    """Return what the rest error of a case is worth."""
+    """Return whether the rest error of a case is judged."""
     if case is None or case.outcome != "ran":
         return RestError.NONE
     judged = rest_verdict_of(case) is not Verdict.SHOWN
@@ -183,10 +183,10 @@ def rest_error_standing(case: CaseRecord | None) -> RestError:
 
 
 def is_outcome_judged(case: CaseRecord) -> bool:
-    """Whether some check, passed or not, says if the outcome is right.
+    """Return True if some check, passed or not, judges the outcome.
 
-    None does where a ball may end more than a radius from its place: with such a limit on the end,
-    and no tighter one, right counts are no merit.
+    False if a limit lets a ball end more than a radius from its place and no tighter limit applies:
+    then correct collision counts aren't enough.
     """
     ends_judged = rest_verdict_of(case) is not Verdict.SHOWN
     if not ends_judged and any(_is_too_wide(check, case) for check in case.checks):
@@ -195,7 +195,7 @@ def is_outcome_judged(case: CaseRecord) -> bool:
 
 
 def _is_too_wide(check: Check, case: CaseRecord) -> bool:
-    """Whether a check lets a ball end more than a radius of the smallest one from its place."""
+    """Return True if a check lets a ball end more than a (smallest) radius from its place."""
     if not check.metric.startswith("rest_error") or check.unit != "m":
         return False
     radii = [ball["radius"] for ball in case.definition.get("balls", ())]
@@ -203,11 +203,11 @@ def _is_too_wide(check: Check, case: CaseRecord) -> bool:
 
 
 def _judges_outcome(check: Check, case: CaseRecord) -> bool:
-    """Whether a check, passed or not, says if the outcome is right.
+    """Return True if a check, passed or not, judges the outcome.
 
-    A limit from below doesn't: "the first 25 collisions agree" leaves the end free. Nor does a
-    grade by a proof that ends before the shot does, or past the engine's horizon; nor a class that
-    says nothing of how far a ball may be off; nor a limit that is wider than a ball.
+    A lower limit doesn't: "the first 25 collisions agree" leaves the end free. Neither does a grade
+    against a certified result that ends before the shot does, or after the engine's horizon; nor a
+    class that leaves the position open; nor a limit that is wider than a ball.
     """
     if check.passed is None or check.limit_kind == "at_least" or _is_too_wide(check, case):
         return False
