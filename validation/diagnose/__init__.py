@@ -1,1 +1,1 @@
-"""Why a run differs: where two part, what the difference is made of, the horizon of a shot."""
+"""Why a run differs from the reference: the first difference, its causes, its energy losses."""

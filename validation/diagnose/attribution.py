@@ -3,11 +3,11 @@
     >>> attribute(scene, make_engine("pymunk")).outcome
     'step'
 
-The engine plays the shot at its own step and at two shorter ones. An error that shrinks with the
-step comes from the step. An error that stays comes from the model: physics that the engine lacks,
-or has otherwise. If every run has the collisions of the reference, the errors are distances of the
-balls at the end. If collisions differ, the errors are those of the times of the collisions that
-all runs share.
+The engine simulates the shot with its own time step and with two shorter ones. An error that
+shrinks with the step is caused by the step. An error that stays is caused by the model: missing or
+different physics. If every run has the collisions of the reference, the errors are distances of the
+balls at the end. If collisions differ, the errors are those of the times of the collisions that all
+runs share.
 """
 
 from __future__ import annotations
@@ -46,38 +46,41 @@ times of the shared ones don't say whether the step or the model is the cause.
 """
 
 RUNGS: Final = 3
-"""Steps that a shot is played with; a fourth decides where these contradict each other."""
+"""Number of time steps for each shot; if they contradict each other, a fourth step decides."""
 
 VARIES: Final = 0.75
 """Largest relative change, from step to step, of an error that the model alone causes."""
 
 ATTEMPTS: Final = 8
-"""How often an earlier instant is tried, because a run that is made anew parts before it."""
+"""Number of attempts at an earlier time: a new run may have an even earlier first difference."""
 
 EARLIEST: Final = 1e-6
-"""Instants before this are the start [s]: nothing has happened."""
+"""Times before this count as the start [s]."""
 
 NEGLIGIBLE: Final = 1e-9
-"""A smaller error isn't explained [m]: engines are expected to be right to nanometres."""
+"""Position errors below this aren't explained [m]: engines are expected to be accurate to
+nanometres.
+"""
 
 INSTANT: Final = 1e-9
-"""A smaller time error of a collision isn't explained [s]: it is a nanometre at 1 m/s."""
+"""Time errors of collisions below this aren't explained [s]: it is a nanometre at 1 m/s."""
 
 PREDICTABLE: Final = 1e-6
-"""How far rounding may move a ball before the shot counts as unpredictable [m].
+"""Displacement by rounding above which a shot counts as unpredictable [m].
 
-A thousandth of what the best stepping engine is off, so that chaos isn't taken for its errors.
+It is a thousandth of the error of the best time-stepping engine, so that chaos isn't attributed to
+the engine.
 """
 
 
 @dataclass(frozen=True)
 class Rung:
-    """One run of the ladder of steps.
+    """A run with one time step.
 
     `step` [s].
     `difference` [m]: largest distance of a ball from the reference; None if collisions differ.
-    `late` [s]: largest error of the time of a collision that all runs share; None if there is none.
-    `wrong_from` [s]: when its first wrong collision is; None if it has none.
+    `late` [s]: largest time error of a collision that all runs share; None if there is none.
+    `wrong_from` [s]: time of its first wrong collision; None if there is none.
     """
 
     step: float
@@ -88,21 +91,22 @@ class Rung:
 
 @dataclass(frozen=True)
 class Attribution:
-    """Where the difference of one engine in one scene comes from.
+    """The cause of an engine's error in one scene.
 
     `scene`, `label`, `engine`: as in a `CaseRecord`.
-    `truth`: what it is the difference from.
-    `reason`: where nothing could be compared, why; else "".
-    `instant` [s]: when the balls were compared, or when collisions first differ; None is the end.
+    `truth`: the source of the reference.
+    `reason`: why nothing could be compared; else "".
+    `instant` [s]: time at which balls were compared, or at which collisions first differ; None: the
+        end.
     `until`: why the comparison ends there; else "".
     `difference` [m]: largest distance of a ball from the reference; None if collisions differ.
-    `late` [s]: largest error of the time of a collision that all runs share.
-    `shared`: how many collisions all runs share, if collisions differ.
-    `rounding` [m]: what roundings may have moved a ball by; None where no derivative says it.
-    `approximations`: what of this scene the engine says that it represents only approximately.
-    `ladder`: from the engine's own step to the shortest; empty where it has none.
-    `with_exact_steps` [m]: the difference where steps end exactly at contacts, where the engine can
-        do that.
+    `late` [s]: largest time error of a collision that all runs share.
+    `shared`: number of collisions that all runs share, if collisions differ.
+    `rounding` [m]: largest displacement by rounding; None if there is no derivative.
+    `approximations`: features of the scene that the engine supports only approximately.
+    `ladder`: one run for each time step, longest first; empty for an engine without a time step.
+    `with_exact_steps` [m]: the difference if time steps end exactly at contacts; None if the engine
+        can't do this.
     """
 
     scene: str
@@ -123,7 +127,7 @@ class Attribution:
 
 
 class NotComparedError(GhostballError):
-    """Runs of which nothing can be compared with the truth."""
+    """Runs that can't be compared with the reference at any time."""
 
 
 def attribute(
@@ -134,19 +138,19 @@ def attribute(
     known: KnownShot | None = None,
     run: Callable[[float | None], Result] | None = None,
 ) -> Attribution:
-    """Say where the difference of an engine from the truth comes from.
+    """Return the cause of an engine's error.
 
-    `label`: the engine as asked for; its name where it is left out.
-    `known`: the true shot, where the caller has it.
-    `run`: returns the engine's run of the scene with a step [s], None for its own; if the caller
-        keeps such runs. They need their events.
+    `label`: the engine with its settings, as the user wrote it; default: its name.
+    `known`: the reference, if the caller has it.
+    `run`: returns the run of the scene with a time step [s], or None for the engine's own; for
+        callers that store such runs. The runs need their events.
 
-    Raises `UnsupportedSceneError` where the engine, or the truth, lacks a feature of the scene;
-    `GhostballError` where the truth comes to no end.
+    Raises `UnsupportedSceneError` if the engine, or the reference, lacks a feature of the scene;
+    `GhostballError` if the reference can't be computed.
 
-    Balls are compared where they end if every run has the collisions of the reference and the shot
-    is predictable to its end. If the shot is predictable for a part only, the engine plays that
-    part again. If collisions differ within that part, times of collisions are compared.
+    If every run has the collisions of the reference and the shot is predictable to its end, final
+    positions are compared. If the shot is predictable only up to some time, the engine simulates it
+    again up to that time. If collisions differ before that time, times of collisions are compared.
     """
     known = known_shot(scene) if known is None else known
     found = Attribution(
@@ -167,7 +171,7 @@ def attribute(
         predictable, limit = float(proof.t_end), f"nothing later is certified: {proof.ending}"
 
     def play(step: float | None, instant: float | None = None) -> Result:
-        """Run the scene with a step [s], None for the engine's own, until an instant."""
+        """Run the scene with a time step [s], None for the engine's own, up to a time."""
         if instant is None and run is not None:
             return _finished(run(step))
         return _finished(run_with_step(engine, _until(scene, instant), step))
@@ -183,7 +187,7 @@ def attribute(
         differences = [largest_distance(one.rest_positions[:, :2], truth) for one in runs]
         varies = min(differences) < VARIES * max(differences)
         if steps and varies and not shrinks(differences):
-            # The delay with which a step sees a contact is almost random, so a fourth run decides.
+            # The delay with which a contact is detected is almost random, so a fourth run decides.
             steps = shorter_steps(engine, RUNGS + 1)
             once_more = play(steps[-1], instant)
             before = [one for one in true if instant is None or one.t <= instant]
@@ -218,8 +222,8 @@ def attribute(
 class _Shared:
     """The collisions that all runs share with the reference before collisions differ.
 
-    `wrong_from` [s]: when the first wrong collision of each run is; inf if it has none.
-    `late` [s]: largest error of the time of a shared collision, run by run.
+    `wrong_from` [s]: time of the first wrong collision of each run; inf if there is none.
+    `late` [s]: largest time error of a shared collision, for each run.
     """
 
     count: int
@@ -230,10 +234,10 @@ class _Shared:
 def _shared_collisions(
     true: Sequence[Event], runs: Sequence[Result], predictable: float
 ) -> _Shared | None:
-    """Return the collisions that all runs share; None if none is wrong within what's predictable.
+    """Return the collisions that all runs share; None if none is wrong in predictable time.
 
     `true`: the collisions of the reference.
-    `predictable` [s]: nothing is compared past it.
+    `predictable` [s]: later events aren't compared.
     """
     agreements = [compare_logs(true, events_in(events_of(run))) for run in runs]
     wrong = tuple(one.parting.t if one.parting else math.inf for one in agreements)
@@ -255,7 +259,7 @@ def _by_times(
     steps: Sequence[float],
     shared: _Shared,
 ) -> Attribution:
-    """Attribute a difference whose collisions differ, by the times of the shared collisions."""
+    """Attribute an error with different collisions, by the times of the shared collisions."""
     late = shared.late if shared.count else (None,) * len(shared.late)
     first_wrong = [t if math.isfinite(t) else None for t in shared.wrong_from]
     found = replace(
@@ -276,7 +280,7 @@ def _by_times(
 
 
 def largest_distance(a: FloatArray, b: FloatArray) -> float:
-    """Return the largest distance of a ball between two states (n, 2) [m]."""
+    """Return the largest distance between the positions of a ball in two states (n, 2) [m]."""
     return float(np.max(np.hypot(*(a - b).T)))
 
 
@@ -287,12 +291,12 @@ def _compared(
     known: KnownShot,
     predictable: float,
 ) -> tuple[list[Result], float | None]:
-    """Run an engine to the last instant up to which all runs can be compared; None: to the end.
+    """Return runs up to the last time at which all can be compared, and that time; None: the end.
 
-    `play`: runs the scene with a step [s], None for the engine's own, until an instant.
+    `play`: runs the scene with a time step [s], None for the engine's own, up to a time.
     `runs`: with these steps, to the end; no wrong collision comes before `predictable` [s].
 
-    Raises `NotComparedError` if there is no such instant, or a run stops early.
+    Raises `NotComparedError` if there is no such time, or if a run stops early.
     """
     true, instant = events_in(events_of(known.result)), None
     for _ in range(ATTEMPTS):
@@ -315,7 +319,7 @@ def _until(scene: Scene, instant: float | None) -> Scene:
 
 
 def _finished(result: Result) -> Result:
-    """Return a run that is complete.
+    """Return a run if it is complete.
 
     Raises `NotComparedError` if it isn't.
     """
@@ -330,31 +334,30 @@ def _finished(result: Result) -> Result:
 def _with_exact_steps(
     engine: ReferenceEngine, known: KnownShot, instant: float | None
 ) -> float | None:
-    """Return the difference where steps end at contacts; None where the engine can't do that."""
+    """Return the difference if steps end at contacts; None if the engine can't do this."""
     if getattr(engine.settings, "contact_steps", None) != "fixed":
         return None
     try:
         exact = with_setting(engine, "contact_steps", "exact")
         result = _finished(run_with_step(exact, _until(known.scene, instant), None))
     except (NotComparedError, ValidationError):
-        return None  # no better way to play it, or none with its other settings
+        return None  #   # unsupported, or incompatible with its other settings
     if instant is None:
         true = events_in(events_of(known.result))
         if compare_logs(true, events_in(events_of(result))).parting is not None:
-            return None  # the ends of two shots whose collisions differ aren't compared
+            return None  #   # final states aren't compared if collisions differ
     return largest_distance(result.rest_positions[:, :2], known.positions(instant))
 
 
 def agreed_instant(
     true: Sequence[Event], runs: Sequence[Sequence[Event]], end: float
 ) -> float | None:
-    """Return the last instant up to which logs agree with the true one, or None if to the `end`.
+    """Return the last time up to which logs agree with the reference; None: to the end.
 
-    `end` [s]: until when to compare; infinite is to the end of the runs.
+    `end` [s]: end of the comparison; infinite: the end of the runs.
 
-    The instant lies in the middle of the last stretch of time in which no run has a collision that
-    another one had before, or has later: the length of a detection that is late would else be taken
-    for an error.
+    The time is in the middle of the last interval in which no run is between its own time and the
+    reference time of a collision: otherwise, a detection delay would count as an error.
     """
     agreements = [compare_logs(true, run) for run in runs]
     partings = [one.parting.t for one in agreements if one.parting is not None]

@@ -3,9 +3,10 @@
     >>> fault_at_contacts(result)
     ContactFault(what='energy', kind=<EventKind.BALL_BALL: 0>, count=12, measured=1.02, right=1.0)
 
-Each contact is judged from the engine's own state just before it: Ghostball's engine plays the same
-few milliseconds from that state, the cloth included. So a contact is judged also where the shot is
-another one than the reference. Contacts that share a ball within these milliseconds are left out.
+Each contact is judged from the engine's own state just before it: Ghostball's engine simulates the
+same few milliseconds from that state, including the cloth. A contact can therefore be judged even
+if the collisions differ from the reference. Contacts that share a ball within these milliseconds
+are left out.
 """
 
 from __future__ import annotations
@@ -38,10 +39,10 @@ AROUND: Final = 1e-6
 """Time before and after a contact at which an exact motion is sampled [s]."""
 
 FRAMES_AFTER: Final = 1
-"""Frames after the one that shows a contact: an engine may list a contact and then resolve it."""
+"""Number of frames after the frame of a contact: an engine may report a contact before it acts."""
 
 LONGEST: Final = 0.05
-"""Frames around a contact that are farther apart than this don't show the contact alone [s]."""
+"""Longest interval around a contact [s]; a longer one shows more than the contact."""
 
 ENERGY: Final = 0.003
 """Smallest error of an energy change that counts, as a share of the energy."""
@@ -50,10 +51,10 @@ VELOCITY: Final = 0.02
 """Smallest error of a velocity that counts, as a share of the speed."""
 
 MOST_OF_THEM: Final = 0.7
-"""Share of contacts that must show a fault: a single contact may be grazing, or a step late."""
+"""Share of contacts that must show a fault: a single contact may be a graze, or detected late."""
 
 WATCHED: Final = 0.02
-"""Time after a contact over which the deceleration is measured [s]: a slide lasts longer."""
+"""Time after a contact over which the acceleration is measured [s]: a slide lasts longer."""
 
 SLIDING: Final = 0.5
 """A ball counts as sliding above this share of the deceleration of a sliding ball."""
@@ -65,10 +66,10 @@ Fault = Literal["energy", "slide", "velocity"]
 class ContactFault:
     """An error that most contacts of one kind show.
 
-    `what`: "energy", the energy of the balls after a contact over that before; "slide", the
-        acceleration of a ball after a contact [m/s^2], which should roll; "velocity", the error of
-        a ball's velocity after a contact, over the largest speed before.
-    `kind`: of the contacts; `count`: how many were looked at.
+    `what`: "energy": the energy of the balls after a contact divided by that before; "slide": the
+        acceleration of a ball that should roll after a contact [m/s^2]; "velocity": the error of a
+        velocity after a contact, divided by the largest speed before.
+    `kind`: kind of the contacts; `count`: number of examined contacts.
     `measured`, `right`: medians over the contacts.
     """
 
@@ -80,18 +81,19 @@ class ContactFault:
 
     @property
     def makes_energy(self) -> bool:
-        """Whether the balls have more energy after a contact than before."""
+        """Whether the balls gain energy in a contact."""
         return self.what == "energy" and self.measured > 1.0 + ENERGY
 
 
 @dataclass(frozen=True)
 class _Contact:
-    """A contact: its changes in the run, and by the scene's law from the same state before.
+    """A contact: the changes in the run, and those by the scene's impact law from the same state.
 
-    `energy` [1]: of the balls after the contact over that before it; `right`: the same by the law.
-    `error` [1]: of the velocity, over `speed`, the largest speed before [m/s]. `window` [s]: from
-    the state before to the state after, while the cloth acts, too. `pull` [m/s^2]: mean
-    acceleration of the ball that accelerates most afterwards; None if another event comes too soon.
+    `energy` [1]: energy of the balls after the contact divided by that before; `right`: by the law.
+    `error` [1]: error of a velocity, divided by `speed`, the largest speed before [m/s].
+    `window` [s]: time from the state before to the state after, with friction of the cloth.
+    `pull` [m/s^2]: mean acceleration of the ball that accelerates most afterwards; None if another
+        event follows too soon.
     """
 
     kind: EventKind
@@ -104,7 +106,7 @@ class _Contact:
 
 
 def fault_at_contacts(result: Result) -> ContactFault | None:
-    """Return the gravest fault that most contacts of one kind show; None if there is none.
+    """Return the most serious fault that most contacts of one kind show; None if there is none.
 
     `result`: with its events and its motion.
     """
@@ -122,7 +124,7 @@ def fault_at_contacts(result: Result) -> ContactFault | None:
 
 
 def _faults(scene: Scene, contacts: Sequence[_Contact], slows: float) -> Iterator[ContactFault]:
-    """Yield what most contacts of one kind show; `slows`: how balls slow before any [m/s^2]."""
+    """Yield the faults that most contacts of a kind show; `slows`: earlier deceleration [m/s^2]."""
     if not contacts:
         return
     kind, count = contacts[0].kind, len(contacts)
@@ -137,7 +139,7 @@ def _faults(scene: Scene, contacts: Sequence[_Contact], slows: float) -> Iterato
             yield ContactFault("slide", kind, len(pulls), float(np.median(pulls)), rolls)
     columns = [(one.energy, one.right, one.error, one.speed, one.window) for one in contacts]
     energies, right, errors, speeds, windows = np.array(columns).T
-    # Wrong friction of the cloth slows balls by this share of their speed around a contact.
+    # A wrong friction of the cloth changes speeds by this share around a contact.
     cloth = np.abs(slows - rolls) * windows / speeds if slows > 0.0 else np.zeros(count)
     wrong = energies - right
     alike = np.mean(wrong * np.sign(np.median(wrong)) > ENERGY + 2.0 * cloth)
@@ -150,7 +152,7 @@ def _faults(scene: Scene, contacts: Sequence[_Contact], slows: float) -> Iterato
 
 
 def _contacts(result: Result) -> Iterator[_Contact]:
-    """Yield the isolated contacts of a run, with the result of the scene's law for each."""
+    """Yield the isolated contacts of a run, each compared with the scene's impact law."""
     everything = events_in(events_of(result), tuple(EventKind))
     seen = {EventKind.BALL_BALL: 0, EventKind.BALL_CUSHION: 0}
     for one in everything:
@@ -189,7 +191,7 @@ def _contacts(result: Result) -> Iterator[_Contact]:
 
 
 def _window(result: Result, t: float) -> tuple[float, float]:
-    """Return the instants just before and just after a contact [s]."""
+    """Return the times just before and just after a contact [s]."""
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
         return max(t - AROUND, 0.0), t + AROUND
@@ -202,7 +204,7 @@ def _window(result: Result, t: float) -> tuple[float, float]:
 def _by_the_law(
     scene: Scene, one: Event, states: Samples, start: float, end: float
 ) -> Result | None:
-    """Simulate a contact from the state before it; None unless its balls meet exactly once."""
+    """Simulate a contact from the state before it; None unless its balls collide exactly once."""
     try:
         shot = Scene(
             name="contact",
@@ -211,7 +213,7 @@ def _by_the_law(
             balls=[ball_at(scene, states, index) for index in one.balls],
             t_max=end - start,
         )
-    except SceneError:  # the engine let them overlap before
+    except SceneError:  #   # in the engine's state, balls overlap
         return None
     played = run_ours(shot)
     met = [two.kind for two in events_in(events_of(played))]
@@ -221,10 +223,10 @@ def _by_the_law(
 
 
 def _pull(result: Result, balls: list[int], start: float, end: float) -> float | None:
-    """Return the largest mean acceleration of a ball between two instants [m/s^2]."""
+    """Return the largest mean acceleration of a ball between two times [m/s^2]."""
     end = min(end, result.rest_time)
     if not end - start > 0.25 * WATCHED:
         return None
-    # Not to the event at the end itself: frames join the velocities on both sides of it.
+    # Stops before the event at the end: frames average the velocities before and after it.
     first, last = result.sample([start, end - 0.1 * (end - start)]).velocities[:, balls]
     return float(np.max(np.linalg.norm(last - first, axis=1)) / (0.9 * (end - start)))

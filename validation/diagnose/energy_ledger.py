@@ -1,10 +1,9 @@
-"""Where the energy of a shot went: into collisions of each kind, or into the cloth between events.
+"""The energy losses of a shot, by kind of collision, and by phase between events.
 
-It is found from the stored motion alone, ball by ball. An exact motion is stored on both sides of
-each event (`validation.runs.sampling.motion_of`), and between two events a ball is in one phase: so
-each loss belongs to one entry. Frames of a stepping engine are joined by straight lines, and an
-event falls between two of them: what is lost there at the event, and what on the way, they don't
-say.
+They are computed from the stored motion, ball by ball. An exact motion is stored just before and
+after each event (`validation.runs.sampling.motion_of`), and between two events a ball is in one
+phase, so each loss belongs to one entry. Frames of a time-stepping engine don't separate losses at
+an event from those between events, because an event falls between two frames.
 """
 
 from __future__ import annotations
@@ -27,16 +26,16 @@ from ghostball.model.arrays import FloatArray
 from ghostball.validation.results.records import Motion
 
 SEVERAL = "simultaneous events of several kinds"
-"""Collisions of both kinds at one instant that share a ball: no order, so no loss of each."""
+"""Collisions of both kinds at one time that share a ball: their losses can't be separated."""
 
 UNSTORED = "at events without stored states"
-"""Of the balls that collide where a log is too long for all of its states to be kept."""
+"""Losses of colliding balls if a log is too long for all of its states to be stored."""
 
 PHASES = {Phase.SLIDING: "sliding", Phase.ROLLING: "rolling", Phase.RESTING: "spinning in place"}
-"""Names of what is lost on the way, by the phase of the ball."""
+"""Names of the losses between events, by the phase of the ball."""
 
 ENTRIES = (*(kind.label for kind in COLLISION_KINDS), SEVERAL, UNSTORED, *PHASES.values())
-"""Every entry in the order of tables."""
+"""All entries, in the order of tables."""
 
 FRAMES = "its frames don't separate losses at events from losses between them"
 NOT_FINITE = "its motion contains NaN or infinity"
@@ -44,13 +43,13 @@ NOT_FINITE = "its motion contains NaN or infinity"
 
 @dataclass(frozen=True)
 class EnergyLedger:
-    """Where the energy of one run went.
+    """The energy losses of one run.
 
-    `initial`, `final` [J]: before anything happens, and at the end of the stored motion; nan where
-        it blew up.
-    `entries` [J]: what was lost by entry, those of `ENTRIES` that there are; negative where energy
-        was gained. None where the motion doesn't tell, and `why` says so.
-    `counts`: how many collisions there were, by kind.
+    `initial`, `final` [J]: at the start, and at the end of the stored motion; nan for a diverged
+        run.
+    `entries` [J]: losses by entry, for the entries of `ENTRIES` that occur; negative for gains.
+        None if the motion doesn't determine them; `why` gives the reason.
+    `counts`: number of collisions by kind.
     """
 
     initial: float
@@ -61,17 +60,17 @@ class EnergyLedger:
 
     @property
     def lost(self) -> float:
-        """Energy lost in all [J]."""
+        """Total energy loss [J]."""
         return self.initial - self.final
 
 
 def ledger_of(scene: Scene, motion: Motion) -> EnergyLedger:
-    """Return where the energy of a run went, from its stored motion.
+    """Return the energy losses of a run, from its stored motion.
 
-    The entries add up to `lost` but for rounding: the sum telescopes over the stored states. The
-    last instant before an event is one double earlier, so that nothing to speak of is lost on the
-    way between the two. A ball's vertical spin decays in every phase, and is counted with it;
-    sustained contact is no event, so that what it costs is counted with the phase, too.
+    The entries add up to `lost` up to rounding: the sum telescopes over the stored states. The
+    state before an event is one double earlier, so losses in this interval are negligible. The
+    vertical spin of a ball decays in every phase, and counts with the phase. Resting contact isn't
+    an event, so its losses count with the phase, too.
     """
     initial = first_energy(scene)
     energy = ball_energies(scene, motion)
@@ -95,7 +94,7 @@ def _energies(
     scene: Scene, positions: FloatArray, velocities: FloatArray, spins: FloatArray
 ) -> FloatArray:
     inertia = 0.4 * scene.masses * scene.radii**2
-    with np.errstate(invalid="ignore", over="ignore"):  # of an engine that blew up
+    with np.errstate(invalid="ignore", over="ignore"):  #   # diverged runs
         energy: FloatArray = (
             0.5 * scene.masses * np.sum(velocities**2, axis=2)
             + 0.5 * inertia * np.sum(spins**2, axis=2)
@@ -105,11 +104,11 @@ def _energies(
 
 
 def _entries(scene: Scene, motion: Motion, energy: FloatArray) -> dict[str, float]:
-    assert motion.phases is not None  # `ledger_of` saw to it
+    assert motion.phases is not None  #   # `ledger_of` has checked this
     phases = motion.phases
-    # The first stored state is that after the events of t = 0.
+    # The first stored state is the one after the events at t = 0.
     before = _energies(scene, *initial_state(scene))
-    # Row i is what each ball loses on the way to sample i; row 0 is lost at t = 0.
+    # Row i is the loss of each ball between samples i - 1 and i; row 0 is the loss at t = 0.
     drops = -np.diff(np.concatenate([before, energy]), axis=0)
     of_phase = np.concatenate([phases[:1], phases[:-1]])
     lost: dict[str, float] = defaultdict(float)
@@ -127,9 +126,10 @@ def _entries(scene: Scene, motion: Motion, energy: FloatArray) -> dict[str, floa
 
 
 def _instants(motion: Motion) -> list[tuple[int, bool, Events]]:
-    """Return, for each sample on the way to which balls collide: its row, and the collisions.
+    """Return the samples with collisions just before them: row, whether stored, and collisions.
 
-    With whether they are all of one instant, whose last instant before is stored.
+    "Stored" means that all of these collisions are at one time, and that the state just before is
+    stored.
     """
     collisions = motion.events[np.isin(motion.events["kind"], COLLISION_KINDS)]
     rows = np.searchsorted(motion.times, collisions["t"], side="left")
@@ -144,7 +144,7 @@ def _instants(motion: Motion) -> list[tuple[int, bool, Events]]:
 
 
 def _groups(collisions: Events) -> list[tuple[list[int], set[EventKind]]]:
-    """Return balls that collide with each other, directly or through others, and in what kinds."""
+    """Return groups of balls that collide with each other, with their kinds of collisions."""
     groups: list[tuple[set[int], set[EventKind]]] = []
     for collision in collisions:
         kind = EventKind(int(collision["kind"]))

@@ -43,19 +43,19 @@ SCHEMA: Final = 6
 
 
 INSTANTS: Final = 401
-"""Instants at which the two motions are compared."""
+"""Number of times at which the two motions are compared."""
 
 SEEN: Final = 0.01
-"""Share of the largest distance from which on a motion counts as another one."""
+"""Share of the largest distance above which a motion counts as different."""
 
 
 class ExplanationError(GhostballError, ValueError):
-    """A shot and an engine of which there is nothing to explain."""
+    """A shot and an engine without anything to explain."""
 
 
 @dataclass(frozen=True, eq=False)
 class BallStates:
-    """A ball at the instant at which the runs part: (2,) each, in truth and in the engine."""
+    """A ball at the first difference: (2,) each, in the reference and in the engine's run."""
 
     ball: str
     true_position: FloatArray
@@ -71,21 +71,20 @@ class BallStates:
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """Where a run and the truth part, and how they differ.
+    """The first difference between a run and the reference, and its causes.
 
-    `label`: the engine as asked for.
-    `known`: the truth.
+    `label`: the engine with its settings, as the user wrote it.
+    `known`: the reference.
     `result`: the engine's run, with its motion.
-    `agreement`: which collisions both have, and where they part.
-    `margins`: the smallest first; empty where nothing parts.
-    `states`: of the balls that take part where they part, at that instant.
-    `contradiction`: in what the result contradicts itself; "" if in nothing. If it does, nothing
-        is attributed.
-    `attribution`: None if it wasn't asked for.
-    `fault`: what goes wrong at most contacts of a kind, with the shortest step of the ladder; None
-        if nothing does, or a coefficient explains it.
-    `factor`: the one coefficient that explains the engine's motion with that step; None if none
-        does, if it wasn't asked for, or if the difference comes from the step.
+    `agreement`: the collisions that both have, and the first difference.
+    `margins`: the smallest first; empty without a difference.
+    `states`: the balls of the first difference, at that time.
+    `contradiction`: how the result contradicts itself, or "". If it does, no cause is computed.
+    `attribution`: None if it wasn't requested.
+    `fault`: the error at most contacts of a kind, with the shortest time step; None if there is
+        none, or if a coefficient explains it.
+    `factor`: the single coefficient that explains the motion with this time step; None if there is
+        none, if it wasn't requested, or if the difference is caused by the time step.
     """
 
     label: str
@@ -106,14 +105,14 @@ class Explanation:
 
     @property
     def parting(self) -> Parting | None:
-        """Where they part; None where every ball has the same collisions in both."""
+        """The first difference; None if every ball has the same collisions in both."""
         return self.agreement.parting
 
     @property
     def latest(self) -> tuple[Event, float] | None:
-        """The common collision, before they part, whose times differ most, and by how much [s].
+        """The shared collision with the largest time difference, and this difference [s].
 
-        Positive is late. None where there is no such collision.
+        Positive means that the engine is late. None without shared collisions.
         """
         if not self.agreement.before:
             return None
@@ -122,21 +121,21 @@ class Explanation:
 
     @property
     def rest_distances(self) -> FloatArray:
-        """Distance of each ball from where it ends in truth, (n,) [m]."""
+        """Distance of each ball from its reference rest position, (n,) [m]."""
         between = self.result.rest_positions[:, :2] - self.known.positions(None)
         distances: FloatArray = np.hypot(*between.T)
         return distances
 
     @property
     def rest_time_difference(self) -> float:
-        """Difference of the instants at which the last ball rests [s]; positive is late."""
+        """Difference of the times at which the last ball stops [s]; positive if late."""
         return self.result.rest_time - self.known.result.rest_time
 
     @property
     def onset(self) -> tuple[float, Event | None] | None:
-        """Since when the engine's motion is another one [s], and the collision that begins it.
+        """The time from which the motion differs [s], and the collision at which this begins.
 
-        No collision: from the start. None where no ball is ever anywhere else.
+        Without a collision: from the start. None if no ball is ever in a different position.
         """
         if self.factor is not None:
             since = self.factor.since
@@ -146,17 +145,17 @@ class Explanation:
             since = float(times[max(int(np.argmax(off > SEEN * np.max(off))) - 1, 0)])
             if not np.max(off) > 0.0:
                 return None
-        # What is seen after an instant may begin at a collision between it and the next one.
+        # A difference first visible at this time may begin at a collision before the next sample.
         spacing = self.result.rest_time / (INSTANTS - 1)
         true = [one for one in events_in(events_of(self.known.result)) if one.t <= since + spacing]
         return since, true[-1] if true else None
 
     def distances(self, times: FloatArray) -> FloatArray:
-        """Return the largest distance of a ball from where it should be, (k,) [m], at instants."""
+        """Return the largest distance of a ball from the reference at some times, (k,) [m]."""
         return farthest(self.result, self.known.result, times)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain values, the object that `explain --format json` prints."""
+        """Return all fields as plain values, the object that `explain --format json` prints."""
         parting = self.parting
         latest = self.latest
         return {
@@ -200,15 +199,14 @@ class Explanation:
 def explain(
     scene: Scene, engine: ReferenceEngine, *, label: str = "", attributed: bool = True
 ) -> Explanation:
-    """Explain how an engine's run of a scene differs from the truth.
+    """Explain how an engine's run of a scene differs from the reference.
 
-    `label`: the engine as asked for; its name where it is left out.
-    `attributed`: whether to say also what the difference comes from, which takes a few runs more.
+    `label`: the engine with its settings, as the user wrote it; default: its name.
+    `attributed`: also compute the cause of the difference, which takes a few more runs.
 
-    Raises `UnsupportedSceneError` where the engine lacks a feature of the scene;
-    `EngineFailedError` where the engine fails, or says that it did; `ExplanationError` where
-    nothing moves, or the engine is itself what is taken for the truth; `GhostballError` where there
-    is no truth to compare with.
+    Raises `UnsupportedSceneError` if the engine lacks a feature of the scene; `EngineFailedError`
+    if the engine fails, or reports a failure; `ExplanationError` if nothing moves, or if the engine
+    itself is the reference; `GhostballError` if there is no reference.
     """
     moving = np.any(scene.velocities != 0.0) or np.any(scene.angular_velocities != 0.0)
     if not moving:
@@ -256,16 +254,17 @@ def explain(
 def _unless_ambiguous(
     found: Attribution, scene: Scene, agreement: Agreement, margins: tuple[Margin, ...]
 ) -> Attribution:
-    """Return that a run agrees if the first collision that differs is ambiguous in the reference.
+    """Return that a run agrees if the first different collision is ambiguous in the reference.
 
-    The run agrees up to there if the collisions before come at the same instants.
+    The run agrees up to that collision if all earlier collisions have the right times.
     """
     parting = agreement.parting
     if parting is None or any(abs(a.t - b.t) > INSTANT for a, b in agreement.before):
         return found
     diameter = 2.0 * float(scene.radii.max())
     least = min((one.length for one in margins if one.run == "truth"), default=diameter)
-    if least > CONTACT_TOLERANCE * diameter:  # else an engine may take the balls for touching
+    #   # otherwise an engine may treat the balls as touching
+    if least > CONTACT_TOLERANCE * diameter:
         return found
     until = f"{least:.2g} m decides which collision comes first: the reference is ambiguous"
     return replace(found, outcome="agrees", instant=parting.t, until=until)
@@ -274,10 +273,10 @@ def _unless_ambiguous(
 def _causes(
     run: Callable[[float | None], Result], known: KnownShot, found: Attribution
 ) -> tuple[ContactFault | None, Factor | None]:
-    """Return what goes wrong at contacts, or else the coefficient that explains the motion.
+    """Return the error at contacts, or else the coefficient that explains the motion.
 
-    Both are looked for with the shortest step of the ladder, so that no error of the step is taken
-    for one of them.
+    Both are computed from the run with the shortest time step, so that an error of the step isn't
+    mistaken for them.
     """
     to_the_end = found.outcome in ("rounding", "agrees") and found.instant is None
     ends_right = found.outcome == "step" and found.late is None  # with a shorter step
@@ -299,7 +298,7 @@ def _causes(
 
 def _compare(known: KnownShot, result: Result) -> Agreement:
     true, other = events_in(events_of(known.result)), events_in(events_of(result))
-    if not result.status.complete:  # what comes after its end, it had no chance to find
+    if not result.status.complete:  #   # later collisions can't be found by this run
         true = [one for one in true if one.t <= result.rest_time]
     return compare_logs(true, other)
 
@@ -308,7 +307,7 @@ def _states(truth: Result, result: Result, parting: Parting) -> tuple[BallStates
     concerned = {
         ball: None for one in (parting.true, parting.other) if one is not None for ball in one.balls
     }
-    # Just before: at the instant itself an exact motion is already that after the collision.
+    # Just before, because at the time itself an exact motion is in the state after the collision.
     t = [max(float(np.nextafter(parting.t, 0.0)), 0.0)]
     true, other = truth.sample(t), result.sample(t)
     return tuple(
@@ -324,7 +323,7 @@ def _states(truth: Result, result: Result, parting: Parting) -> tuple[BallStates
 
 
 def _event(one: Event | None) -> dict[str, Any] | None:
-    """Return a collision as plain values, like an event of `run --format json`."""
+    """Return a collision as plain values, in the form of events in `run --format json`."""
     if one is None:
         return None
     b: int | str = partner_name(one.kind, one.b) if one.kind in OBSTACLE_KINDS else one.b

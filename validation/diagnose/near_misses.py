@@ -1,4 +1,4 @@
-"""By how much a collision happens, or doesn't: overlaps, gaps and speeds of approach in a run."""
+"""How narrowly a collision happens or is missed: overlaps, gaps and approach speeds in a run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Centres = Callable[[FloatArray], FloatArray]
 """Times (k,) [s] -> centres (k, balls, 2) [m]."""
 
 TIMES = 2_001
-"""Instants at which a gap is looked at; around the smallest, as many again, twice."""
+"""Number of times at which a gap is sampled; twice more around the smallest gap."""
 
 
 Side = Literal["truth", "engine"]
@@ -27,15 +27,16 @@ What = Literal["miss", "collision", "order"]
 
 @dataclass(frozen=True)
 class Margin:
-    """The smallest change of a shot that would change its list of collisions.
+    """The smallest change of a shot that would change its collisions.
 
-    `run`: in whose shot it was measured.
-    `what`: the collision would be missed, were it of this much less overlap. It would happen, were
-        the gap at nearest approach this much smaller. It would come after what the other run has
-        instead, did it come later by the time that this length takes at the speed of approach.
-    `event`: as it is, or as the other run has it where it doesn't happen here.
+    `run`: the run in which it was measured.
+    `what`: "miss": the collision would be missed if its overlap were smaller by `length`.
+        "collision": the collision would happen if the smallest gap were smaller by `length`.
+        "order": the collision would come after that of the other run if it came later; `length` is
+        this time multiplied by the approach speed.
+    `event`: the collision in this run, or in the other run if it doesn't happen here.
     `length` [m].
-    `ulps` [1]: the length over the spacing of doubles at the coordinates there.
+    `ulps` [1]: the length divided by the spacing of doubles at these coordinates.
     `seconds` [s]: for "order", the time between the two collisions.
     """
 
@@ -48,10 +49,10 @@ class Margin:
 
 
 def state_before(result: Result, t: float) -> tuple[float, Samples]:
-    """Return the last known state before an instant [s], and when it is; arrays (1, n, 3).
+    """Return the time of the last known state before `t` [s], and that state; arrays (1, n, 3).
 
-    An exact motion is known just before. Of frames it is the last one: between it and the next the
-    velocities on both sides of a collision would be mixed.
+    For an exact motion, it is just before `t`. For frames, it is the last frame before `t`, because
+    interpolation to the next frame would mix the velocities before and after a collision.
     """
     frames = result.trajectory
     if isinstance(frames, SampledTrajectory):
@@ -63,9 +64,9 @@ def state_before(result: Result, t: float) -> tuple[float, Samples]:
 
 
 def ball_at(scene: Scene, states: Samples, ball: int, axes: int = 3) -> Ball:
-    """Return a ball of a scene in the first of some sampled states: where it is, how it moves.
+    """Return a ball of a scene with the position and velocity of the first of some sampled states.
 
-    `axes`: 2 where only the plane counts: it lies on the cloth, and moves along it.
+    `axes`: 2 if only the plane counts: the ball then lies on the cloth, and moves along it.
     """
     state = {
         "position": tuple(states.positions[0, ball, :axes].tolist()),
@@ -78,11 +79,11 @@ def ball_at(scene: Scene, states: Samples, ball: int, axes: int = 3) -> Ball:
 
 
 def overlap_of(result: Result, collision: Event) -> float | None:
-    """Return the overlap of a collision of a run [m]: by how much it would have to be missed.
+    """Return the overlap of a collision of a run [m]: the change that would make it a miss.
 
-    Two balls that continued as they were would come to overlap by this much at most, or a ball to
-    reach so far into the cushion, before the cloth stops them. None where the last known state
-    doesn't lead to the collision: an engine had several in one step.
+    It is the largest overlap of the two balls, or of the ball and the cushion, if the balls
+    continued undisturbed until the cloth stops them. None if the last known state doesn't lead to
+    the collision, because the engine had several collisions in one time step.
     """
     _, state = state_before(result, collision.t)
     coasts = [_coast(result.scene, state, ball) for ball in collision.balls]
@@ -100,7 +101,7 @@ def overlap_of(result: Result, collision: Event) -> float | None:
 def nearest_approach(
     result: Result, collision: Event, start: float, end: float
 ) -> tuple[float, float]:
-    """Return the smallest gap of what would meet in a collision [m], and when [s], from `start`."""
+    """Return the smallest gap between the bodies of a collision [m], and its time [s]."""
 
     def centres(times: FloatArray) -> FloatArray:
         chosen: FloatArray = result.sample(times).positions[:, list(collision.balls), :2]
@@ -110,7 +111,7 @@ def nearest_approach(
 
 
 def approach_speed(result: Result, collision: Event) -> float:
-    """Return the speed at which what collides closes its gap just before [m/s]."""
+    """Return the approach speed just before a collision [m/s]."""
     _, state = state_before(result, collision.t)
     positions, velocities = state.positions[0, :, :2], state.velocities[0, :, :2]
     a, b = collision.a, collision.b
@@ -124,7 +125,7 @@ def approach_speed(result: Result, collision: Event) -> float:
 
 
 def gaps(scene: Scene, collision: Event, centres: FloatArray) -> FloatArray:
-    """Return the gap of what would collide for centres (k, balls of it, 2): (k,) [m]."""
+    """Return the gap between the bodies of a collision for centres (k, its balls, 2): (k,) [m]."""
     radii = scene.radii[list(collision.balls)]
     if collision.kind is EventKind.BALL_BALL:
         gap: FloatArray = np.hypot(*(centres[:, 1] - centres[:, 0]).T) - radii.sum()
@@ -137,8 +138,8 @@ def gaps(scene: Scene, collision: Event, centres: FloatArray) -> FloatArray:
 
 
 def _coast(scene: Scene, state: Samples, ball: int) -> Result:
-    """Let a ball continue alone from a state, on a cloth without end."""
-    # Nothing slows a ball on a cloth without resistance: until it has gone far beyond all others.
+    """Let one ball continue alone from a state, on an unbounded cloth."""
+    # On a cloth without friction, the ball never stops: run until it is far beyond all others.
     speed = float(np.linalg.norm(state.velocities[0, ball, :2]))
     extent = float(np.max(np.abs(state.positions[0, :, :2])) + np.max(scene.radii))
     endless = scene.rolling_frictions[ball] == 0.0 or not scene.sliding_frictions[ball] > 0.0
@@ -153,7 +154,7 @@ def _coast(scene: Scene, state: Samples, ball: int) -> Result:
 def _smallest(
     scene: Scene, collision: Event, centres: Centres, start: float, end: float
 ) -> tuple[float, float]:
-    """Return the smallest gap between two instants [m], and when it is [s]."""
+    """Return the smallest gap between two times [m], and its time [s]."""
     low, high = start, end
     gap, when = np.inf, start
     for _ in range(3):
@@ -174,9 +175,9 @@ def in_ulps(length: float, positions: Sequence[FloatArray]) -> float:
 def margins_of(
     truth: Result, result: Result, agreement: Agreement, parting: Parting
 ) -> tuple[Margin, ...]:
-    """Return the margin by which each of the two collisions happened or not, in either run."""
+    """Return the margins by which the two collisions happened or not, in either run."""
     pairs = agreement.before
-    # How far apart in time the two runs have the same collision: nothing nearer is another one.
+    # The largest time difference of shared collisions: a closer collision may be the same one.
     late = max((abs(a.t - b.t) for a, b in pairs), default=0.0)
     sides: tuple[tuple[Side, Result, list[Event], Event | None, Event | None], ...]
     sides = (
@@ -215,7 +216,7 @@ def _margins_in(
     start = max(
         (one.t for one in common if not set(one.balls).isdisjoint(others.balls)), default=0.0
     )
-    # As long again as the balls were on their way in the other run: a meeting long after is none.
+    # Up to twice the time that the balls took in the other run: a much later meeting doesn't count.
     end = run.rest_time if own is None else min(own.t, 2.0 * others.t - start + late)
     gap, _ = nearest_approach(run, others, start, end)
     if gap > 0.0:
@@ -223,7 +224,7 @@ def _margins_in(
 
 
 def _next_of(run: Result, own: Event, others: Event) -> Event | None:
-    """Return the collision `others` of a run where it is its balls' next after `own`, or None."""
+    """Return the collision `others` if it is the next one of its balls after `own`, else None."""
     log = events_in(events_of(run))
     after = log[log.index(own) + 1 :]
     first = next((one for one in after if not set(one.balls).isdisjoint(others.balls)), None)

@@ -1,4 +1,4 @@
-"""In what a run whose end is right differs before: where balls are meanwhile, and when events are.
+"""Differences of a run with the right end: positions before the end, and times of events.
 
 >>> differs_on_the_way(result, known, step=1e-3)
 'on the way a ball is up to 100 mm from its place, at t = 0.31 s'
@@ -17,17 +17,18 @@ from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot, farthest
 
 INSTANTS: Final = 401
-"""Instants at which an exact motion is compared."""
+"""Number of times at which an exact motion is compared."""
 
 SEEN: Final = 1e-6
-"""What is named, beyond what a step allows [m], and of times of events [s]."""
+"""Smallest reported difference beyond that of a time step: of positions [m], and of times [s]."""
 
 
 def differs_on_the_way(result: Result, known: KnownShot, step: float = 0.0) -> str:
-    """Say in what a run differs from the truth before its end; "" where in nothing that is seen.
+    """Return how a run differs from the reference before its end; "" if there is no difference.
 
-    `result`: with its events and its motion; of frames, only these are compared.
-    `step`: of the engine [s]: an event may be as late, and balls as far as they go meanwhile.
+    `result`: with its events and its motion; if it has frames, only these are compared.
+    `step`: time step of the engine [s]: events may be late by a step, and balls displaced
+        accordingly.
     """
     return "; and ".join(filter(None, (_motion(result, known, step), _events(result, known, step))))
 
@@ -47,7 +48,7 @@ def _motion(result: Result, known: KnownShot, step: float) -> str:
 
 
 def _events(result: Result, known: KnownShot, step: float) -> str:
-    """Look at kinds of events that both report: where they say how often, and when, each is."""
+    """Compare the kinds of events that both report: how often, and when, each event happens."""
     worst, words = SEEN + 2.0 * step, ""
     for kind in EventKind:
         found, true = (_by_key(run, kind) for run in (result, known.result))
@@ -57,7 +58,8 @@ def _events(result: Result, known: KnownShot, step: float) -> str:
             mine, right = found.get(key, []), true.get(key, [])
             what = (mine or right)[0].describe(result.scene)
             if len(mine) != len(right):
-                if kind is EventKind.BALL_CLOTH:  # bounces without end are told one by one or not
+                #   # infinitely many bounces may be reported in part
+                if kind is EventKind.BALL_CLOTH:
                     continue
                 return (
                     f"its events have {what} {_times(len(mine))}; the reference has this "

@@ -3,8 +3,8 @@
     >>> contradiction_in(result, known)
     '`events` says that "cue" hits "object" at t = 0.2 s, and in its samples ...'
 
-No comparison with a reference says anything about physics as long as a result contradicts itself.
-That a run ends where its samples end is checked for every result, where it comes in.
+A comparison with a reference means nothing if a result contradicts itself. That a run ends where
+its samples end is checked for every result when it is received.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot
 
 TOUCHING: Final = 0.02
-"""Largest gap between colliding balls in the samples, in radii, beside the motion in two frames.
+"""Largest gap between colliding balls in the samples, in radii, besides their motion in two frames.
 
-A solver that adds a margin to its shapes lets balls collide this early.
+Solvers that add a margin to their shapes let balls collide this early.
 """
 
 MILLISECONDS: Final = 1000.0
 
 NEARLY: Final = 0.1
-"""Largest relative difference from 1000 of a ratio of times that indicates milliseconds."""
+"""Largest relative deviation from 1000 of a ratio of times that indicates milliseconds."""
 
 
 def contradiction_in(result: Result, known: KnownShot) -> str:
-    """Return how a result contradicts itself, or that it is in milliseconds; "" if neither.
+    """Return how a result contradicts itself, or that its times are in milliseconds; or "".
 
     `result`: with its events and its motion.
     """
@@ -41,7 +41,7 @@ def contradiction_in(result: Result, known: KnownShot) -> str:
 
 
 def _times(result: Result, known: KnownShot) -> str:
-    """Return a message if times are a thousand times the reference's; "" otherwise."""
+    """Return a message if times are about a thousand times those of the reference; or ""."""
     true = events_in(events_of(known.result))
     pairs = compare_logs(true, events_in(events_of(result))).pairs
     ratios = [b.t / a.t for a, b in pairs if a.t > 0.0]
@@ -56,7 +56,7 @@ def _times(result: Result, known: KnownShot) -> str:
 
 
 def _contacts(result: Result) -> str:
-    """Return the collision whose balls are farthest apart in the samples when it happens."""
+    """Return a message about the collision with the largest gap in the samples; or ""."""
     events = [one for one in events_in(events_of(result)) if one.t <= result.rest_time]
     if not events:
         return ""

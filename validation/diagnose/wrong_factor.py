@@ -1,16 +1,17 @@
-"""Which coefficient of the physics an engine plays with, where it plays with a wrong one.
+"""Find the single coefficient whose wrong value explains the motion of an engine.
 
     >>> found = wrong_factor(known, result)
     >>> found.what, found.value, found.right
     ('rolling_friction', 0.0142857, 0.02)
 
-Our engine plays the scene again and again, one coefficient at a time scaled until its motion is
-that of the engine. The one whose scaled shot comes nearest is named where it leaves a fraction of
-the difference; where others do nearly as well, the shot can't tell them apart, and says so.
+Ghostball's engine simulates the scene repeatedly, scaling one coefficient at a time, to reproduce
+the motion of the engine. The coefficient with the best match is reported if it leaves only a small
+part of the difference. Coefficients with nearly as good a match are reported, too, because the shot
+can't distinguish them.
 
-A shot that is played with a wrong coefficient soon becomes another shot, to which the way is no
-smooth function of the coefficient any more. So the search begins on the first stretch, where the
-engine is half a ball off the truth, and follows the best value from there to the end.
+With a wrong coefficient, collisions soon differ, and then the motion is no smooth function of the
+coefficient. The search therefore starts with the first interval, until the engine is half a radius
+from the reference, and follows the best value from there to the end.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ COEFFICIENTS: Final = (
     "air_drag",
     "table_restitution",
 )
-"""Fields of the physics that are scaled, where they are numbers other than 0."""
+"""Fields of the physics that are scaled, if they are numbers other than 0."""
 
 ON_THE_WAY: Final = (*COEFFICIENTS[:3], "rolling_friction_quadratic", "air_drag")
 """Coefficients that act between contacts, not at contacts."""
@@ -50,59 +51,60 @@ ON_THE_WAY: Final = (*COEFFICIENTS[:3], "rolling_friction_quadratic", "air_drag"
 MASS, SPIN, VERTICAL_SPIN = "mass", "spin", "vertical spin"
 
 MOST_BALLS: Final = 4
-"""Balls up to which the mass of each is scaled: among more, a mass is nothing one searches by."""
+"""Largest number of balls for which the mass of each is scaled."""
 
 SCALES: Final = np.unique(
     [0.0, 1.0, *np.geomspace(0.1, 10.0, 41), 2 / 7, 2 / 5, 5 / 7, 7 / 5, 5 / 2, 7 / 2]
 )
-"""Where the search looks first."""
+"""The scales that the search tries first."""
 
 TIMES: Final = 161
-"""Instants at which two motions are compared."""
+"""Number of times at which two motions are compared."""
 
 VISIBLE: Final = 0.5
-"""How far off the truth a ball is where the first stretch ends, in radii."""
+"""Distance of a ball from the reference at which the first interval ends, in radii."""
 
 STRETCH: Final = 2.0
-"""How many times longer each stretch is than the one before."""
+"""Ratio of the lengths of consecutive intervals."""
 
 LEAVES: Final = 0.05
-"""A factor is named if it leaves at most this share of the difference."""
+"""A factor is reported if it leaves at most this share of the difference."""
 
 RIVAL: Final = 2.0
-"""Another one is named where it leaves at most so many times what the best one leaves."""
+"""Another factor is reported if it leaves at most this many times the difference of the best one.
+"""
 
 ROUND: Final = 0.004
-"""How near a factor is to a simple one, as a share, to be called that."""
+"""Largest relative deviation of a factor from a simple fraction."""
 
 SIMPLE: Final = 10
 """Largest numerator and denominator of a simple factor."""
 
 LEAST: Final = 1e-5
-"""A difference below this is no wrong factor's to search for [m]."""
+"""Differences below this aren't explained by a wrong factor [m]."""
 
 CLEAR: Final = 10.0
-"""A first stretch that ends where collisions differ must show so many times `LEAST`."""
+"""Difference, in units of `LEAST`, required in a first interval that ends at a wrong collision."""
 
 DISTINCT: Final = 3.0
-"""The right value explains the motion no more where it is so many times farther off."""
+"""Ratio of the differences above which the right value no longer explains the motion."""
 
 _GOLDEN: Final = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 @dataclass(frozen=True)
 class Factor:
-    """A coefficient that an engine plays with, in place of the right one.
+    """A coefficient with the value that an engine uses in place of the right one.
 
     `what`: a field of the physics, or "mass", "spin" or "vertical spin" of a ball.
-    `ball`: whose; "" of all.
-    `right`: what the scene says; 1 for a spin, which has several numbers.
-    `value`: what the engine plays with.
-    `before`, `after` [m]: the largest distance of a ball, within `until` [s], of the engine's
-        motion from that with the right value, and from that with `value`.
-    `since` [s]: the last instant until which the right value explains the motion as well.
-    `rivals`: what else would explain it as well.
-    `curve`: instants [s], and how far the engine is then from the truth, and from that [m].
+    `ball`: its ball; "" for all balls.
+    `right`: the value in the scene; 1 for a spin, which has several numbers.
+    `value`: the value that the engine uses.
+    `before`, `after` [m]: the largest distance of a ball, within `until` [s], between the engine's
+        motion and that with the right value, and that with `value`.
+    `since` [s]: the last time up to which the right value explains the motion as well.
+    `rivals`: other factors that would explain it as well.
+    `curve`: times [s], with the distances from the reference and from the motion with `value` [m].
     """
 
     what: str
@@ -118,13 +120,13 @@ class Factor:
 
     @property
     def name(self) -> str:
-        """What it is, as a sentence calls it."""
+        """The coefficient in the words of a sentence."""
         whose = f' of "{self.ball}"' if self.ball else ""
         return f"`{self.what}`{whose}" if self.what in COEFFICIENTS else f"the {self.what}{whose}"
 
     @property
     def scale(self) -> float:
-        """The value over the right one."""
+        """The value divided by the right one."""
         return self.value / self.right
 
     @property
@@ -134,12 +136,12 @@ class Factor:
 
     @property
     def is_simple(self) -> bool:
-        """Whether the two values are related as somebody would mistake one for the other."""
+        """Whether the ratio of the values suggests a common mistake."""
         return "." not in self.relation
 
     @property
     def relation(self) -> str:
-        """How the two values are related, where that is simple: "5/7 of", "the square of"."""
+        """The ratio of the two values in words: "5/7 of", "the square of"."""
         scale, right = self.scale, self.right
         if abs(scale) < ROUND:
             return "none of"
@@ -158,7 +160,7 @@ class Factor:
 
 @dataclass(frozen=True)
 class _Knob:
-    """A coefficient that can be scaled, and the scene that comes of it."""
+    """A coefficient that can be scaled, and a function that returns the scaled scene."""
 
     what: str
     ball: str
@@ -168,12 +170,12 @@ class _Knob:
 
 
 def wrong_factor(known: KnownShot, result: Result, agreed: float | None = None) -> Factor | None:
-    """Return the coefficient with which an engine's run is explained; None where none explains it.
+    """Return the coefficient that explains an engine's run; None if there is none.
 
     `result`: with its motion.
-    `agreed` [s]: until when its collisions are the true ones; None: to the end.
+    `agreed` [s]: time up to which its collisions agree with the reference; None: to the end.
 
-    Balls are compared in the plane, until the engine's run ends.
+    Horizontal positions are compared, until the engine's run ends.
     """
     scene = known.scene.without_strikes()
     try:
@@ -196,7 +198,7 @@ def wrong_factor(known: KnownShot, result: Result, agreed: float | None = None) 
 
 
 class _Search:
-    """The engine's motion, and how far our motions are from it."""
+    """The engine's motion, and its distances from simulated motions."""
 
     def __init__(self, known: KnownShot, result: Result, agreed: float | None) -> None:
         self._result, self._known = result, known
@@ -206,24 +208,24 @@ class _Search:
         seen = np.flatnonzero(off > VISIBLE * float(np.min(known.scene.radii)))
         first = float(times[seen[0]]) if len(seen) else end
         if agreed is not None and 0.0 < agreed < first and self.before(agreed) > CLEAR * LEAST:
-            first = agreed  # what a break makes of a factor afterwards is no smooth function of it
+            first = agreed  #   # after a break, the motion is no smooth function of a factor
         self.ends = [first]
         while self.ends[-1] < end:
             self.ends.append(min(STRETCH * self.ends[-1], end))
 
     def before(self, end: float) -> float:
-        """Return how far the engine is from the truth, at most, until an instant [m]."""
+        """Return the largest distance of the engine from the reference up to a time [m]."""
         return float(np.max(farthest(self._result, self._known.result, _instants(end))))
 
     def fit(self, knob: _Knob) -> Factor | None:
-        """Return the value that explains the engine's motion best; None where none explains it."""
+        """Return the value that explains the engine's motion best; None if none explains it."""
         first = self.ends[0]
         scales = np.unique(np.minimum(SCALES, knob.largest))
         errors = np.array([self._error(knob, scale, first) for scale in scales])
         k = int(np.argmin(errors))
         if not np.any(errors[np.isfinite(errors)] > errors[k]):
-            return None  # nothing in this shot depends on it
-        # A factor of 0.95 lies between two scales, of which 1 may well be the nearest.
+            return None  #   # the shot doesn't depend on this coefficient
+        # A factor of 0.95 is between two scales, and the nearest may be 1.
         low, high = scales[max(k - 1, 0)], scales[min(k + 1, len(scales) - 1)]
         nearest = self._least(knob, float(low), float(high), first)
         if not self._error(knob, nearest, first) < 0.7 * self._error(knob, 1.0, first):
@@ -244,7 +246,7 @@ class _Search:
         return Factor(knob.what, knob.ball, knob.right, scale * knob.right, before, after, end)
 
     def with_curve(self, found: Factor, knob: _Knob) -> Factor:
-        """Return a factor with how far off both motions are, and since when the right one is."""
+        """Return a factor with its curve, and the time from which the right value fails."""
         first, whole = (self._both(found, knob, end) for end in (self.ends[0], found.until))
         apart = np.flatnonzero(first[:, 1] > DISTINCT * first[:, 2] + LEAST)
         since = float(first[max(int(apart[0]) - 1, 0), 0]) if len(apart) else 0.0
@@ -252,14 +254,14 @@ class _Search:
         return replace(found, since=since, curve=rows)
 
     def _both(self, found: Factor, knob: _Knob, end: float) -> FloatArray:
-        """Return instants until one, and how far off the truth and ours are then: (k, 3)."""
+        """Return times up to `end`, with the distances from reference and fit: (k, 3)."""
         times, ours = _instants(end), self._off(knob, found.scale, end)
-        assert ours is not None  # it was found so
+        assert ours is not None  #   # `fit` has simulated it before
         true = farthest(self._result, self._known.result, times)
         return np.column_stack([times, true, ours])
 
     def _least(self, knob: _Knob, low: float, high: float, end: float) -> float:
-        """Return the scale with the least error between two (golden section)."""
+        """Return the scale with the least error in an interval (golden section search)."""
         a, b = low, high
         c, d = b - _GOLDEN * (b - a), a + _GOLDEN * (b - a)
         at_c, at_d = self._error(knob, c, end), self._error(knob, d, end)
@@ -276,7 +278,7 @@ class _Search:
         return min(ends)[1]
 
     def _error(self, knob: _Knob, scale: float, end: float) -> float:
-        """Return the root mean square distance of the engine's balls from ours [m]."""
+        """Return the rms distance of the engine's balls from those of the scaled shot [m]."""
         off = self._off(knob, scale, end)
         return math.inf if off is None else float(np.sqrt(np.mean(off**2)))
 
@@ -287,7 +289,7 @@ class _Search:
     def _off(self, knob: _Knob, scale: float, end: float) -> FloatArray | None:
         try:
             ours = run_ours(knob.scaled(scale).model_copy(update={"t_max": end}))
-        except GhostballError:  # a value that a rule of scenes refuses
+        except GhostballError:  #   # the value is invalid in a scene
             return None
         if ours.rest_time < end and not ours.status.complete:
             return None
@@ -299,7 +301,7 @@ def _instants(end: float) -> FloatArray:
 
 
 def _knobs(scene: Scene) -> Iterator[_Knob]:
-    """Yield what of a scene can be scaled."""
+    """Yield the coefficients of a scene that can be scaled."""
     physics = scene.physics
     for name in COEFFICIENTS:
         right = getattr(physics, name)
