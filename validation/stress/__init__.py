@@ -1,4 +1,4 @@
-"""The stress families: generated shots that try to break an engine, judged like any other."""
+"""The stress families: generated shots that test the limits of engines, judged like scenes."""
 
 from ghostball.validation.stress.families import FAMILIES, chosen_shots, path_of
 from ghostball.validation.stress.run import DEFAULT_ENGINES, run_stress

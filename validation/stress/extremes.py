@@ -1,11 +1,12 @@
 """Extremes: ordinary shots with one extreme number.
 
-Each has a closed form, or is certified from its very doubles. What growing numbers do to a shot is
-their conditioning: far from the origin a coordinate is rounded by more, and so a right answer is
-one within some roundings of the coordinates, carried along the shot; our engine may be 32 times as
-far off as one rounding at each event makes it, as everywhere (scenes/common.expect.toml).
+Each shot has a closed form, or is certified for its exact doubles. Large numbers affect the
+conditioning of a shot: far from the origin, coordinates have larger rounding errors. A right answer
+therefore is within some roundings of the coordinates, propagated along the shot. Ghostball's engine
+may have 32 times the error of one rounding at each event, as in all scenes
+(scenes/common.expect.toml).
 
-Below 1e-50 and above 1e50 a scene is refused, with the field and the rule; so is a ball so far from
+Values below 1e-50 and above 1e50 are refused, with the field and the rule; so is a ball so far from
 the origin that doubles don't resolve its radius.
 """
 
@@ -29,10 +30,10 @@ WAY = 0.0625
 """Distance of the cue ball from the other ball [m]."""
 
 SPEED, T_MAX = 2.0, 0.15
-"""Speed of a cue ball [m/s] and end of a shot [s], where these aren't what is far out."""
+"""Speed of a cue ball [m/s] and end of a shot [s], in shots with other extremes."""
 
 SIDE = 0.4
-"""Of a square table [m], where that isn't."""
+"""Side of a square table [m], in shots with other extremes."""
 
 ROLLING, ELASTIC, SLIDING = "rolling", "elastic", "sliding"
 KINDS: dict[str, dict[str, Any]] = {
@@ -47,7 +48,7 @@ KINDS: dict[str, dict[str, Any]] = {
         "cushion_restitution": 0.85,
     },
 }
-"""The paper's balls, the same on ice, and pool balls."""
+"""The balls of the paper, the same without friction, and pool balls."""
 
 ICE = Physics(rolling_friction=0.0)
 
@@ -61,9 +62,9 @@ def cut(
     at: tuple[float, float] = (0.0, 0.0),
     t_max: float = T_MAX,
 ) -> Scene:
-    """Return a ball that hits a resting one, four tenths off its middle.
+    """Return a shot at a ball at rest, 0.4 of a full offset from its centre.
 
-    The object ball lies at `at`, and has `ratio` times the radius and `mass_ratio` times the mass.
+    The object ball is at `at`, with `ratio` times the radius and `mass_ratio` times the mass.
     """
     reach = (1.0 + ratio) * RADIUS
     aside = 0.4 * reach
@@ -82,7 +83,7 @@ def bank(
     speed: float = SPEED,
     t_max: float | None = 0.5,
 ) -> Scene:
-    """Return two balls on a square table; one goes to the other, and both to cushions."""
+    """Return two balls on a square table; one moves towards the other, and both reach cushions."""
     start, velocity = (0.25 * side, 0.25 * side), (speed, 0.6 * speed)
     cue = Ball(id="cue", position=start, velocity=velocity, radius=radius)
     rests = Ball(id="object", position=(0.5 * side, 0.4 * side - 0.5 * radius), radius=radius)
@@ -95,7 +96,7 @@ def _spread(size: Size, values: range) -> tuple[int, ...]:
 
 
 def _speeds(size: Size) -> Iterator[Shot]:
-    # What nothing slows arrives at any speed; what friction stops may rest before.
+    # Without friction, a ball arrives at any speed; with friction, it may stop before.
     for power in _spread(size, range(-9, 5)):
         speed = 10.0**power
         for kind, fields in KINDS.items():
@@ -106,7 +107,7 @@ def _speeds(size: Size) -> Iterator[Shot]:
 
 
 def _differences(size: Size) -> Iterator[Shot]:
-    """Yield a ball that catches up with another one, which is almost as fast."""
+    """Yield a ball that catches up with another one at almost the same speed."""
     for power in _spread(size, range(-11, 0)):
         slower = 10.0**power
         closes = slower * SPEED * 0.5 * T_MAX
@@ -131,12 +132,12 @@ def _ratios(size: Size) -> Iterator[Shot]:
 
 
 def _among_many(size: Size) -> Iterator[Shot]:
-    """Yield two large balls that meet in front of a hundred small ones, 40 and 400 times smaller.
+    """Yield two large balls that collide in front of a hundred small ones.
 
-    Two of those meet a little later. Who finds neighbours in cells must have cells for the largest
-    ball, or finds the first contact after the second, which is too late. Two more lie where the
-    first of the large ones would hit them, were it not for the other: who passes over pairs that
-    come later than those must know how large a ball may be.
+    Two small balls collide a little later. An engine with a grid needs cells for the largest ball;
+    otherwise it finds the first contact after the second, too late. Two more balls are at places
+    where the first large ball would hit them, except that the other large ball stops it: an engine
+    that skips pairs with later collisions must take the size of balls into account.
     """
     for ratio in (40.0, 400.0) if size.full else (40.0,):
         small = 0.25 / ratio
@@ -161,7 +162,7 @@ def _tables(size: Size) -> Iterator[Shot]:
     rough = Physics(rolling_friction=0.5)
     for power in _spread(size, range(-3, 7)):
         side = 10.0**power
-        # It would go straight on for four sides until it rests.
+        # Without cushions, it would roll four sides before it stops.
         speed = math.sqrt(8.0 * rough.rolling_friction * rough.gravity * side)
         scene = bank(rough, side=side, radius=side / 40.0, speed=speed, t_max=None)
         yield shot(f"table-rolling-{power_of_ten(power)}", scene, table=side)
@@ -185,7 +186,7 @@ def _moved(size: Size) -> Iterator[Shot]:
 
 
 def _far_end(away: float) -> Scene:
-    """Return two balls at the far corner of a table that is this long, to meet its cushions."""
+    """Return two balls at the far corner of a table with sides this long."""
     table = Table(length=away + 1.0, width=away + 1.0, cushions=("right", "top"))
     cue = Ball(id="cue", position=(away + 0.3, away + 0.2), velocity=(1.0, 0.7))
     other = Ball(id="object", position=(away + 0.7, away + 0.45), velocity=(-0.2, 0.1))
@@ -215,14 +216,14 @@ def _restitutions(size: Size) -> Iterator[Shot]:
             if kind != SLIDING:
                 laws["cushion"] = "restitution"
             scene = bank(Physics(**(fields | laws)))
-            # A cushion that gives nothing back holds a ball that its spin drives on: no proof.
+            # A cushion without restitution holds a ball that its spin drives: not certified.
             least = 5 if kind == SLIDING and restitution <= 1e-12 else None
             name = f"restitution-cushions-{kind}-{restitution:.13g}"
             yield shot(name, scene, proved=least, restitution=restitution)
 
 
 def _tiny(size: Size) -> Iterator[Shot]:
-    """Yield speeds whose squares vanish, down to the least double; and those at the limits."""
+    """Yield speeds with squares that underflow, and speeds at the limits."""
     values = (5e-324, 1e-310, 3e-308, 1e-200, 1e-160, 1e-100, 1e-50)
     for speed in values if size.full else values[:1]:
         for kind, fields in KINDS.items():

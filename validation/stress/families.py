@@ -1,6 +1,6 @@
-"""The families of shots, by name, in display order, and the choice of shots.
+"""The families of shots by name, in display order, and the choice of shots.
 
-A family is a module beside this one with a constant `FAMILY`. Its shots vary a parameter. Each shot
+A family is a module in this folder with a constant `FAMILY`. Its shots vary a parameter. Each shot
 has a result that is known in advance, or limits that hold for every shot.
 """
 
@@ -79,7 +79,7 @@ def path_of(scene: str) -> str:
 
 
 def _candidates(size: Size, only: Sequence[str]) -> Iterator[tuple[Family, Shot]]:
-    # To make the shots of a family may take seconds: only where one may be asked for.
+    # Generating the shots of a family may take seconds, so only families that may match do this.
     families = [pattern.partition("/")[0] for pattern in only]
     for family in FAMILIES.values():
         if not only or any(fnmatch.fnmatchcase(family.name, one) for one in families):

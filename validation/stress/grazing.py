@@ -1,8 +1,8 @@
-"""Grazing: two balls that only just touch or miss, and a ball that only just reaches a cushion.
+"""Grazing: two balls that barely touch or miss, and a ball that barely reaches a cushion.
 
-The hard part of every detector of collisions. Rounding of the scene itself is a hundredth of the
-shallowest depth, and can't turn a hit into a miss: a test proves each shot. Past a depth of 1e-13
-diameters doubles can't tell one from the other.
+These are the hardest cases for collision detection. Rounding of the scene is a hundredth of the
+smallest depth and can't turn a hit into a miss; a test certifies each shot. Below a depth of 1e-13
+diameters, doubles can't distinguish the two.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_o
 
 SPEED = 1.0
 WAY = 0.1
-"""Speed of the moving ball [m/s], and its way to the other one, or to the cushion [m]."""
+"""Speed of the moving ball [m/s], and its path to the other ball, or to the cushion [m]."""
 
 SHALLOWEST = 13
-"""Impact depths go from 1e-1 to 10 to the minus this, in diameters."""
+"""Impact depths range from 1e-1 to 10 to the minus this, in diameters."""
 
 _RADIUS = Ball(id="any", position=(0.0, 0.0)).radius
 _CLOTH = Physics(preset="pool", sliding_friction=0.4)
 _PULL = _CLOTH.sliding_friction * _CLOTH.gravity
-"""Deceleration of the point of a sliding ball that touches the cloth [m/s^2]."""
+"""Deceleration of the contact point of a sliding ball [m/s^2]."""
 
 
 def straight(depth: float, turn: float, *, physics: Physics, ratio: float = 1.0) -> Scene:
-    """Return a shot that passes a resting ball, straight, `depth` diameters nearer than a touch.
+    """Return a shot along a straight line, with an overlap of `depth` diameters at a ball at rest.
 
-    Turned by an angle [rad] about the object ball, so that every coordinate is rounded. Its
-    radius is `ratio` times the cue ball's.
+    The shot is rotated by an angle [rad] about the object ball, so that every coordinate is
+    rounded. The object ball has `ratio` times the radius of the cue ball.
     """
     c, s = math.cos(turn), math.sin(turn)
     aside = (1.0 + ratio) * _RADIUS * (1.0 - depth)
@@ -44,10 +44,10 @@ def straight(depth: float, turn: float, *, physics: Physics, ratio: float = 1.0)
 
 
 def curved(depth: float, turn: float) -> Scene:
-    """Return a shot whose path sidespin bends round a resting ball, as `straight`."""
+    """Return a shot on a path that sidespin bends around a ball at rest; see `straight`."""
     c, s = math.cos(turn), math.sin(turn)
-    # It rolls, and spins about the line of the shot too: the cloth pushes it sideways, along a
-    # parabola, until after it has passed.
+    # The ball rolls, and also spins about the direction of the shot: the cloth pushes it sideways,
+    # along a parabola, until it has passed.
     spin = SPEED / _RADIUS
     aside = 3.0 * spin
     t = WAY / SPEED
@@ -66,10 +66,10 @@ def curved(depth: float, turn: float) -> Scene:
 
 
 def at_cushion(depth: float, _turn: float) -> Scene:
-    """Return a shot that sidespin bends back just where it reaches a cushion."""
+    """Return a shot that sidespin turns back just where it reaches a cushion."""
     spin, up = 2.0 * SPEED / _RADIUS, 0.4 * SPEED
     apex = up * up / (2.0 * _PULL)
-    # The slip is all sideways, so that the cloth's push is away from the cushion.
+    # The slip is only sideways, so the friction points away from the cushion.
     cue = Ball(
         id="cue",
         position=(0.3, 0.6 - _RADIUS - apex + 2.0 * _RADIUS * depth),
@@ -81,7 +81,7 @@ def at_cushion(depth: float, _turn: float) -> Scene:
 
 
 def hit_or_miss(depth: float, metric: str = "collision_count") -> Criterion:
-    """Return the limit on the collisions of a path that goes so deep [diameters], or misses."""
+    """Return the limit on the collisions of a path with a depth [diameters]; negative is a miss."""
     if depth > 0.0:
         return limit(metric, f"The path goes {depth:.0e} diameters deep: one collision.", equals=1)
     return limit(metric, f"The path misses by {-depth:.0e} diameters: no collision.", equals=0)
@@ -94,10 +94,10 @@ def grazes(
     turns: Iterable[float],
     metric: str = "collision_count",
 ) -> Iterator[Shot]:
-    """Yield shots that go into what they pass, and miss it, by these powers of ten [diameters].
+    """Yield shots with depths of plus (hit) and minus (miss) these powers of ten [diameters].
 
-    `make`: returns the scene of a depth [diameters] and a turn [rad].
-    `metric`: the count of collisions that is limited.
+    `make`: returns the scene for a depth [diameters] and a rotation [rad].
+    `metric`: the count of collisions that the limit is on.
     """
     for power, turn, word in product(powers, turns, ("hit", "miss")):
         name = f"{kind}-{word}-1e-{power:02d}" + (f"-turned-{turn:g}" if turn else "")

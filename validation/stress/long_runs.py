@@ -1,6 +1,6 @@
 """Long runs: many collisions, of a gas and of Galperin's balls.
 
-An engine with a time step would take hours for the longest: it is asked for the shorter ones.
+Time-stepping engines simulate only the shorter ones: the longest would take them hours.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from ghostball.validation.stress.gas import ICE, collision_rate, gas
 from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
 
 ROWS, PACKING = 6, 0.5
-"""Of a gas: rows x rows balls, and the part of the table that they cover."""
+"""A gas of rows x rows balls, and the share of the table that they cover."""
 
 MOST_STEPPED = 1_000
-"""Collisions of a gas beyond which no engine with a time step is asked."""
+"""Largest number of collisions of a gas for time-stepping engines."""
 
 DRIFT = 16.0
-"""Standard deviations, or nearly, of the rounding of the energy that are permitted.
+"""Allowed drift of the energy by rounding, in standard deviations.
 
-Each collision rounds the speeds of two balls of N by some EPS / 2, either way: EPS / N of the
-energy, and as a random walk sqrt(n) times that after n. A law that is off by one rounding to the
-same side in each collision is beyond that after some hundred of them.
+Each collision rounds the speeds of two of N balls by about EPS / 2, up or down: EPS / N of the
+energy. As a random walk, n collisions cause sqrt(n) times as much. A law with one rounding error in
+the same direction at each collision exceeds the limit after some hundred collisions.
 """
 
 _SUM = 16.0
-"""Roundings of the sum over all balls that is the energy."""
+"""Roundings of the sum over all balls that gives the energy."""
 
 _PREDICTED = (
     "The theory of gases predicts the number of collisions between balls, within a quarter."
@@ -44,7 +44,7 @@ def _gases(size: Size) -> Iterator[Shot]:
         t_max = collisions / collision_rate(ROWS**2, PACKING)
         drift = EPS * (_SUM + DRIFT * math.sqrt(collisions) / ROWS**2)
         scene = gas(ROWS, PACKING, t_max, 1 + size.seed)
-        # The rate is that of balls whose mean squared velocity is 1 m^2/s^2 in each direction.
+        # The rate is for balls with a mean squared velocity of 1 m^2/s^2 in each direction.
         predicted = collisions * float(np.sqrt(np.mean(scene.velocities[:, :2] ** 2)))
         why = "Each collision rounds the energy up or down; the roundings add up as a random walk."
         yield shot(
@@ -56,7 +56,7 @@ def _gases(size: Size) -> Iterator[Shot]:
                 "No process dissipates energy; 1e-6 allows for the noise of a solver.",
                 at_most=1e-6,
             ),
-            # The grid that it starts from takes time to dissolve.
+            # The initial lattice takes time to dissolve.
             limit("ball_ball_count", _PREDICTED, at_least=math.floor(0.75 * predicted)),
             limit("ball_ball_count", _PREDICTED, at_most=math.ceil(1.25 * predicted)),
             truth="none",
@@ -66,7 +66,7 @@ def _gases(size: Size) -> Iterator[Shot]:
 
 
 def _galperins() -> Iterator[Shot]:
-    """Yield a light ball between a cushion and a heavy one: the collisions spell pi."""
+    """Yield a light ball between a cushion and a heavy one: the number of collisions spells pi."""
     for digits in range(6):
         count = galperin(digits)
         yield shot(
@@ -84,16 +84,17 @@ def _galperins() -> Iterator[Shot]:
                 claiming="rounding",
                 at_most=1e-3 * RADIUS,
             ),
-            truth=None if digits <= 2 else "none",  # a proof of so many collisions takes minutes
+            #   # certifying so many collisions takes minutes
+            truth=None if digits <= 2 else "none",
             stepped=digits <= 2,
             collisions=count,
         )
 
 
 def _limits_of_rounding(digits: int, count: int) -> Iterator[Criterion]:
-    """Yield limits on a shot of `count` collisions, for engines that claim to be off by rounding.
+    """Yield limits on a shot of `count` collisions, for engines that claim rounding errors only.
 
-    They alternate between ball and cushion, and begin with the balls.
+    Collisions with the ball and the cushion alternate, starting with the ball.
     """
     alternate = "The collisions alternate: the heavy ball, the cushion, the heavy ball."
     yield limit("ball_ball_count", alternate, claiming="rounding", equals=(count + 1) // 2)
@@ -114,7 +115,7 @@ def _limits_of_rounding(digits: int, count: int) -> Iterator[Criterion]:
 
 
 def galperin_shot(digits: int) -> Scene:
-    """Return the shot; on the middle line of a table 1 m wide, where no y is rounded.
+    """Return the shot on the centre line of a table 1 m wide, so y isn't rounded.
 
     The heavy ball has 100^digits times the mass.
     """
@@ -126,11 +127,11 @@ def galperin_shot(digits: int) -> Scene:
 
 
 def galperin(digits: int) -> int:
-    """Return how many collisions there are with masses 1 : 100^digits.
+    """Return the number of collisions with masses 1 : 100^digits.
 
-    Galperin 2003, Regular and Chaotic Dynamics 8(4) 375: with X = sqrt(M) x, Y = sqrt(m) y both are
-    one point in a wedge of angle theta = atan(sqrt(m / M)), which unfolds into a straight line. It
-    crosses a mirror ceil(pi / theta) - 1 times.
+    Galperin 2003, Regular and Chaotic Dynamics 8(4) 375: with X = sqrt(M) x, Y = sqrt(m) y, both
+    balls are one point in a wedge of angle theta = atan(sqrt(m / M)). Unfolded, its path is a
+    straight line, which crosses a mirror ceil(pi / theta) - 1 times.
     """
     with workdps(50):
         return int(mp.ceil(mp.pi / mp.atan(mp.mpf(10) ** -digits))) - 1

@@ -1,4 +1,4 @@
-"""Jaws, holes, posts and sharp corners: what a ball meets on a table that isn't a rectangle."""
+"""Jaws, holes, posts and sharp corners: obstacles on tables that aren't rectangles."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ _RADIUS = Ball(id="any", position=(0.0, 0.0)).radius
 _FREE = Physics(rolling_friction=0.0, cushion="mirror")
 _POOL = Table.model_validate("wpa-9ft")
 _CORNER = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0))
-"""An L, whose corner at (1, 1) points into the table."""
+"""An L, with a corner at (1, 1) that points into the table."""
 
 _POST = 0.04
-"""Radius of the post that balls graze [m]."""
+"""Radius of the post in grazing shots [m]."""
 
 
 def passing(depth: float, turn: float, *, post: bool) -> Scene:
-    """Return a shot that passes a post, or a corner, `depth` diameters nearer than a touch.
+    """Return a straight shot past a post, or a corner, with an overlap of `depth` diameters.
 
-    Along a straight line, turned by an angle from the diagonal [rad].
+    The line is rotated by an angle [rad] from the diagonal.
     """
     way = math.radians(-45.0) + turn
     c, s = math.cos(way), math.sin(way)
     aside = _RADIUS - 2.0 * _RADIUS * depth + (_POST if post else 0.0)
-    # On the right of the way lies what is met, at (1, 1): the ball passes it on the left of that.
+    # The obstacle is at (1, 1), on the right of the path.
     x, y = 1.0 + s * aside - c * WAY, 1.0 - c * aside - s * WAY
     table = {"length": 2.0, "width": 2.0, "posts": [{"centre": (1.0, 1.0), "radius": _POST}]}
     shape = Table.model_validate(table if post else {"vertices": _CORNER})
@@ -39,13 +39,13 @@ def passing(depth: float, turn: float, *, post: bool) -> Scene:
 
 
 def wedge(angle: float) -> tuple[Scene, int]:
-    """Return a ball that goes into a corner and comes back, and how often it bounces there.
+    """Return a ball that rolls into a corner and back, and the number of its bounces there.
 
     `angle` [rad]: of the corner.
 
-    The sides that its centre bounces off meet at R / sin(angle / 2) from the corner. Unfolded
-    there, its way is a straight line, which crosses a side at every multiple of the angle between
-    the directions to where it begins and to where it goes.
+    The lines that its centre bounces off meet at R / sin(angle / 2) from the corner. Unfolded
+    there, its path is a straight line. It crosses a line at every multiple of `angle` between the
+    directions to its start and to its end.
     """
     reach, back = _RADIUS / math.sin(angle / 2.0), 1.0
     length = reach + 3.0 * back
@@ -61,7 +61,7 @@ def wedge(angle: float) -> tuple[Scene, int]:
 
 
 def _on_pool(*balls: dict[str, Any], **fields: Any) -> Scene:
-    """Return a shot on a pool table of 9 ft, on which nothing slows balls."""
+    """Return a shot on a pool table of 9 ft without friction."""
     data = [{"id": f"b{i}", **ball} for i, ball in enumerate(balls)]
     return Scene.model_validate(
         {"name": "pool", "table": _POOL, "physics": _FREE, "t_max": 2.0, "balls": data, **fields}
@@ -88,7 +88,7 @@ def _grazes(size: Size) -> Iterator[Shot]:
 
 
 def _at_holes() -> Iterator[Shot]:
-    """Yield balls at the edge of a hole, frozen between jaws, and two that fall together."""
+    """Yield balls at the edge of a hole, balls frozen between jaws, and two that fall together."""
     (hole,) = (one for one in _POOL.holes if one.pocket == 1)  # of the bottom side
     x, edge = hole.centre[0], hole.centre[1] + hole.radius
     for power in (3, 6, 9, 12):
@@ -100,7 +100,7 @@ def _at_holes() -> Iterator[Shot]:
         {"position": (x + side * 0.03, edge + 0.2), "velocity": (0.0, -1.0)} for side in (-1.0, 1.0)
     ]
     yield shot("two-at-once", _on_pool(*pair), _falls(2))
-    # A ball too large for the mouth lies against both jaws. What strikes it comes back.
+    # A ball too large for the mouth touches both jaws. A ball that hits it bounces back.
     large, jaws = 0.1, [one for one in _POOL.obstacles if getattr(one, "inward", None)]
     jaw = min(
         (one for one in jaws if one not in _POOL.holes),
@@ -113,13 +113,13 @@ def _at_holes() -> Iterator[Shot]:
     yield shot("frozen-in-the-jaws", _on_pool(frozen), still)
     for speed in (0.01, 1.0, 5.0):
         cue = {"position": (x, 0.635), "velocity": (0.0, -speed)}
-        # Until it is on its way back to the pocket across.
+        # Ends before the ball comes back to the opposite pocket.
         scene = _on_pool(frozen, cue, t_max=0.9 / speed)
         yield shot(f"into-the-jaws-{speed:g}", scene, _falls(0), stepped=True)
 
 
 def _rattles(size: Size) -> Iterator[Shot]:
-    """Yield balls on their way between the jaws of a corner pocket, held to their proofs."""
+    """Yield balls that rattle between the jaws of a corner pocket; certified."""
     most = 59 if size.full else 5
     for k in range(most + 1):
         y = 1.185 + 0.02 * k / most
@@ -129,7 +129,7 @@ def _rattles(size: Size) -> Iterator[Shot]:
 
 
 def _corners(size: Size) -> Iterator[Shot]:
-    """Yield corners that get ever sharper, down to sides that are nearly parallel."""
+    """Yield corners with smaller and smaller angles, until the sides are nearly parallel."""
     for degrees in (90.5, 31.0, 7.0, 1.0, 0.3, 0.1, 0.03) if size.full else (90.5, 31.0, 7.0, 1.0):
         scene, count = wedge(math.radians(degrees))
         yield shot(f"needle-{degrees:g}", scene, _bounces(count), angle=degrees)

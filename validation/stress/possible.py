@@ -44,9 +44,9 @@ ISOLATED: Final[tuple[Criterion, ...]] = (
 SKEW_OF_CONTACTS: Final = 2.0**-28
 """Asymmetry of exact motion with contact steps, in diameters; without contact steps it is zero.
 
-The contact forces are found by iteration over the contacts, in some order. The remaining error is
-below the tolerance of a gap. In a rack it becomes visible, because it may also change the order of
-two almost simultaneous contacts.
+Contact forces are found by iteration over the contacts, in some order. The remaining error is below
+the tolerance of a gap. It becomes visible in a rack, where it may also change the order of two
+almost simultaneous contacts.
 """
 
 

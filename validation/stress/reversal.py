@@ -1,7 +1,7 @@
-"""Time reversal: elastic play without friction, turned round after a time, comes back.
+"""Time reversal: elastic shots without friction, reversed after some time, return to their start.
 
-Each collision of round balls makes errors grow some tenfold, so that after some dozens for each
-ball not even rounding leads back: from there on nothing is asked; see `checks.relations`.
+Each collision of round balls multiplies errors by about ten, so after some dozens of collisions per
+ball, rounding alone prevents the return. Later reversals aren't judged; see `checks.relations`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ghostball.validation.stress.gas import ICE, gas
 from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
 
 LENGTHS = tuple(2.0**k for k in range(-5, 6))
-"""When a shot is turned round [s], as long as rounding leads back: see `longest`."""
+"""Times of reversal [s], as long as rounding permits the return: see `longest`."""
 
 FACTOR = limit(
     "reversal_factor",
@@ -27,15 +27,15 @@ FACTOR = limit(
 
 
 def back_within(radius: float) -> Criterion:
-    """Return the limit on how far from the start balls may end, for the smallest radius [m]."""
+    """Return the limit on the distance from the start after the return, for a radius [m]."""
     why = "Without dissipation, and if rounding allows it, the reversed shot returns to its start."
     return limit("reversal_error", why, at_most=BACK * radius)
 
 
 def _there_and_back(name: str, scene: Scene, longest: float) -> Iterator[Shot]:
-    """Yield a shot that is turned round ever later.
+    """Yield a shot with later and later reversals.
 
-    `longest` [s]: until when at the latest; later not even rounding leads back.
+    `longest` [s]: the latest reversal; later, rounding alone would prevent the return.
     """
     for length in LENGTHS:
         if length <= longest:
@@ -50,7 +50,7 @@ def _there_and_back(name: str, scene: Scene, longest: float) -> Iterator[Shot]:
 
 
 def _line() -> Scene:
-    """Return three balls on a line across two cushions: no error grows by powers there."""
+    """Return three balls on a line between two cushions, where errors don't grow exponentially."""
     return scene_of(
         Ball(id="a", position=(0.2, 0.5), velocity=(1.0, 0.0), mass=1.0),
         Ball(id="b", position=(0.5, 0.5), velocity=(-0.3, 0.0), mass=2.5),

@@ -1,4 +1,4 @@
-"""Storms: random breaks over the whole physics of the cloth, of which none may get stuck."""
+"""Storms: random breaks with all laws of the cloth; none of them may get stuck."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ghostball.validation.stress.possible import POSSIBLE
 from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
 
 MOST = 100_000
-"""Events, and contact steps, of a break."""
+"""Largest number of events, and of contact steps, in a break."""
 
 BREAKS: Final[Mapping[str, Wanted]] = {
     "layout": ("rack", "loose-rack"),

@@ -1,4 +1,4 @@
-"""Touching starts: balls that touch each other, cushions and corners, or all but touch."""
+"""Touching starts: balls that touch each other, cushions and corners, or almost touch."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ghostball.validation.stress.reversal import back_within
 from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot, size_of
 
 RADIUS = 2.0**-5
-"""Radius [m]: with it, contacts along an axis are closed to the bit, and gaps what they say."""
+"""Radius [m]: a power of two, so contacts along an axis are exactly closed, and gaps are exact."""
 
 ROOT3 = math.sqrt(3.0)
 
@@ -46,32 +46,31 @@ DIRECTIONS = {
 """Velocities at a contact whose normal is (1, 0)."""
 
 SKEW_OF_RACK = 1e-2
-"""Asymmetry of a rack that is broken, in diameters: order of contacts makes that of rounding."""
+"""Asymmetry of a broken rack, in diameters: the order of contacts amplifies rounding to this size.
+"""
 
 EVENTS_PER_BALL = 36
-"""Three times the most that any row, rack or wedge of the full suite needs: 12, of a row of 15.
-
-A test holds that against all of them; a ball that is stuck takes thousands."""
+"""Three times the largest number in any row, rack or wedge of the full size: 12, in a row of 15.
+A test checks this for all of them; a stuck ball needs thousands."""
 
 STEPS_PER_BALL = 51
-"""The same of contact steps: 17, of a row of 8.
-
-Where balls neither rub nor slow down, nothing pushes them, and none is permitted."""
+"""The same for contact steps: 17, in a row of 8.
+Without friction, no force keeps balls in contact, and no contact step is allowed."""
 
 SQUARE = Table(length=1.0, width=1.0)
 WALL = Table(length=1.0, width=1.0, cushions=("left",))
 
 T_MAX = 0.02
-"""How long what is proved is followed [s]."""
+"""Simulated time of the certified shots [s]."""
 
 
 def ball(name: str, place: Plane, velocity: Plane = (0.0, 0.0)) -> Ball:
-    """Return a ball of radius `RADIUS` at a place [m], with a velocity [m/s]."""
+    """Return a ball of radius `RADIUS` with a position [m] and a velocity [m/s]."""
     return Ball(id=name, radius=RADIUS, position=place, velocity=velocity)
 
 
 def resting_row(count: int, gap: float) -> list[Ball]:
-    """Return balls "b0", "b1" ... at rest in a row along y = 0, with these gaps [m]."""
+    """Return balls "b0", "b1", ... at rest in a row along y = 0, with gaps [m]."""
     places = [0.0]
     for _ in range(count - 1):
         places.append(places[-1] + (2.0 * RADIUS + gap))
@@ -87,7 +86,7 @@ def _few_gaps(size: Size) -> tuple[float, ...]:
 
 
 def _pairs(size: Size) -> Iterator[Shot]:
-    """Yield two balls, one of which moves, in contact along an axis or at an angle; proved."""
+    """Yield two balls, one of them moving, in contact along an axis or at an angle; certified."""
     turns = (0.0, 0.7, 0.5 * math.pi, 2.0, 4.0) if size.full else (0.0, 0.7)
     for (kind, physics), gap, (word, direction), turn in product(
         KINDS.items(), _gaps(size), DIRECTIONS.items(), turns
@@ -104,7 +103,7 @@ def _pairs(size: Size) -> Iterator[Shot]:
 
 
 def _on_cushions(size: Size) -> Iterator[Shot]:
-    """Yield a ball at a cushion, and in a corner; proved."""
+    """Yield a ball at a cushion, and in a corner; certified."""
     for (kind, physics), gap, (word, direction) in product(
         KINDS.items(), _gaps(size), DIRECTIONS.items()
     ):
@@ -118,25 +117,26 @@ def _on_cushions(size: Size) -> Iterator[Shot]:
             scene = scene_of(moves, physics=physics, table=SQUARE, t_max=T_MAX)
             limits = (*POSSIBLE, *bounded(6, 200))
             if where == "corner" and word == "slanting" and gap == 0.0 and kind != "sliding":
-                # Which cushion comes first no proof says. Mirrors send the ball back either way.
+                # The certified result doesn't determine the order of the cushions. The ball returns
+                # in either case.
                 limits += _off_both()
             yield shot(name, scene, *limits, gap=gap)
 
 
 def _off_both() -> tuple[Criterion, ...]:
-    """Return what is asked of a ball that is pushed into a corner with sides that mirror."""
+    """Return the limits for a ball that rolls into a corner with mirror cushions."""
     both = limit("ball_cushion_count", "The ball hits each of the two cushions once.", equals=2)
     return (both, ends(1), *symmetric(0.0))
 
 
 def ends(late: int) -> Criterion:
-    """Return the limit on the end of a shot with contacts at one instant, some of them `late`."""
+    """Return the limit on the end of a shot with simultaneous contacts, some of them `late`."""
     why = "The engine may detect each contact of the chain one time step late."
     return limit("rest_error_max", why, at_most=float(late), of="step")
 
 
 def _into_corners(size: Size) -> Iterator[Shot]:
-    """Yield a ball that runs into a corner along its bisector: it comes back as it came."""
+    """Yield a ball that rolls into a corner along its bisector, and returns the same way."""
     ways = (0.0, 1e-15, 1e-6, 0.01, 0.1, 0.25, 0.37) if size.full else (0.0, 0.25)
     for corner, far in product(((0, 0), (1, 0), (0, 1), (1, 1)), ways):
         start = RADIUS + far
@@ -149,7 +149,7 @@ def _into_corners(size: Size) -> Iterator[Shot]:
 
 
 def _limits(scene: Scene, kind: str, skew: float | None) -> tuple[Criterion, ...]:
-    """Return what is asked of a row, a rack or a wedge; `skew` [diameters]: see `symmetric`."""
+    """Return the limits for a row, a rack or a wedge; `skew` [diameters]: see `symmetric`."""
     n, elastic = len(scene.balls), kind == "elastic"
     alone = ISOLATED if elastic and scene.table is None else ()
     return (
@@ -161,9 +161,9 @@ def _limits(scene: Scene, kind: str, skew: float | None) -> tuple[Criterion, ...
 
 
 def _cradles(size: Size) -> Iterator[Shot]:
-    """Yield balls that run into a row: as many leave it, and the others stay.
+    """Yield balls that roll into a row: as many leave the row, and the others stay.
 
-    Equal masses trade velocities: as many collisions as passings of `k` balls through `n`.
+    Equal masses exchange velocities, so `k` balls pass through `n` balls in n k collisions.
     """
     rows = (1, 2, 3, 4, 5, 8, 15) if size.full else (2, 5)
     for n, k, gap in product(rows, (1, 2, 3), _few_gaps(size)):
@@ -185,7 +185,7 @@ def _cradles(size: Size) -> Iterator[Shot]:
 
 
 def _lines(size: Size) -> Iterator[Shot]:
-    """Yield a ball that hits a line of frozen ones off its middle, and lines that nothing hits."""
+    """Yield a ball that hits a line of frozen balls off centre."""
     numbers = range(2, 16) if size.full else (5,)
     for (kind, physics), n, gap in product(KINDS.items(), numbers, _few_gaps(size)):
         cue = ball("cue", (-0.125, 0.25 * RADIUS), (1.5, 0.0))
@@ -195,7 +195,7 @@ def _lines(size: Size) -> Iterator[Shot]:
 
 
 def triangle(rows: int, gap: float) -> list[Plane]:
-    """Return the places of frozen balls in rows of 1, 2, 3 ..., their own mirror image in y = 0."""
+    """Return the positions of frozen balls in rows of 1, 2, 3, ..., symmetric about y = 0."""
     spacing = 2.0 * RADIUS + gap
     return [
         (row * spacing * (0.5 * ROOT3), (k - 0.5 * row) * spacing)
@@ -205,7 +205,7 @@ def triangle(rows: int, gap: float) -> list[Plane]:
 
 
 def _triangles(size: Size) -> Iterator[Shot]:
-    """Yield a straight break of a frozen triangle, and one that nothing hits."""
+    """Yield a straight break of a frozen triangle, and a triangle that nothing hits."""
     numbers = range(3, 16) if size.full else (3,)
     for (kind, physics), rows, gap in product(KINDS.items(), numbers, _few_gaps(size)):
         places = [(-0.125, 0.0), *triangle(rows, gap)]
@@ -220,7 +220,7 @@ def _triangles(size: Size) -> Iterator[Shot]:
 
 
 def _wedged(size: Size) -> Iterator[Shot]:
-    """Yield balls that touch each other and a cushion, or lie in a corner, and are pushed there."""
+    """Yield balls pushed against a cushion, or into a corner, that they touch."""
     for (kind, physics), gap in product(KINDS.items(), _few_gaps(size)):
         spacing = 2.0 * RADIUS + gap
         places = {

@@ -1,14 +1,15 @@
-"""Tunnelling: the speeds at which an engine lets no ball through another.
+"""Tunnelling: the speeds up to which no ball passes through another.
 
-An engine that steps sees a contact only where a step ends in it. A ball whose path crosses another
-one over a chord of length c is missed by steps of v dt > c, from some of the instants at which the
-steps may begin. Chipmunk and Bullet push balls apart only while they approach, over the first half
-of the chord: of a path that passes at b from the other ball's centre,
+A time-stepping engine detects a contact only if a step ends in it. A ball with a path that crosses
+another ball along a chord of length c is missed by steps of v dt > c, for some phases of the steps.
+Chipmunk and Bullet separate balls only while they approach, along the first half of the chord. For
+a path at a distance b from the other ball's centre, the share of missed phases is
 
     P(miss) = 1 - sqrt(4 R^2 - b^2) / (v dt)
 
-of all start phases. What counts is v dt: twice the speed is as much as twice the step. An engine
-without steps has no such cliff, and one that looks ahead neither; that is tried, too.
+Only v dt matters: doubling the speed has the same effect as doubling the step. Engines without time
+steps, and engines with continuous collision detection, must not have this limit; this is tested,
+too.
 """
 
 from __future__ import annotations
@@ -23,34 +24,35 @@ from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_o
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 
 STEP = 1e-3
-"""Time step of most engines [s]: the start phases are parts of it."""
+"""Time step of most engines [s]; the phases are fractions of it."""
 
 PHASES = 8
-"""Start phases: the ball begins a part of a step farther away."""
+"""Number of phases: the ball starts at a fraction of a step farther away."""
 
 ROOM = 1.0
-"""Way of the ball before the contact and after it, beside whole steps, in diameters."""
+"""Path of the ball before and after the contact, besides whole steps, in diameters."""
 
 
 def crossing(depth: float) -> float:
-    """Return half of the chord that a path `depth` diameters deep cuts [m].
+    """Return half of the chord that a path with an overlap of `depth` diameters cuts [m].
 
-    Over this way two balls approach and overlap.
+    Along this path, the two balls approach and overlap.
     """
     return DIAMETER * math.sqrt(depth * (2.0 - depth))
 
 
 def passing(depth: float, speed: float, step: float, phase: float) -> Scene:
-    """Return a ball that comes `depth` diameters deep across another one, at `speed` [m/s].
+    """Return a ball that passes another with an overlap of `depth` diameters, at `speed` [m/s].
 
-    The path to the contact is `phase` of a step longer than whole steps; they end with the run.
+    The path to the contact is `phase` of a step longer than whole steps; the run ends with a whole
+    step.
     """
     way = speed * step
     before = math.ceil(ROOM * DIAMETER / way) + phase
     after = math.ceil((2.0 * crossing(depth) + ROOM * DIAMETER) / way)
     # Contact is where the centres are a diameter apart.
     x = -(before * way + crossing(depth))
-    # A step is shortened to fit a whole number of them, so an ulp above it would add one.
+    # An engine may shorten its step to fit a whole number of steps; an ulp more would add a step.
     t_max = (math.floor(before) + 1 + after) * step * (1.0 - 1e-9)
     cue = Ball(id="cue", position=(x, DIAMETER * (1.0 - depth)), velocity=(speed, 0.0))
     rests = Ball(id="object", position=(0.0, 0.0))
@@ -58,7 +60,7 @@ def passing(depth: float, speed: float, step: float, phase: float) -> Scene:
 
 
 def elastic_break() -> Scene:
-    """Return a break of nine frozen balls on a small table that nothing slows."""
+    """Return a break of nine frozen balls on a small table without friction."""
     places = [(0.25, 0.305)]
     for row, count in enumerate((1, 2, 3, 2, 1)):
         places += [
@@ -74,9 +76,10 @@ def elastic_break() -> Scene:
 
 
 def bounces() -> Scene:
-    """Return a ball that rolls to and fro between two cushions.
+    """Return a ball that rolls back and forth between two cushions.
 
-    Each cushion takes a part of its speed, so that whoever sees it late has another energy.
+    Each cushion takes a part of its speed, so an engine that detects it late has a different
+    energy.
     """
     table = Table(length=0.8, width=0.4)
     physics = Physics(
@@ -101,12 +104,12 @@ def _passings(size: Size) -> Iterator[Shot]:
 
 
 DEPTH = 0.1
-"""Depth of the shots that are also played faster than any pool game [diameters]."""
+"""Depth of the shots that are also run at speeds above those of pool [diameters]."""
 
 SPEEDS = ((2.0, 10.0), (0.5, 1.0, 2.0, 5.0, 10.0))
 DEPTHS = ((0.1, 0.01), (0.5, 0.1, 0.05, 0.02, 0.01))
-"""What a pool game has, in the small size and the full one: up to the hardest break [m/s], and cuts
-of up to 82 degrees; in diameters of depth."""
+"""Speeds of pool up to the hardest break [m/s], and depths of cuts up to 82 degrees [diameters],
+for the small size and the full size."""
 
 
 def _shots(size: Size) -> Iterator[Shot]:
