@@ -1,1 +1,1 @@
-"""A run graded against the proof of its shot, by a tangent map of the grader's own."""
+"""Compare a run with the certified result of its shot, with an independent tangent map."""

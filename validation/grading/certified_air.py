@@ -1,23 +1,24 @@
-"""How a ball that air or fast rolling slows depends on how it began: derivatives of its motion.
+"""Derivatives of the motion of a ball with air drag, or with quadratic rolling friction.
 
-A ball that only goes straight on, dv/dt = -(a + b v^2), has closed forms. With w = sqrt(a b),
-S = sin(w t) / w and c = cos(w t) + b v0 S:
+Straight motion, dv/dt = -(a + b v^2), has closed forms. With w = sqrt(a b), S = sin(w t) / w and c
+= cos(w t) + b v0 S:
 
     v = (v0 cos(w t) - a S) / c,  x = ln(c) / b,  dv/dv0 = 1 / c^2,  dx/dv0 = S / c.
 
-A ball that slides turns, and has none: with the slip u, e = u / |u| and the cloth's a,
+A sliding ball turns, and has no closed form. With the slip u, e = u / |u| and the deceleration a by
+the cloth,
 
     v' = -a e - k |v| v,   u' = -(7/2) a e - k |v| v.
 
-What a small change of both becomes is what the linear equation along the integrated motion says:
+Small changes of both obey the linear equation along the integrated motion:
 
     dv' = -a E du - k D dv,   du' = -(7/2) a E du - k D dv,
     E = (1 - e e^T) / |u|,    D = |v| (1 + v v^T / |v|^2).
 
-It is integrated by collocation at Gauss's points (Hairer, Norsett and Wanner, Solving Ordinary
-Differential Equations I, section II.7), whose error falls with the 12th power of the step. Pieces
-of the motion are as short as a quarter of the time in which the slip or the velocity might vanish,
-so that it is below rounding.
+It is integrated by collocation at Gauss points (Hairer, Norsett and Wanner, Solving Ordinary
+Differential Equations I, section II.7); the error decreases with the 12th power of the step. A step
+is at most a quarter of the time in which slip or velocity might vanish, so the error is below
+rounding.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from numpy.polynomial import legendre
 from ghostball.model.arrays import FloatArray
 
 SLIP_RATE = 3.5
-"""By what the cloth slows a slip, in units of that by which it slows the ball."""
+"""Deceleration of the slip by the cloth, in units of the deceleration of the ball."""
 
 _STAGES = 6
 
@@ -39,18 +40,19 @@ _STEP = 0.3
 """Longest step, in units of the time in which the slip would end."""
 
 _LAST = 2.0**-29
-"""What is left of a slide when it counts as its end [s]: the drag then is the same to 1e-9.
+"""Remaining time at which a slide counts as ended [s]: the drag changes by less than 1e-9 in this
+time.
 
-Pieces are recorded to half of that before the end.
+Pieces are recorded up to half of this time before the end.
 """
 
 
 class Straight(NamedTuple):
-    """What a ball that goes straight on has come to after a time.
+    """State of a ball in straight motion after some time, with derivatives.
 
     `speed` [m/s].
     `displacement` [m].
-    `speed_by_speed`, `displacement_by_speed` [1] and [s]: derivatives by the first speed.
+    `speed_by_speed`, `displacement_by_speed` [1] and [s]: derivatives by the initial speed.
     """
 
     speed: float
@@ -60,7 +62,7 @@ class Straight(NamedTuple):
 
 
 def straight(v: float, a: float, b: float, t: float) -> Straight:
-    """Return how far a ball comes in a time t [s], b > 0, slowed by a + b v^2 [m/s^2]."""
+    """Return the straight motion in a time t [s], decelerated by a + b v^2 [m/s^2], b > 0."""
     w = math.sqrt(a * b)
     turn = w * t
     s = math.sin(turn) / w if turn > 0.0 else t
@@ -73,7 +75,7 @@ def straight(v: float, a: float, b: float, t: float) -> Straight:
 def straight_flow(
     vx: float, vy: float, a: float, b: float, t: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives of place and velocity by the first velocity, (2, 2) each."""
+    """Return the derivatives of position and velocity by the initial velocity, (2, 2) each."""
     v = math.hypot(vx, vy)
     after = straight(v, a, b, t)
     x, y = vx / v, vy / v
@@ -85,7 +87,7 @@ def straight_flow(
 
 
 class Series(NamedTuple):
-    """Velocity and slip of a slide in powers of the time since a piece began, (powers, 2) each."""
+    """Velocity and slip of a slide as power series of the time since its start, (powers, 2)."""
 
     velocity: FloatArray
     slip: FloatArray
@@ -99,9 +101,9 @@ class Series(NamedTuple):
 class Slide(NamedTuple):
     """A piece of a slide in air.
 
-    `e` (2,) float64: where the slip points to as the piece begins: its series may have but rounding
-        left.
-    `a`, `k` [m/s^2] and [1/m]: friction of the cloth, and the air's drag.
+    `e` (2,) float64: direction of the slip at the start of the piece; the slip itself may consist
+        of rounding errors only.
+    `a`, `k` [m/s^2] and [1/m]: deceleration by the cloth, and drag coefficient of the air.
     """
 
     series: Series
@@ -110,9 +112,9 @@ class Slide(NamedTuple):
     k: float
 
     def flow(self, t: float) -> FloatArray:
-        """Return the derivatives a time t [s] into the piece, (6, 4).
+        """Return the derivatives at a time t [s] after the start of the piece, (6, 4).
 
-        Of place, velocity and slip then by velocity and slip at its start.
+        Derivatives of position, velocity and slip at that time by velocity and slip at the start.
         """
         flow, done, e = self._until_last(t)
         if done == t:
@@ -121,13 +123,14 @@ class Slide(NamedTuple):
         return _last(e, float(np.hypot(*u)), self.a, t - done) @ flow
 
     def end(self, t: float) -> tuple[FloatArray, FloatArray]:
-        """Return the same where the slide ends after a time t, and how much later it ends, (4,).
+        """Return the derivatives at a time t at which the slide ends, and of the end time, (4,).
 
-        With the drag D and c = (7/2) a, c |u| - D.u falls at the rate c^2 - D^2, whatever way the
-        slip turns: so the end comes later by (c e - D).du / (c^2 - D^2), of any instant shortly
-        before. Nor does v - (2/7) u change by the friction. So both are carried on as they are: the
-        slip turns without end, as the logarithm of the time that is left, and what is across it
-        does not vanish.
+        With the drag D and c = (7/2) a, c |u| - D.u decreases at the rate c^2 - D^2, for any
+        rotation of the slip. A change du shortly before the end therefore delays the end by (c e -
+        D).du / (c^2 - D^2). Friction doesn't change v - (2/7) u either. Both are constant from
+        shortly before the end, so the derivatives are taken there. At the end itself, the direction
+        of the slip diverges as the logarithm of the remaining time, and the derivatives across it
+        don't vanish.
         """
         flow, done, e = self._until_last(t)
         (v,), _ = self.series.at(np.array([done]))
@@ -137,7 +140,7 @@ class Slide(NamedTuple):
         return flow, later
 
     def _until_last(self, t: float) -> tuple[FloatArray, float, FloatArray]:
-        """Return the derivatives up to a time t, or to shortly before the end; that time, and e."""
+        """Return the derivatives up to t, or to shortly before the end; also that time, and e."""
         flow = np.zeros((6, 4))
         flow[2:] = np.eye(4)
         done, e = 0.0, self.e
@@ -155,7 +158,7 @@ class Slide(NamedTuple):
 
 
 def _last(e: FloatArray, size: float, a: float, t: float) -> FloatArray:
-    """Return the derivatives by place, velocity and slip, (6, 6), where air changes nothing."""
+    """Return the derivatives by position, velocity and slip, (6, 6), if air is negligible."""
     flow = np.eye(6)
     flow[0:2, 2:4] = t * np.eye(2)
     if size > 0.0 and math.isfinite(a / size):
@@ -167,7 +170,7 @@ def _last(e: FloatArray, size: float, a: float, t: float) -> FloatArray:
 
 
 def _collocated(series: Series, a: float, k: float, start: float, step: float) -> FloatArray:
-    """Return the derivatives over a step by place, velocity and slip, (6, 6)."""
+    """Return the derivatives over a step by position, velocity and slip, (6, 6)."""
     v, u = series.at(start + step * _NODES)
     rates = np.zeros((_STAGES, 4, 4))
     sizes, speeds = np.hypot(*u.T), np.hypot(*v.T)
@@ -194,7 +197,7 @@ def _collocated(series: Series, a: float, k: float, start: float, step: float) -
 
 
 def _collocation() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return Gauss's points on [0, 1], and the weights up to each of them and up to 1."""
+    """Return the Gauss points on [0, 1], and the integration weights up to each and up to 1."""
     points, weights = legendre.leggauss(_STAGES)
     nodes = np.asarray(0.5 * (points + 1.0), dtype=np.float64)
     powers = nodes[:, np.newaxis] ** np.arange(_STAGES)

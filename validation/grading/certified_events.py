@@ -1,4 +1,4 @@
-"""What each event of a proved shot does to small changes of its balls; see `certified_growth`."""
+"""The effect of each event of a certified shot on changes of its balls (`certified_growth`)."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.slope import Slope
 
 _OLD, _OLD_SURFACE, _LATE = -3, -2, -1
-"""Columns of `_Passage.change` after those of the balls' own numbers."""
+"""Columns of `_Passage.change` after those of the state of the balls."""
 
 _MORE = 3
-"""How many these are."""
+"""The number of these columns."""
 
 
 class Meets(NamedTuple):
-    """How a ball meets another one, or an obstacle, just before they touch.
+    """How a ball approaches another ball, or an obstacle, just before contact.
 
-    `normal` (2,) float64: unit vector from the ball to what it meets.
-    `parting` (2,) float64 [m/s]: velocity of that, less the ball's.
-    `depth` [m]: by how much the ball's path would have to be off to miss what is round; inf where
-        it is straight.
-    `stops` [m]: how much farther the approach would go before it ends by itself; inf: it doesn't.
+    `normal` (2,) float64: unit vector from the ball to the other body.
+    `parting` (2,) float64 [m/s]: velocity of the other body minus that of the ball.
+    `depth` [m]: displacement of the path that would make the ball miss a round body; inf for a
+        straight side.
+    `stops` [m]: further approach before friction would end it; inf: friction doesn't.
     """
 
     normal: FloatArray
@@ -47,7 +47,7 @@ class Meets(NamedTuple):
 
 
 class EventChange(NamedTuple):
-    """What an event does to changes of its balls, and how rounding of it adds to them.
+    """The effect of an event on changes of its balls, and the effect of rounding at the event.
 
     If the event has no derivative, only the first four fields are set.
     """
@@ -55,23 +55,26 @@ class EventChange(NamedTuple):
     kind: EventKind
     t: float
     balls: tuple[int, ...]
-    segments: tuple[int, ...]  # that each ball comes to
-    matrix: FloatArray | None = None  # (7 b, 7 b), from those of the segments before
-    late: FloatArray | None = None  # (7 b,) what seeing it late changes of the balls, per second
-    stale: FloatArray | None = None  # (2, 7 b) what older speeds change, per s: centres, surfaces
-    later: FloatArray | None = None  # (7 b,) how much later changes of the segments before make it
-    approach: float = 0.0  # [m/s] along the line of contact; 0 where nothing collides
-    meets: Meets | None = None  # how what collides meets; None where nothing collides
-    rounded: float = 0.0  # [s] by how much it comes late if its gap is rounded once, over 2^-53
-    noise: tuple[FloatArray, ...] = ()  # (7, 7) of each ball: covariance of rounding its state once
+    segments: tuple[int, ...]  #   # of each ball after the event
+    matrix: FloatArray | None = None  #   # (7 b, 7 b), by the state at the segments before
+    late: FloatArray | None = None  #   # (7 b,) change of the state per second of late detection
+    #   # (2, 7 b) change per second of older velocities, and older surface velocities
+    stale: FloatArray | None = None
+    #   # (7 b,) delay of the event by changes of the segments before
+    later: FloatArray | None = None
+    approach: float = 0.0  #   # [m/s] along the normal; 0 without a collision
+    meets: Meets | None = None  #   # None without a collision
+    rounded: float = 0.0  #   # [s] delay of the event by one rounding of its gap, over 2^-53
+    #   # (7, 7) of each ball: covariance of one rounding of its state
+    noise: tuple[FloatArray, ...] = ()
 
 
 def event_changes(
     scene: Scene, certificate: Certificate, balls: tuple[ProvedBall, ...]
 ) -> Iterator[EventChange]:
-    """Yield what each event does; nothing is known of a ball's second collision at an instant.
+    """Yield the effect of each event; simultaneous collisions of a ball have no derivative.
 
-    And nothing at all where balls may fly.
+    If balls may fly, no event has a derivative.
     """
     laws = Laws(problem_of(scene))
     at = [0] * len(balls)
@@ -89,7 +92,7 @@ def event_changes(
         after = tuple(balls[i].starts[at[i]] for i in involved)
         twice = False
         if event.kind in COLLISION_KINDS:
-            # Of those that tie with others of the ball none is the first.
+            # Of simultaneous collisions, none counts as the first.
             twice = any(here[i, t] or (tied[event.index] and due[i, t] > 1) for i in involved)
             here.update((i, t) for i in involved)
         if twice or certificate.lifts:
@@ -110,16 +113,17 @@ def event_changes(
 
 
 class _Passage:
-    """Changes of the balls of one event, carried from their segments before it to those after it.
+    """Carries changes of the balls of one event from the segments before it to those after it.
 
     `states` (7,) float64 each: of the balls, just before.
-    `change` (7 b, 7 b + 3) float64: of the balls by those of the segments before; in the last three
-        columns, by meeting with the velocities of a second before, by meeting with the surface
-        speeds of then, and by seeing the event late. A solver may take either.
-    `later` (7 b + 3,) float64: by how much later the event comes.
-    `approach` [m/s]: at which speed what collides meets.
-    `meets`: how it does.
-    `rounded` [s]: by how much what meets does so late if the distance is rounded once, over 2^-53.
+    `change` (7 b, 7 b + 3) float64: derivatives of the balls by the state at the segments before.
+        The last three columns are derivatives by using velocities that are older by a time, by
+        using surface velocities that are older, and by detecting the event late. A solver may use
+        either old velocity.
+    `later` (7 b + 3,) float64: derivatives of the event time.
+    `approach` [m/s]: approach speed of a collision.
+    `meets`: see `Meets`.
+    `rounded` [s]: delay of the contact by one rounding of the distance, over 2^-53.
     """
 
     def __init__(
@@ -148,13 +152,13 @@ class _Passage:
             old, surface = np.zeros((2, PARTS))
             old[VELOCITY] = -self._rates[m][VELOCITY]
             surface[PLACE.stop :] = -self._rates[m][PLACE.stop :] - old[PLACE.stop :]
-            if slides:  # the slip is the velocity less that of the surface
+            if slides:  #   # slip is the velocity minus the surface velocity
                 old[SLIP] = old[VELOCITY]
                 surface[SLIP] -= old[VELOCITY]
             self.change[here, _OLD], self.change[here, _OLD_SURFACE] = old, surface
 
     def collide(self, laws: Laws, a: int, b: int) -> None:
-        """Pass an impact of two balls."""
+        """Apply a collision of two balls."""
         between = self.states[1][PLACE] - self.states[0][PLACE]
         normal = between / np.hypot(*between)
         parting = self.states[1][VELOCITY] - self.states[0][VELOCITY]
@@ -176,11 +180,12 @@ class _Passage:
         self._leave()
 
     def bounce(self, laws: Laws, ball: int, obstacle: int, table: Table) -> None:
-        """Pass an impact of a ball with what stands on the table."""
+        """Apply a collision of a ball with an obstacle."""
         x, y = self.states[0][PLACE]
         inward, _ = table.facing(obstacle, x, y)
         centre = table.turns_about(obstacle, x, y)
-        # The distance from a line along an axis is one coordinate, whose rounding is in the noise.
+        # The distance from an axis-parallel line is one coordinate; its rounding is part of the
+        # noise.
         size = 0.0 if 0.0 in inward else abs(x) + abs(y)
         distance = math.inf if centre is None else math.dist(centre, (x, y))
         self._meet(np.array(inward), size if centre is None else distance, distance)
@@ -194,7 +199,7 @@ class _Passage:
         self._leave()
 
     def fall(self, pocket: int, table: Table) -> None:
-        """Pass the edge of a hole: the ball stays where its centre enters it."""
+        """Apply a fall: the ball stays where its centre enters the hole."""
         (hole,) = (one for one in table.holes if one.pocket == pocket)
         away = self.states[0][PLACE] - hole.centre
         distance = float(np.hypot(*away))
@@ -203,10 +208,10 @@ class _Passage:
         self._leave()
 
     def _meet(self, inward: FloatArray, distance: float, reach: float) -> None:
-        """Let a ball come later to where a normal points to it from what it meets.
+        """Shift the contact of a ball with an obstacle, whose normal points to the ball.
 
-        Its gap is computed from a distance [m]; the normal turns about a point that is as far as
-        `reach` [m] from it.
+        The gap is computed from a `distance` [m]. The normal turns about a point at a distance
+        `reach` [m].
         """
         velocity = self.states[0][VELOCITY]
         opening = float(inward @ velocity)
@@ -216,18 +221,20 @@ class _Passage:
         self._come_later(-(inward @ self.change[PLACE]) / opening)
 
     def end_phase(self) -> None:
-        """Pass the end of a slide or of a roll."""
+        """Apply the end of a slide or of a roll."""
         ball, k = self._balls[0], self._before[0]
         self.change[:, [_OLD, _OLD_SURFACE]] = 0.0
         self.change[:, :-_MORE], later = ball.end_of_phase(k, self._spans[0])
         self._come_later(np.append(later, np.zeros(_MORE)))
-        # Who sees the end of a slide late lets the ball roll from there on, at the speed it has.
+        # An engine that detects the end of a slide late lets the ball roll from there, at its
+        # speed.
         self.change[SLIP, _LATE] = 0.0
         self._leave()
 
     def found(self) -> tuple[Any, ...]:
-        """Return what an `EventChange` holds from `matrix` on."""
-        # More columns than balls have numbers: speeds as 1 s before, and an event 1 s later.
+        """Return the fields of an `EventChange` from `matrix` on."""
+        # The additional columns: velocities 1 s older, surface velocities 1 s older, detection 1 s
+        # late.
         matrix, more = self.change[:, :-_MORE].copy(), self.change[:, -_MORE:].T.copy()
         stale, later = more[[_OLD, _OLD_SURFACE]], self.later[:-_MORE].copy()
         after = zip(self._balls, self._after, strict=True)
@@ -235,7 +242,7 @@ class _Passage:
         return matrix, more[_LATE], stale, later, self.approach, self.meets, self.rounded, noise
 
     def _come_later(self, later: FloatArray) -> None:
-        """Bring changes from the event's instant to where the event is for each."""
+        """Shift changes from the time of the event to the changed time of the event."""
         later[_LATE] = 1.0
         self.later = later
         self.change += np.outer(np.concatenate(self._rates), later)
@@ -257,10 +264,10 @@ class _Passage:
             self.change[PARTS * m + 2 + part] = row
 
     def _leave(self) -> None:
-        """Bring changes back to the event's instant, on the motion after it."""
+        """Shift changes back to the time of the event, along the motion after it."""
         for m, (ball, k) in enumerate(zip(self._balls, self._after, strict=True)):
             rows = self.change[PARTS * m : PARTS * (m + 1)]
-            if not self._slides:  # a ball that always rolls has the spin of its velocity
+            if not self._slides:  #   # a rolling ball's velocity determines its spin
                 rows[SLIP] = 0.0
             ball.hold(k, rows)
             _, rate = ball.rates(k, 0.0)
@@ -268,7 +275,7 @@ class _Passage:
 
 
 def _meets(normal: FloatArray, parting: FloatArray, reach: float, pull: FloatArray) -> Meets:
-    """Return how something meets; `pull` [m/s^2] is the rate of change of `parting`."""
+    """Return how a ball approaches a body; `pull` [m/s^2] is the rate of change of `parting`."""
     approach, slowing = -float(normal @ parting), float(normal @ pull)
     across = abs(float(normal[0] * parting[1] - normal[1] * parting[0])) / np.hypot(*parting)
     depth = reach * (1.0 - float(across)) if math.isfinite(reach) else math.inf

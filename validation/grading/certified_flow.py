@@ -1,4 +1,4 @@
-"""One ball of a proved motion between events: its state, and the derivative of where it goes."""
+"""One ball of a certified motion between events: its state, and the derivative of its motion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ghostball.validation.grading.certified_air import (
 )
 
 PARTS = 7
-"""Numbers that a ball's state has here: x, y, vx, vy, slip ux, uy, and the vertical spin wz."""
+"""Number of values in a ball's state: x, y, vx, vy, slip ux, uy, and the vertical spin wz."""
 
 PLACE, VELOCITY, SLIP, SPIN = slice(0, 2), slice(2, 4), slice(4, 6), 6
 
@@ -38,33 +38,34 @@ _Moved = tuple[_Vector, _Vector, _Vector, _Vector, _Vector]
 """Displacement, velocity, slip, and the rates of change of the latter two."""
 
 _SURE = 2.0**-10
-"""What must be left of a slip, in parts of that at its start, for its series to say its direction.
+"""Share of its initial size that a slip must have, so that its series gives its direction.
 
-No piece but the last one of a slide takes more of it.
+No piece but the last one of a slide reduces the slip further.
 """
 
 _DRIFT = np.eye(PARTS)
-"""What a ball without forces keeps of its changes; its place gains s times that of its velocity."""
+"""Derivative of the state of a ball without forces; the position also gains s times the velocity.
+"""
 
 
 def rows_of(balls: tuple[int, ...]) -> NDArray[np.intp]:
-    """Return the rows of some balls among those of all, in a state of `PARTS` numbers a ball."""
+    """Return the rows of some balls in a state with `PARTS` numbers for each ball."""
     return np.concatenate([np.arange(PARTS * i, PARTS * (i + 1)) for i in balls])
 
 
 @dataclass(frozen=True, eq=False)
 class ProvedBall:
-    """The proved motion of one ball: its segments, and what the cloth and the air do to it.
+    """The certified motion of one ball: its segments, and its decelerations.
 
     `segments` (k, 14 + 4 m) float64: as in `ExactTrajectory`.
-    `starts`: rows at which the ball's motion begins or an event changes it; see
+    `starts`: rows at which the ball's motion starts or an event changes it; see
         `Certificate.starts`.
     `radius` [m].
-    `slides_by`, `rolls_by` [m/s^2]: by what the cloth slows the ball as it slides, and as it rolls.
+    `slides_by`, `rolls_by` [m/s^2]: deceleration by the cloth during a slide, and during a roll.
     `spins_by` [rad/s^2].
-    `quadratic`, `drag` [1/m]: b of the b v^2 that slows it more as it rolls, and k of the air's k
-        v^2 as it slides.
-    `flies`: whether it may be in the air: then nothing is known here of how changes grow.
+    `quadratic`, `drag` [1/m]: coefficient b of the deceleration b v^2 during a roll, and
+        coefficient k of k v^2 during a slide.
+    `flies`: whether it may be in the air; then no derivative is known.
     """
 
     segments: FloatArray
@@ -79,17 +80,17 @@ class ProvedBall:
 
     @cached_property
     def _rows(self) -> list[list[float]]:
-        """The segments as plain numbers: one at a time they are faster to calculate with."""
+        """The segments as Python numbers, which are faster for single values."""
         rows: list[list[float]] = self.segments[:, :COLUMNS].tolist()
         return rows
 
     @cached_property
     def _flows(self) -> dict[int, FloatArray]:
-        """The derivatives over whole pieces, as far as they were asked for, by row."""
+        """The derivatives over whole pieces computed so far, by row."""
         return {}
 
     def slides(self, k: int) -> bool:
-        """Whether the ball slides during a segment."""
+        """Return True if the ball slides during a segment."""
         return self._rows[k][13] == _SLIDING
 
     def _slip(self, k: int) -> tuple[float, float]:
@@ -100,7 +101,7 @@ class ProvedBall:
         return vx - self.radius * wy, vy + self.radius * wx
 
     def _form(self, k: int) -> _Form:
-        """Return what kind of motion a segment is."""
+        """Return the kind of motion in a segment."""
         phase, slides = self._rows[k][13], self.slides(k)
         _, _, _, vx, vy, *_ = self._rows[k]
         drag = self.drag if slides else self.quadratic
@@ -108,13 +109,13 @@ class ProvedBall:
             return "parabola"
         if slides and self.slides_by > 0.0:
             return "slide"
-        # A ball that is so slow that the quotient overflows has stopped before that matters.
+        # If the ball is so slow that the quotient overflows, it stops before this matters.
         speed, slowing = math.hypot(vx, vy), 0.0 if slides else self.rolls_by
         moves = speed > 0.0 and math.isfinite(slowing / speed) and math.isfinite(1.0 / speed)
         return "line" if moves else "parabola"
 
     def _series(self, k: int) -> Series:
-        """Return velocity and slip of a segment that slides, in powers of the time."""
+        """Return velocity and slip of a sliding segment as power series of the time."""
         _, _, _, vx, vy, ax, ay, *_, bx, by, _, _ = self._rows[k]
         half = (self.segments.shape[1] - COLUMNS) // 2
         further = self.segments[k, COLUMNS : COLUMNS + half].reshape(-1, 2)
@@ -128,9 +129,10 @@ class ProvedBall:
         return Series(velocity, slip)
 
     def _slips_to(self, k: int) -> FloatArray:
-        """Return where the slip points to as a segment of a slide starts.
+        """Return the direction of the slip at the start of a sliding segment.
 
-        From the acceleration: doubles may leave nothing of a slip of rounding size.
+        It is computed from the acceleration, because a small slip may consist of rounding errors
+        only.
         """
         _, _, _, vx, vy, ax, ay, *_ = self._rows[k]
         drag = self.drag * math.hypot(vx, vy)
@@ -142,7 +144,7 @@ class ProvedBall:
         return Slide(self._series(k), self._slips_to(k), self.slides_by, self.drag)
 
     def _piece(self, k: int, s: float) -> tuple[int, float]:
-        """Return the row that holds a time s [s] after a start, and the time since it."""
+        """Return the row at a time s [s] after a start, and the time since that row."""
         t = self._rows[k][0] + s
         row, end = k, self._next_start(k)
         while row + 1 < end and self._rows[row + 1][0] <= t:
@@ -154,7 +156,7 @@ class ProvedBall:
         return self.starts[following] if following < len(self.starts) else len(self._rows)
 
     def along(self, k: int) -> Iterator[tuple[int, FloatArray]]:
-        """Yield the rows after a start that continue with its motion, each with the flow to it."""
+        """Yield the rows after a start that continue its motion, with the flow to each."""
         for row in range(k + 1, self._next_start(k)):
             yield row, self._over(row - 1)
 
@@ -166,7 +168,7 @@ class ProvedBall:
         return self._flows[row]
 
     def rates(self, k: int, s: float) -> tuple[FloatArray, FloatArray]:
-        """Return the state a time s [s] after a start, and its rate of change there, (7,) each."""
+        """Return the state at a time s [s] after a start, and its rate of change, (7,) each."""
         row, s = self._piece(k, s)
         _, x, y, _, _, _, _, _, _, spin, *_ = self._rows[row]
         left = max(abs(spin) - s * self.spins_by, 0.0)
@@ -199,7 +201,7 @@ class ProvedBall:
         place = (after.displacement * x, after.displacement * y)
         if not self.slides(row):
             return place, velocity, (0.0, 0.0), pull, (0.0, 0.0)
-        # Without friction of the cloth the spin stays, and the slip changes as the velocity.
+        # Without friction of the cloth the spin is constant, so the slip changes like the velocity.
         slip_x, slip_y = self._slip(row)
         return place, velocity, (slip_x + velocity[0] - vx, slip_y + velocity[1] - vy), pull, pull
 
@@ -217,15 +219,15 @@ class ProvedBall:
         return (float(place[0]), float(place[1])), (vx, vy), (slip[0], slip[1]), pull, slip_pull
 
     def _slowed_by(self, row: int) -> float:
-        """Return what slows a ball that goes straight on, whatever its speed [m/s^2]."""
+        """Return the deceleration in straight motion that doesn't depend on the speed [m/s^2]."""
         return 0.0 if self.slides(row) else self.rolls_by
 
     def _squared(self, row: int) -> float:
-        """Return what the square of its speed is slowed by [1/m]."""
+        """Return the coefficient of the deceleration proportional to the squared speed [1/m]."""
         return self.drag if self.slides(row) else self.quadratic
 
     def flow(self, k: int, s: float) -> FloatArray:
-        """Return the derivative of the state a time s [s] after a start by that at it, (7, 7)."""
+        """Return the derivative of the state a time s [s] after a start, by that start, (7, 7)."""
         last, s = self._piece(k, s)
         flow = self._flow_in(last, s)
         for row in reversed(range(k, last)):
@@ -233,7 +235,7 @@ class ProvedBall:
         return flow
 
     def _flow_in(self, k: int, s: float) -> FloatArray:
-        """Return the same within a segment."""
+        """Return the same derivative within a segment."""
         flow = _DRIFT.copy()
         flow[0, 2] = flow[1, 3] = s
         form = self._form(k)
@@ -256,22 +258,25 @@ class ProvedBall:
         return flow
 
     def _turn(self, k: int) -> tuple[slice, FloatArray | None, bool]:
-        """Return what the acceleration depends on, and how: -(c / |d|) (1 - d^ d^T); None: not."""
+        """Return what the acceleration depends on, its derivative, and whether the ball slides.
+
+        The derivative is -(c / |d|) (1 - d^ d^T); None if the acceleration is constant.
+        """
         slips = self.slides(k)
         of, slowing = (SLIP, self.slides_by) if slips else (VELOCITY, self.rolls_by)
         x, y = self._slip(k) if slips else (self._rows[k][3], self._rows[k][4])
         size = math.hypot(x, y)
-        # A ball that is so slow that the quotient overflows has stopped before it can turn.
+        # If the ball is so slow that the quotient overflows, it stops before it can turn.
         if slowing == 0.0 or size == 0.0 or math.isinf(slowing / size):
             return of, None, slips
         x, y = x / size, y / size
         return of, -(slowing / size) * np.array([[y * y, -x * y], [-x * y, x * x]]), slips
 
     def end_of_phase(self, k: int, s: float) -> tuple[FloatArray, FloatArray]:
-        """Return the flow to where the phase of a start ends by itself, and how much later that is.
+        """Return the flow to the end of a phase, and the derivative of the end time.
 
-        After a time s [s]; (7, 7), and (7,) by the state at the start. A roll ends after
-        |v| / (mu_r g), a slide after |u| / (7/2 mu_s g); in air see `Slide.end`.
+        After a time s [s]; (7, 7), and (7,), both by the state at the start. A roll ends after |v|
+        / (mu_r g), a slide after |u| / (7/2 mu_s g); for air see `Slide.end`.
         """
         later = np.zeros(PARTS)
         last, in_piece = self._piece(k, s)
@@ -283,21 +288,21 @@ class ProvedBall:
             return flow, later
         slides = self.slides(last)
         of, slowing = (SLIP, SLIP_RATE * self.slides_by) if slides else (VELOCITY, self.rolls_by)
-        # Against the way of the acceleration: doubles may leave nothing of a slip of rounding size.
+        # Opposite to the acceleration, because a small slip may consist of rounding errors only.
         pull = np.array(self._rows[last][5:7])
         later[of] = -pull / (slowing * np.hypot(*pull))
         flow = self.flow(k, s)
-        # What is across the way doesn't count, and without air what is along it stays as it is.
+        # Changes across the direction don't matter, and without air those along it stay constant.
         return flow, later if self._form(last) == "parabola" else later @ flow
 
     def end_shifted(self, k: int, changes: FloatArray) -> FloatArray:
-        """Return by how much changes of a start shift the end of its phase, at most (..., m) [s].
+        """Return bounds on the shift of a phase's end by changes of its start (..., m) [s].
 
         `changes` (..., 7, m) float64: of the state at the start.
 
-        A slip u ends after |u| / (7/2 mu_s g), and |u + du| differs from |u| by no more than |du|,
-        also where u is the smaller one. So it is with the speed of a ball that rolls, which air
-        only stops sooner.
+        A slide with slip u ends after |u| / (7/2 mu_s g), and |u + du| differs from |u| by at most
+        |du|, even if |u| is smaller. The same holds for the speed of a rolling ball, which air only
+        stops sooner.
         """
         slides = self.slides(k)
         part, slowing = (SLIP, SLIP_RATE * self.slides_by) if slides else (VELOCITY, self.rolls_by)
@@ -305,9 +310,9 @@ class ProvedBall:
         return shifted
 
     def displacement(self, times: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
-        """Return the segment of each instant, and the derivative of the place there.
+        """Return the segment at each time, and the derivative of the position there.
 
-        NaN where nothing is known of it.
+        NaN if no derivative is known.
         """
         rows = np.searchsorted(self.segments[:, 0], times, side="right") - 1
         if self.flies:
@@ -331,11 +336,11 @@ class ProvedBall:
         return rows, flow
 
     def hold(self, k: int, change: FloatArray) -> None:
-        """Take from changes, (7, m), what the ball's phase during a segment ends at once.
+        """Remove from changes, (7, m), the parts that the phase of a segment ends at once.
 
-        A ball without slip rolls at once; a changed one slides first, for a time as small as the
-        change, in which the cloth takes 2/7 of the slip. One that rests stops again at once, where
-        the cloth slows it.
+        A ball without slip rolls at once. A changed ball first slides, for a time proportional to
+        the change, and loses 2/7 of the slip in velocity. A changed ball at rest stops again at
+        once, if the cloth has friction.
         """
         if not self.slides(k):
             change[VELOCITY] -= change[SLIP] * (2.0 / 7.0)
@@ -344,21 +349,19 @@ class ProvedBall:
             change[VELOCITY] = 0.0
 
     def _stands(self, k: int) -> bool:
-        """Whether the ball rests during a segment, and the cloth would stop it again.
-
-        Or is in a pocket.
-        """
+        """Return True if the ball is pocketed, or at rest on a cloth that would stop it again."""
         phase = self._rows[k][13]
         return phase == _GONE or (phase == _RESTING and self.rolls_by > 0.0)
 
     def noise(self, k: int, others: tuple[FloatArray, ...]) -> FloatArray:
-        """Return the covariance, over 2^-53 squared, of rounding a segment's state once, (7, 7).
+        """Return the covariance of one rounding of a segment's state, over 2^-53 squared, (7, 7).
 
-        Each number is rounded at the largest size that it, or what it is made of, has at the event:
-        `others` are the states before it, (7,). A number that is exactly 0 stays so, and a place
-        changes along an axis only where the ball moves along it: what is symmetric about an axis
-        is so to the last bit in an exact engine. A place is as uncertain as its gaps, which are
-        compared with radii, and as what the ball covers while the clock rounds.
+        Each number is rounded at the largest size that it, or a term of it, has at the event;
+        `others` are the states before it, (7,). A number that is exactly 0 stays 0, and a
+        coordinate changes only if the ball moves along its axis, because an exact engine preserves
+        symmetries about an axis to the last bit. The uncertainty of a position includes the
+        rounding of gaps, which are compared with radii, and the distance that the ball moves in a
+        rounding of the time.
         """
         t, *place, vx, vy, _, _, wx, wy, spin = self._rows[k][:10]
         slides, radius = self.slides(k), self.radius
@@ -380,7 +383,7 @@ class ProvedBall:
             v, slip = 2 + x, 4 + x
             of_speed = 0.0 if self._stands(k) else speed * speed
             noise[v, v] = of_speed
-            if slides:  # slip is velocity less, or more, what the ball turns by
+            if slides:  #   # slip is the velocity minus, or plus, the surface velocity
                 noise[v, slip] = noise[slip, v] = of_speed
                 noise[slip, slip] = of_speed + (radius * turns[1 - x]) ** 2
         noise[SPIN, SPIN] = spin * spin

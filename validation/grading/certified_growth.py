@@ -1,19 +1,19 @@
-"""How errors grow along a proved shot: the grader's own tangent map, which owes our engine nothing.
+"""Error growth along a certified shot: a tangent map that is independent of Ghostball's engine.
 
     >>> growth = growth_of_proof(scene, certify(scene, motion=True))
-    >>> growth.sizes([1.0])     # what rounding does to each ball until then, over 2^-53: (1, n) [m]
+    >>> growth.sizes([1.0])     # displacement of each ball by rounding, over 2^-53: (1, n) [m]
 
-A small change of a ball follows the derivative of its closed form between events; an event h = 0
-comes later for it by dtau = -(grad h . dz) / (grad h . f), and takes it to
-dz+ = DG (dz- + f- dtau) - f+ dtau, f the rate of change before and after. DG, the derivative of
-what the event does, is that of the certified engine's own laws, by automatic differentiation. The
-motion is the proved one. So a bug in the tangent map of the engine that is graded changes no grade,
-and one in its laws changes nothing here.
+Between events, a small change of a ball follows the derivative of its closed form. A change delays
+an event h = 0 by dtau = -(grad h . dz) / (grad h . f), and the event turns it into dz+ = DG (dz- +
+f- dtau) - f+ dtau, where f is the rate of change before and after. DG, the derivative of the event,
+is computed from the laws of the certified engine by automatic differentiation. The motion is the
+certified one. An error in the tangent map of the judged engine therefore changes no grade, and an
+error in its laws has no effect here.
 
-What rounding does is carried as a covariance: exact but for its own rounding, and whatever the
-order of the balls. Rounded are the state, at the start and at each event, and the distance by which
-what collides touches: of a thin hit, or of one whose approach is slow, that makes the instant far
-more uncertain than the places are.
+The effect of rounding is propagated as a covariance. It is exact except for its own rounding, and
+independent of the order of balls. The state is rounded at the start and at each event, and so is
+the distance at which bodies touch: in a thin hit, or a slow approach, this makes the time of
+contact much more uncertain than the positions are.
 """
 
 from __future__ import annotations
@@ -46,18 +46,17 @@ _CANCELLED = 16.0 * EPS
 
 @dataclass(frozen=True, eq=False)
 class Rounding:
-    """What rounding each number of the state once, at the start and at each event, does to a shot.
+    """The effects on a shot of rounding each number of the state at the start and at each event.
 
-    Over 2^-53; root mean square along a proved motion, the most that is possible in flight.
-    Infinite where no derivative is known.
+    Over 2^-53; rms values along a certified motion, upper bounds in flight. Infinite if no
+    derivative is known.
 
-    `events` (events,) float64 [s]: how far it moves the instant of each event of the proof.
-    `rest` [s]: how far it moves the end of the shot.
-    `times`, `energies` (k,) float64 [s], [J]: how far it moves the energy of all balls, from each
-        instant to the next; never less than before.
-    `marks` (m,) float64 [s], `places` (m, n) float64 [m]: how far it moves each ball, likewise.
-    `speeds` (m, n) float64 [m/s]: by how much it changes the velocity of each ball and of its
-        surface, likewise.
+    `events` (events,) float64 [s]: shift of the time of each certified event.
+    `rest` [s]: shift of the end of the shot.
+    `times`, `energies` (k,) float64 [s], [J]: change of the energy of all balls, from each time to
+        the next; non-decreasing.
+    `marks` (m,) float64 [s], `places` (m, n) float64 [m]: displacement of each ball, likewise.
+    `speeds` (m, n) float64 [m/s]: change of the velocity of each ball and of its surface, likewise.
     """
 
     events: FloatArray
@@ -69,20 +68,20 @@ class Rounding:
     speeds: FloatArray
 
     def energy_at(self, times: FloatArray) -> FloatArray:
-        """Return how far rounding moves the energy at some instants, (k,) [J]."""
+        """Return the effect of rounding on the energy at some times, (k,) [J]."""
         return _since(self.times, self.energies, times)
 
     def places_at(self, times: FloatArray) -> FloatArray:
-        """Return how far rounding moves each ball at some instants, (k, n) [m]."""
+        """Return the displacement of each ball by rounding at some times, (k, n) [m]."""
         return _since(self.marks, self.places, times)
 
     def speeds_at(self, times: FloatArray) -> FloatArray:
-        """Return by how much rounding changes the speeds of each ball, (k, n) [m/s]."""
+        """Return the effect of rounding on the speeds of each ball, (k, n) [m/s]."""
         return _since(self.marks, self.speeds, times)
 
 
 def _since(marks: FloatArray, values: FloatArray, times: FloatArray) -> FloatArray:
-    """Return the values that hold at some instants, of those from each mark to the next."""
+    """Return the values at some times, where each value applies from its mark to the next."""
     found: FloatArray = values[np.searchsorted(marks, times, side="right") - 1]
     return found
 
@@ -90,11 +89,11 @@ def _since(marks: FloatArray, values: FloatArray, times: FloatArray) -> FloatArr
 def places_between(
     sizes: Callable[[FloatArray], FloatArray], times: FloatArray, t_end: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return instants (m,) [s], and the most that errors come to from each to the next, (m, n) [m].
+    """Return times (m,) [s], and the largest error from each time to the next, (m, n) [m].
 
-    `sizes`: what errors have become of each ball at some instants.
-    `times` (k,) float64 [s]: of the events. Between two of them the error of a ball's place is a
-        convex function of the time: the larger of those at both ends bounds it.
+    `sizes`: returns the errors of each ball at some times.
+    `times` (k,) float64 [s]: of the events. Between two events, the position error of a ball is a
+        convex function of time, so the larger of its values at both ends is a bound.
     """
     marks = np.unique(np.append(times, t_end))
     sides = [sizes(np.maximum(np.nextafter(marks, 0.0), 0.0)), sizes(marks)]
@@ -104,15 +103,14 @@ def places_between(
 
 @dataclass(frozen=True, eq=False)
 class CertifiedGrowth:
-    """How changes grow along a proved motion: `horizon.Growth`; made by `growth_of_proof`.
+    """Growth of changes along a certified motion (`horizon.Growth`), by `growth_of_proof`.
 
     `t_end` [s].
-    `times` (k,) float64 [s]: of its events, increasing, from 0 on.
-    `derivative_ends` [s]: when a ball first has two collisions at one instant, whose order any
-        change decides; inf where none has. Later there is no derivative of what follows from them.
-        0 where balls may fly: nothing is known here of how errors grow then, so that `sizes` are
-        infinite.
-    `events`: what each event does to small changes of its balls.
+    `times` (k,) float64 [s]: of its events, increasing, starting with 0.
+    `derivative_ends` [s]: first time at which a ball has two simultaneous collisions, so any change
+        decides their order; inf: never. There is no derivative after that. 0 if balls may fly: then
+        error growth is unknown, and `sizes` are infinite.
+    `events`: the effect of each event on small changes of its balls.
     """
 
     t_end: float
@@ -121,14 +119,13 @@ class CertifiedGrowth:
     balls: tuple[ProvedBall, ...]
     events: tuple[EventChange, ...]
     _covariances: tuple[FloatArray, ...]
-    _moved: FloatArray  # (events,) [s]: how far rounding moves each, over 2^-53
+    _moved: FloatArray  #   # (events,) [s]: shift of each by rounding, over 2^-53
 
     def sizes(self, times: ArrayLike) -> FloatArray:
-        """Return how far rounding displaces each ball, over 2^-53: (k, n) [m], root mean square.
+        """Return the rms displacement of each ball by rounding, over 2^-53: (k, n) [m].
 
-        Of rounding each number of the state once at the start and at each event, and each distance
-        at which something collides. Infinite where no derivative is known: from `derivative_ends`
-        on.
+        Each number of the state is rounded once at the start and at each event, and each distance
+        of colliding bodies. Infinite without a derivative, that is from `derivative_ends` on.
         """
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
         sizes = np.empty((len(t), len(self.balls)))
@@ -136,20 +133,20 @@ class CertifiedGrowth:
             rows, flow = ball.displacement(t)
             with np.errstate(over="ignore", invalid="ignore"):
                 variance = np.einsum("kij,kjl,kil->k", flow, kept[rows], flow)
-                # Where large terms cancel, as those of balls that meet slowly, what is left of them
-                # is their rounding.
+                # If large terms cancel, as for balls that collide slowly, the remainder is
+                # rounding.
                 terms = np.einsum("kij,kjl,kil->k", abs(flow), abs(kept[rows]), abs(flow))
                 size = np.sqrt(np.maximum(variance, 0.0) + _CANCELLED * terms)
             sizes[:, k] = np.where(np.isfinite(variance), size, np.inf)
         return sizes
 
     def rounding(self, scene: Scene) -> Rounding:
-        """Return what rounding does to the times of events and to the energy of this scene's shot.
+        """Return the effects of rounding on the times of events and on the energy of this shot.
 
-        The standard deviation of a sum is no more than the sum of those of its parts, here of the
-        balls. A ball's energy changes with the time as a linear function of its first change while
-        it slides, and ever less while it rolls; so the larger of what it is at the ends of a
-        segment bounds it between.
+        The standard deviation of a sum is at most the sum of the standard deviations of its terms,
+        here of the balls. The change of a ball's energy is a linear function of time during a
+        slide, and decreases during a roll, so the larger of its values at the ends of a segment is
+        a bound.
         """
         instants = np.array([event.t for event in self.events])
         starts = np.unique(np.concatenate([ball.segments[:, 0] for ball in self.balls]))
@@ -168,11 +165,11 @@ class CertifiedGrowth:
         return Rounding(events, self._rest_moved(events), starts, energies, marks, places, speeds)
 
     def _speeds_changed(self, marks: FloatArray) -> FloatArray:
-        """Return by how much rounding changes the speeds of each ball until then, (m, n) [m/s].
+        """Return the change of the speeds of each ball by rounding up to a time, (m, n) [m/s].
 
-        Friction turns with the slip, and takes 2/7 of it from the velocity in all, and 5/7 from the
-        surface's; so a change of the slip changes either by no more than twice itself. What slows a
-        ball that rolls leaves a change of its velocity as it is, or makes it smaller.
+        Friction follows the direction of the slip, and in total takes 2/7 of it from the velocity
+        and 5/7 from the surface velocity. A change of the slip therefore changes either by at most
+        twice itself. During a roll, a change of the velocity is constant or decreases.
         """
         speeds = np.empty((len(marks), len(self.balls)))
         with np.errstate(over="ignore", invalid="ignore"):
@@ -189,7 +186,7 @@ class CertifiedGrowth:
         """Return the effect of rounding on the end time of the shot, over 2^-53 [s]."""
         if len(events) and self.events[-1].t == self.t_end:
             return float(events[-1])
-        # Else `t_max` ends the shot, or a ball that spins on its place.
+        # Otherwise `t_max` ends the shot, or a ball that spins in place.
         spins = [
             math.sqrt(float(kept[-1, SPIN, SPIN])) / ball.spins_by
             for ball, kept in zip(self.balls, self._covariances, strict=True)
@@ -198,19 +195,20 @@ class CertifiedGrowth:
         return self.t_end + max(spins, default=0.0)
 
 
-@lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
+@lru_cache(maxsize=4)  #   # keyed by identity: a case from another process has its own
 def growth_of_proof(
     scene: Scene, certificate: Certificate, *, gaps: bool = True
 ) -> CertifiedGrowth:
-    """Return how errors grow along what is proved of a shot, whose certificate has its motion.
+    """Return the error growth along the certified part of a shot; its certificate needs the motion.
 
-    `gaps`: whether distances at which something collides are rounded, too, or the states alone.
+    `gaps`: whether distances of colliding bodies are rounded, too, or only the states.
     """
     assert certificate.segments is not None
     gravity = scene.physics.gravity
     slides = scene.physics.motion == "sliding"
     physics = scene.physics
-    # Of the air's drag the cloth's friction takes 2/7, but none where balls always roll.
+    # The friction of the cloth reduces the effect of air drag by 2/7, except for balls that always
+    # roll.
     felt = physics.air_drag * (5.0 / 7.0 if slides else 1.0)
     balls = tuple(
         ProvedBall(
@@ -234,7 +232,7 @@ def growth_of_proof(
             strict=True,
         )
     )
-    # A long chaotic motion outgrows doubles; bounces that die out meet at speeds below them.
+    # In a long chaotic motion numbers overflow, and in vanishing bounces speeds underflow.
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         events = tuple(event_changes(scene, certificate, balls))
     return CertifiedGrowth(
@@ -250,10 +248,10 @@ def growth_of_proof(
 
 
 def energy_slopes(ball: ProvedBall, mass: float) -> FloatArray:
-    """Return the derivative of a ball's energy by its state as each segment starts, (k, 7).
+    """Return the derivative of a ball's energy by its state at the start of each segment, (k, 7).
 
-    E = m v^2 / 2 + m (v - u)^2 / 5 + m R^2 wz^2 / 5, since a ball turns about the horizontal by its
-    velocity v less its slip u, over R.
+    E = m v^2 / 2 + m (v - u)^2 / 5 + m R^2 wz^2 / 5: the horizontal angular velocity of a ball is
+    its velocity v minus its slip u, divided by R.
     """
     rows = ball.segments
     velocity, slip = rows[:, 3:5], np.zeros((len(rows), 2))
@@ -269,9 +267,9 @@ def energy_slopes(ball: ProvedBall, mass: float) -> FloatArray:
 def _covariances(
     balls: tuple[ProvedBall, ...], events: tuple[EventChange, ...], gaps: bool
 ) -> tuple[tuple[FloatArray, ...], FloatArray]:
-    """Return the covariance of what rounding has done to each ball at its segments, (k, 7, 7).
+    """Return the covariance by rounding of each ball at its segments, (k, 7, 7), and event shifts.
 
-    And how far it has moved each event, (events,) [s].
+    The shifts of the event times are (events,) [s].
     """
     size = PARTS * len(balls)
     whole = np.zeros((size, size))
@@ -309,6 +307,6 @@ def _covariances(
 
 
 def _spread(ball: ProvedBall, kept: FloatArray, k: int) -> None:
-    """Carry the covariance at a start, (7, 7), to the segments that continue with its motion."""
+    """Propagate the covariance at a start, (7, 7), to the segments that continue its motion."""
     for row, flow in ball.along(k):
         kept[row] = flow @ kept[row - 1] @ flow.T

@@ -1,9 +1,9 @@
-"""How errors grow along a proved flight: by the widths of the proof's own enclosures.
+"""Error growth along a certified flight, from the widths of the certified enclosures.
 
-Along a flight no derivative is followed. But a proof in p bits carries what rounding every number
-to p bits may do, at its worst: in doubles the same enclosures would be 2^(p - 53) times as wide. So
-they bound what an engine's rounding may do, from above, where `certified_growth` says what it does
-on average.
+No derivative is computed along a flight. But a certified computation with p bits propagates the
+worst effect of rounding every number to p bits; in doubles, the same enclosures would be 2^(p - 53)
+times as wide. The widths are therefore upper bounds on the effect of an engine's rounding, whereas
+`certified_growth` gives its average effect.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 
 _LARGEST = 10**300
-"""Beyond it a width is as good as infinite."""
+"""Widths above this count as infinite."""
 
 
 def is_differentiated(scene: Scene) -> bool:
-    """Whether `certified_growth` follows how errors grow along the proved motion of a scene."""
+    """Return True if `certified_growth` computes the error growth of a scene."""
     return not scene.physics.airborne
 
 
 class FlightGrowth:
-    """How errors grow at most along a proved flight: `horizon.Growth`."""
+    """Upper bounds on error growth along a certified flight, as a `horizon.Growth`."""
 
     derivative_ends = math.inf
 
@@ -53,9 +53,9 @@ class FlightGrowth:
                 self._events[ball].append((event.t, width))
 
     def sizes(self, times: ArrayLike) -> FloatArray:
-        """Return how far the fastest ball goes while each ball's last event is uncertain.
+        """Return the path of the fastest ball while each ball's last event is uncertain.
 
-        As if the proof were computed in double precision, over 2^-53: (k, n) [m].
+        For a certified computation in double precision, over 2^-53: (k, n) [m].
         """
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
         sizes = np.empty((len(t), len(self._events)))
@@ -65,11 +65,10 @@ class FlightGrowth:
         return sizes
 
     def rounding(self, scene: Scene) -> Rounding:
-        """Return what rounding may do at most to the times of events and to the energy.
+        """Return upper bounds on the effects of rounding on the times of events and on the energy.
 
-        A ball that is a distance s beside its place as it meets another one leaves it along a line
-        that is turned by s / 2R or less, and so gives and takes as much more, or less, of its
-        energy.
+        If a ball is displaced by a distance s when it collides, the line of centres turns by at
+        most s / 2R, and the exchanged energy changes in proportion.
         """
         at = np.append(0.0, self.times)
         first = first_energy(scene)
@@ -77,15 +76,15 @@ class FlightGrowth:
         energies = first * (1.0 + beside / float(np.min(scene.radii)))
         events = np.array(self._moved)
         marks, places = places_between(self.sizes, self.times, self.t_end)
-        unknown = np.full_like(places, np.inf)  # widths are those of places alone
+        unknown = np.full_like(places, np.inf)  #   # widths exist for positions only
         return Rounding(events, self._end, at, energies, marks, places, unknown)
 
 
 def width_sizes(certificate: Certificate) -> FloatArray:
-    """Return how far rounding may displace each ball at the proof's end, over 2^-53: (n,) [m].
+    """Return the possible displacement of each ball by rounding at the certified end: (n,) [m].
 
-    A ball that rests, and that no event concerns, isn't displaced; that of another is rounded
-    itself, too.
+    Over 2^-53. A ball at rest without events isn't displaced. For other balls, the rounding of the
+    coordinates is added.
     """
     moved = {ball for event in proved_events(certificate) for ball in event.balls}
     moved |= {k for k, v in enumerate(certificate.velocities) if any(map(float, v))}

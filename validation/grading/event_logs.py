@@ -1,13 +1,13 @@
-"""Compare two logs of events in the order that matters: each ball's own.
+"""Compare two logs of events by the order of events of each ball.
 
     >>> found = compare_logs(events_from(certificate.keys, times), events_in(result.events))
     >>> found.parting, found.leading
 
-Two events without a ball in common may swap in a log and nothing changes; two that share one may
-not. So logs agree while every ball goes through the same events one after another, and they part at
-the first event, in time, that the other log doesn't have at that place of its balls' lives. (Such
-logs are equivalent as traces: Mazurkiewicz 1977.) From where a ball's own order differs on, it
-plays another shot: nothing of it is paired any more.
+Two events without a common ball may swap in a log without effect; two events with a common ball may
+not. Logs therefore agree while every ball has the same events in the same order. They differ from
+the first event, in time, that the other log doesn't have at this place in the order of its balls.
+(Logs that agree in this sense are equivalent as traces: Mazurkiewicz 1977.) After a difference in
+its order, no further events of a ball are paired.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.tolerances import TIE
 
 Key = tuple[int, int, int]
-"""What happened to whom, without when: `EventKind` as int, first ball, second ball or index of
-cushion; of two balls the lower one first."""
+"""Kind and bodies of an event, without its time: `EventKind` as int, first ball, second ball or
+index of cushion; the ball with the lower index is first.
+"""
 
 ALL_KINDS = tuple(EventKind)
 
@@ -36,7 +37,7 @@ ALL_KINDS = tuple(EventKind)
 class Event:
     """An event of a log: `kind`, ball `a`, ball or cushion `b`, at `t` [s].
 
-    `index` is its place where it comes from.
+    `index` is its position in its source.
     """
 
     kind: EventKind
@@ -47,12 +48,12 @@ class Event:
 
     @property
     def key(self) -> tuple[EventKind, int, int]:
-        """What happened to whom, without when."""
+        """Kind and bodies of the event, without its time."""
         return (self.kind, self.a, self.b)
 
     @property
     def balls(self) -> tuple[int, ...]:
-        """Indices of its balls: two where balls collide, else one."""
+        """Indices of its balls: two for a collision of balls, otherwise one."""
         return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
 
     def first_ball(self, scene: Scene) -> str:
@@ -60,7 +61,7 @@ class Event:
         return f'"{scene.balls[self.a].id}"'
 
     def obstacle(self, scene: Scene) -> str:
-        """Return what that ball hits, in words; "" where it hits nothing."""
+        """Return the body that the ball hits, in words; "" if it hits nothing."""
         if self.kind is EventKind.BALL_BALL:
             return f'"{scene.balls[self.b].id}"'
         if self.kind is EventKind.BALL_CUSHION:
@@ -69,7 +70,7 @@ class Event:
         return ""
 
     def describe(self, scene: Scene, hits: str = "hits") -> str:
-        """Return the event in words, with the names of its balls, and this form of the verb."""
+        """Return the event in words, with the names of its balls; `hits` is the verb."""
         first, obstacle = self.first_ball(scene), self.obstacle(scene)
         if obstacle:
             return f"{first} {hits} {obstacle}"
@@ -82,10 +83,10 @@ class Event:
 
 @dataclass(frozen=True)
 class Parting:
-    """Where two logs part.
+    """The first difference of two logs.
 
-    `true`, `other`: what the true log has there, and what the other one has instead; None where a
-    log has nothing more for the balls concerned. One of them isn't None.
+    `true`, `other`: the event of the reference log, and that of the other log; None if a log has no
+        further event for these balls. At least one of them isn't None.
     """
 
     true: Event | None
@@ -93,7 +94,7 @@ class Parting:
 
     @property
     def t(self) -> float:
-        """When they part [s]: the earlier of the two events."""
+        """Time of the difference [s]: that of the earlier event."""
         return self.first.t
 
     @property
@@ -102,7 +103,7 @@ class Parting:
         return min((one for one in (self.true, self.other) if one), key=lambda one: one.t)
 
     def describe(self, scene: Scene) -> str:
-        """Return it as a sentence about a proof and a run, with the names of the balls."""
+        """Return a sentence about the difference of a reference and a run, with ball names."""
         missing = self.first is self.true
         instead = self.other if missing else self.true
         words = [
@@ -118,13 +119,14 @@ class Parting:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far two logs agree.
+    """The agreement of two logs.
 
-    `pairs`: the events that both have, the true one first, in the order of the true log.
-    `index_pairs`: where each is among the events that were given.
-    `missing`: where the true log has events that the other one lacks.
-    `invented`: where the other log has events that the true one lacks.
-    `parting`: None where they agree to the end.
+    `pairs`: the events that both have, the one of the reference first, in the order of the
+        reference.
+    `index_pairs`: their indices in the two given logs.
+    `missing`: indices of reference events that the other log lacks.
+    `invented`: indices of events of the other log that the reference lacks.
+    `parting`: the first difference; None if they agree to the end.
     """
 
     pairs: tuple[tuple[Event, Event], ...]
@@ -135,15 +137,15 @@ class Agreement:
 
     @property
     def leading(self) -> int:
-        """How many events both have before the first that only one of them has."""
+        """Number of pairs before the first event that only one log has."""
         first_missing = min(self.missing, default=math.inf)
         first_invented = min(self.invented, default=math.inf)
         return sum(i < first_missing and j < first_invented for i, j in self.index_pairs)
 
     def parts_at(self, *, timed: bool = True) -> float | None:
-        """Return when the logs part [s]; inf: never; None where no log says when.
+        """Return the time of the first difference [s]; inf: none; None if no log states the time.
 
-        `timed` says whether the true events have times of their own: see `events_from`.
+        `timed` states whether the reference events have times: see `events_from`.
         """
         if self.parting is None:
             return math.inf
@@ -153,7 +155,7 @@ class Agreement:
 
     @property
     def before(self) -> tuple[tuple[Event, Event], ...]:
-        """The pairs that come before the parting, in either log; all where there is none."""
+        """The pairs before the first difference; all pairs if there is none."""
         if self.parting is None:
             return self.pairs
         t = self.parting.t
@@ -161,7 +163,7 @@ class Agreement:
 
 
 def events_in(events: Events, kinds: Collection[EventKind] = COLLISION_KINDS) -> list[Event]:
-    """Return the events of some kinds of a `Result`, of two balls the lower one first."""
+    """Return the events of a `Result` of some kinds; the ball with the lower index is first."""
     kept = np.flatnonzero(np.isin(events["kind"], tuple(kinds)))
     columns = (events[name][kept].tolist() for name in ("kind", "a", "b", "t"))
     found = []
@@ -179,14 +181,14 @@ def collisions_of(events: Events) -> tuple[list[Key], FloatArray]:
 
 
 def lower_first(kind: int, a: int, b: int) -> Key:
-    """Return what happened to whom, of two balls the lower one first."""
+    """Return kind and bodies of an event; the ball with the lower index is first."""
     return (kind, b, a) if kind == EventKind.BALL_BALL and b < a else (kind, a, b)
 
 
 def events_from(keys: Sequence[Key], times: FloatArray) -> list[Event]:
-    """Return events of these times; without times they come one after another.
+    """Return events with these times; without times, they get increasing integers.
 
-    A closed form may know the order alone, which is strict then.
+    A closed form may give the order of events only; then the order is strict.
     """
     instants = times.tolist() if len(times) else range(1, len(keys) + 1)
     return [
@@ -195,11 +197,11 @@ def events_from(keys: Sequence[Key], times: FloatArray) -> list[Event]:
     ]
 
 
-@lru_cache(maxsize=4)  # every engine's run is compared with it, and looks its times up
+@lru_cache(maxsize=4)  #   # used for every engine's run
 def proved_events(certificate: Certificate) -> tuple[Event, ...]:
-    """Return the events of a certificate, at their instants in double precision."""
-    # By the instants, not by `CertifiedEvent.tie`: they tie where the proof has no order of them,
-    # 2^-100 s, and also where an engine can't have one, which is far more.
+    """Return the events of a certificate, with times in double precision."""
+    # Ties are found from these times, not from `CertifiedEvent.tie`. Events tie within 2^-100 s in
+    # a certified result, but in an engine within much longer times.
     return tuple(Event(*event.key, float(event.t), k) for k, event in enumerate(certificate.events))
 
 
@@ -208,8 +210,9 @@ def compare_logs(
 ) -> Agreement:
     """Compare two logs, each in order of time.
 
-    `strict`: whether events that share a ball have an order also at one instant, to within `TIE` of
-    it. An exact engine has one; one that steps reports one time for all collisions of a step.
+    `strict`: whether simultaneous events (within `TIE`) that share a ball have an order. In an
+        exact engine they have; a time-stepping engine reports one time for all collisions of a
+        step.
     """
     queues: dict[int, deque[int]] = defaultdict(deque)
     for found, one in enumerate(other):
@@ -242,12 +245,12 @@ def compare_logs(
 
 
 def compare_collisions(keys: Sequence[Key], times: FloatArray, events: Events) -> Agreement:
-    """Compare true collisions, of these times where they have some, with those of an event log."""
+    """Compare reference collisions, with times if there are any, with those of an event log."""
     return compare_logs(events_from(keys, times), events_in(events))
 
 
 def _next(one: Event, other: Sequence[Event], queues: dict[int, deque[int]]) -> int | None:
-    """Return the index in the other log where that is what comes next for all its balls."""
+    """Return the index in the other log if the event is next for all its balls, else None."""
     heads = {queues[ball][0] if queues[ball] else None for ball in one.balls}
     index = heads.pop()
     if heads or index is None or other[index].key != one.key:
@@ -258,7 +261,7 @@ def _next(one: Event, other: Sequence[Event], queues: dict[int, deque[int]]) -> 
 def _next_at_one_instant(
     true: Sequence[Event], at: int, other: Sequence[Event], queues: dict[int, deque[int]]
 ) -> int | None:
-    """Return the index in the other log of what only events of one instant come before."""
+    """Return the index in the other log if only simultaneous events come before it, else None."""
     one = true[at]
     index = next((i for i in queues[one.a] if other[i].key == one.key), None)
     if index is None:
@@ -289,7 +292,7 @@ def _one_instant(t: float, later: float) -> bool:
 
 
 def _first_parting(lost: Sequence[Event], extra: Sequence[Event]) -> Parting | None:
-    """Return the first event that one log lacks, with what the other has for its balls."""
+    """Return the first event that one log lacks, with the other log's next event of its balls."""
     if not lost and not extra:
         return None
     if not extra or (lost and lost[0].t <= extra[0].t):

@@ -1,10 +1,10 @@
-"""What of a proof engines can be graded against: up to where, and how far rounding goes by then.
+"""The part of a certified result that can be compared, and the size of rounding errors.
 
     >>> within = gradable(scene, certify(scene, motion=True))
     >>> within.extent, within.why, within.until
 
-Up to the predictability horizon of the shot, since after it rounding alone decides; up to where
-bounces die out, which the model that is graded takes for a contact; and up to where the proof ends.
+It ends at the horizon of the shot, after which rounding decides; at vanishing bounces, which
+engines treat as a contact; or at the end of the certified part.
 """
 
 from __future__ import annotations
@@ -34,24 +34,25 @@ from ghostball.validation.grading.tolerances import (
 )
 
 _WIDEST = Fraction(1, 2**56)
-"""Radius of an enclosure, in m or s, or of its middle: an eighth of a rounding."""
+"""Largest radius of an enclosure, in m or s or relative to its middle: an eighth of a rounding."""
 
 Extent = Literal["whole", "horizon", "low bounce", "proved part"]
-"""Up to where events are graded: the end, the predictability horizon, the first bounce that is too
-low to be followed in double precision, or the proof's end."""
+"""End of the compared part: the end of the shot, the horizon, the first bounce that is too low for
+double precision, or the end of the certified part.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Gradable:
-    """What of a proof engines can be graded against; made by `gradable`.
+    """The part of a certified result that engines can be compared with; created by `gradable`.
 
-    `why`: where it isn't the whole shot, why not; else "".
-    `until` [s]: the last instant at which events are graded; inf where that is the end of the shot.
-    `compared_at` [s]: when positions are compared: at that instant, or before it, where the
-        derivative of the proved motion ends sooner; inf: at the end of the shot.
-    `sizes` (n,) float64 [m] or None: what rounding does to each ball until then, over 2^-53:
-        infinite where no derivative says it. None for engines that step, whose errors hide those of
-        rounding.
+    `why`: why it isn't the whole shot; else "".
+    `until` [s]: last time at which events are compared; inf: the end of the shot.
+    `compared_at` [s]: time at which positions are compared: `until`, or earlier if the derivative
+        of the certified motion ends earlier; inf: at the end of the shot.
+    `sizes` (n,) float64 [m] or None: displacement of each ball by rounding up to then, over 2^-53;
+        infinite without a derivative. None for time-stepping engines, because their errors are
+        larger.
     """
 
     extent: Extent
@@ -69,13 +70,13 @@ def gradable(
     until: float | None = None,
     growth: Growth | None = None,
 ) -> Gradable:
-    """Return what of a proof can be graded, which is the same for all exact engines.
+    """Return the part of a certified result that can be compared; it is the same for exact engines.
 
     `certificate`: of that scene, with its motion: `certify(scene, motion=True)`.
-    `exact`: whether for engines that record their motion, not frames.
-    `until` [s]: the horizon: up to when the shot can be predicted. Left out: until `ROUNDINGS`
-        roundings at each event have grown to `TOLERANCE`.
-    `growth`: how errors grow. Left out: as along the proved motion.
+    `exact`: whether the engines record their motion, not frames.
+    `until` [s]: the horizon. Default: time until `ROUNDINGS` roundings at each event have grown to
+        `TOLERANCE`.
+    `growth`: error growth. Default: along the certified motion.
     """
     if growth is None and (exact or until is None):
         growth = growth_along_proof(scene, certificate)
@@ -86,7 +87,8 @@ def gradable(
     extent, why, last = _extent(certificate, until, low_bounce)
     narrow = _is_narrow(certificate)
     ends_early = extent == "proved part" and narrow
-    # Balls may meet at the instant at which a proof ends; in the run, one rounding earlier.
+    # Balls may collide at the time at which a certified part ends; in the run, one rounding
+    # earlier.
     at_last = last * (1.0 - TIE) if ends_early else last
     if not exact:
         return Gradable(extent, why, last, at_last, None)
@@ -96,41 +98,42 @@ def gradable(
     if isinstance(growth, FlightGrowth):
         sizes = width_sizes(certificate)
         if last < float(certificate.t_end):
-            sizes[:] = math.inf  # the proof has widths of its end alone
+            sizes[:] = math.inf  #   # certified widths exist at the end only
         return Gradable(extent, why, last, at_last, sizes)
     compared_at = min(at_last, math.nextafter(growth.derivative_ends, 0.0))
     sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
     if not narrow:
-        # The proof is wider than a rounding, so errors can't be counted in roundings.
+        # The enclosure is wider than a rounding, so errors can't be counted in roundings.
         sizes[:] = math.inf
     return Gradable(extent, why, last, compared_at, sizes)
 
 
 def _uncertainty_at(growth: CertifiedGrowth, scene: Scene, t: float) -> float:
-    """Return how far `ROUNDINGS` roundings move the events at an instant [s], the most of them."""
+    """Return the largest shift of the events at a time [s] by `ROUNDINGS` roundings."""
     moved = growth.rounding(scene).events[[event.t == t for event in growth.events]]
     known = moved[np.isfinite(moved)]
     return ROUNDINGS * UNIT_ROUNDOFF * float(np.max(known, initial=0.0))
 
 
 def proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
-    """Return the motion that a certificate of a scene holds: it was made with `motion=True`."""
+    """Return the motion in a certificate, which must have been made with `motion=True`."""
     motion = certificate.trajectory(scene)
     assert motion is not None
     return motion
 
 
 def _is_narrow(certificate: Certificate) -> bool:
-    """Whether a proof encloses its end to less than a rounding; one that ran out of time may not.
+    """Return True if the final enclosures are narrower than a rounding.
 
-    Then the middles of its enclosures, which its motion is made of, say nothing.
+    They may be wider if the computation ran out of time. Then the certified motion, which consists
+    of their middles, isn't accurate to rounding.
     """
     numbers = [certificate.t_end, *(one for place in certificate.positions for one in place)]
     return all(one.rad <= _WIDEST * max(abs(one.mid), Fraction(1)) for one in numbers)
 
 
 def _extent(certificate: Certificate, until: float, low_bounce: float) -> tuple[Extent, str, float]:
-    """Return how much is graded, why not more, and the last instant of it."""
+    """Return the compared part, why it isn't longer, and the last time of it."""
     end = float(certificate.t_end)
     if low_bounce <= min(until, end):
         why = f"a bounce stays below {LOWEST_BOUNCE:.2g} diameters until t = {low_bounce:.6g} s"
@@ -143,11 +146,12 @@ def _extent(certificate: Certificate, until: float, low_bounce: float) -> tuple[
     return "whole", "", math.inf
 
 
-@lru_cache(maxsize=4)  # by identity: a case that comes from another process has its own
+@lru_cache(maxsize=4)  #   # keyed by identity: a case from another process has its own
 def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
-    """Return when the first bounce ends that stays below `LOWEST_BOUNCE`, inf where none does [s].
+    """Return the end of the first bounce that stays below `LOWEST_BOUNCE` [s]; inf if none does.
 
-    A bounce is what is between two collisions of one contact; its height is taken in the middle.
+    A bounce is the motion between two collisions of the same bodies; its height is taken in the
+    middle.
     """
     truth = proved_motion(scene, certificate)
     last: dict[tuple[EventKind, int, int], float] = {}
@@ -160,7 +164,7 @@ def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
     if not bounces:
         return math.inf
     kinds, a, b, start, end = (np.array(column) for column in zip(*bounces, strict=True))
-    # In space where balls may fly; else those of different size are taken to be at one height.
+    # In space if balls may fly; otherwise balls of different sizes have the same height.
     in_space = scene.physics.airborne
     places = truth.sample(0.5 * (start + end)).positions[:, :, : 3 if in_space else 2]
     rows, radii = np.arange(len(bounces)), scene.radii
@@ -176,9 +180,9 @@ def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
             _, across[k] = scene.table.facing(int(b[k]), x, y)
         if in_space:
             above = places[rows, a, 2] - scene.physics.cushion_height
-            across = np.hypot(across, np.where(b < FIRST_POST, above, 0.0))  # a post is as tall
+            across = np.hypot(across, np.where(b < FIRST_POST, above, 0.0))  #   # a post is as tall
         across -= radii[a]
         gaps = np.where(pair, gaps, across)
-    # Collisions at one instant are no bounce: what is struck against a cushion comes back at once.
+    # Simultaneous collisions are no bounce: a ball pushed against a cushion returns at once.
     low = (gaps <= LOWEST_BOUNCE * reach) & (end > start)
     return float(end[low].min()) if low.any() else math.inf

@@ -1,12 +1,12 @@
-"""Grade one run against the proof of its shot: its events, their times, where the balls are.
+"""Compare a run with the certified result of its shot: events, their times, and positions.
 
     >>> grade = grade(simulate(scene, record="trajectory"), certify(scene, motion=True))
     >>> grade.missing, grade.invented, grade.quality_factor
 
-Compared is what can be (`gradable`); `Grade.why` says what cut it short.
+Only a part may be comparable (`gradable`); `Grade.why` states why it isn't longer.
 
-No number is taken from the run that is graded but what it claims to have happened: the horizon and
-the scale of errors come from the proved motion (`certified_growth`), limits from `tolerances`.
+Only the reported events and positions are taken from the run. The horizon and the scale of errors
+come from the certified motion (`certified_growth`), the limits from `tolerances`.
 """
 
 from __future__ import annotations
@@ -43,25 +43,25 @@ from ghostball.validation.grading.tolerances import EPS, LEAST_SLIP, TIE, UNIT_R
 
 @dataclass(frozen=True, eq=False)
 class Grade:
-    """How a run compares with the proof of its shot.
+    """Comparison of a run with the certified result of its shot.
 
-    `extent`, `why`, `until`: of what was graded; see `Gradable`.
-    `compared_at` [s]: when positions were compared.
-    `events`: proved events that are compared.
-    `missing`, `invented`: indices of proved events that were not found, and of found events that
-        are not so. From where a ball's own order of events differs on, all that it goes through is
-        among these.
+    `extent`, `why`, `until`: the compared part; see `Gradable`.
+    `compared_at` [s]: time at which positions were compared.
+    `events`: number of compared certified events.
+    `missing`, `invented`: indices of certified events that the run lacks, and of events of the run
+        that aren't certified. After a difference in the order of a ball's events, these include all
+        its further events.
     `first`: the earliest of these.
-    `swapped`: events that come before another one instead of after it, without a ball in common
-        with it. Their times are wrong by as much, and are graded as such.
-    `negligible`: ends of slides and rolls, proved or found, that last no longer than rounding; left
-        out.
-    `paired`: indices of the proved events that were found.
-    `late_by` (m,) float64 [s]: how far each of these was found from its proved instant.
-    `time_errors` (m,) float64 [1]: the same in ulps of the proved time.
-    `position_errors` (n,) float64 [m]: how far each ball is from its enclosure at `compared_at`.
-    `quality_factor`: the largest of these errors over what rounding the state once at each event
-        makes of it.
+    `swapped`: number of events that come before another one instead of after it, without a common
+        ball. Their time errors are compared.
+    `negligible`: number of ends of slides and rolls, certified or in the run, that last no longer
+        than rounding; left out.
+    `paired`: indices of the certified events that the run has.
+    `late_by` (m,) float64 [s]: absolute time error of each of these.
+    `time_errors` (m,) float64 [1]: the same in ulps of the certified time.
+    `position_errors` (n,) float64 [m]: distance of each ball from its enclosure at `compared_at`.
+    `quality_factor`: the largest of these errors divided by the effect of rounding the state once
+        at each event.
     `no_quality`: why there is no quality factor; else "".
     """
 
@@ -84,48 +84,47 @@ class Grade:
 
     @property
     def time_error_max(self) -> float | None:
-        """The largest error of an event's time, in ulps; None where none was compared."""
+        """The largest error of an event time, in ulps; None if none was compared."""
         return float(np.max(self.time_errors)) if len(self.time_errors) else None
 
 
 def grade(result: Result, certificate: Certificate, within: Gradable | None = None) -> Grade:
-    """Grade a run against the proof of its shot.
+    """Compare a run with the certified result of its shot.
 
     `result`: recorded with `record="trajectory"`.
     `certificate`: of the same scene, with its motion: `certify(scene, motion=True)`.
-    `within`: what of the proof is graded. Left out: as `gradable` says of an engine such as the
-        run's.
+    `within`: the compared part. Default: by `gradable`, for the kind of engine that ran.
 
-    Raises `GhostballError` where the run recorded too little.
+    Raises `GhostballError` if the run recorded too little.
 
-    Differences from an enclosure are taken in rationals: a double is the rational that it is. An
-    error is the distance from the enclosure, 0 inside it; at a horizon, where errors are far above
-    rounding, it is that of two doubles.
+    Differences from an enclosure are computed with rational numbers: a double is a rational number.
+    An error is the distance from the enclosure, 0 inside it. At a horizon, where errors are far
+    above rounding, it is the difference of two doubles.
 
-    Of events that share no ball either order is right where they are at one instant. Towards the
-    horizon instants are uncertain by far more than rounding, so that such events are paired in any
-    order: their times are graded, which says the same.
+    Simultaneous events without a common ball may have either order. Near the horizon, times are
+    uncertain by far more than rounding, so such events are paired in any order, and their time
+    errors show a wrong order.
 
-    The quality factor is max |x_i - X_i| / (2^-53 A_i), A_i from the proved motion
-    (`CertifiedGrowth.sizes`): 2^-53 A_i is the standard deviation of ball i's position where the
-    state is rounded once at each event. An exact method in double precision keeps it near 1; one
-    that loses digits, or plays another shot, doesn't.
+    The quality factor is max |x_i - X_i| / (2^-53 A_i), with A_i from the certified motion
+    (`CertifiedGrowth.sizes`): 2^-53 A_i is the standard deviation of the position of ball i if the
+    state is rounded once at each event. It is near 1 for an exact method in double precision, and
+    large for a method that loses digits or has wrong collisions.
 
-    Two balls, or a ball and a cushion, may bounce ever lower, without end in a finite time. From
-    the first bounce that is proved to stay below `LOWEST_BOUNCE` on, nothing is graded.
+    Two balls, or a ball and a cushion, may bounce lower and lower, infinitely often in a finite
+    time. Nothing is compared after the first bounce that certainly stays below `LOWEST_BOUNCE`.
 
-    No derivative exists once a ball has had two collisions at one instant. That says nothing of how
-    errors have grown, so that events are compared beyond it, up to the end of the proof; positions
-    at the last instant before it.
+    No derivative exists after simultaneous collisions of a ball. The error growth is then unknown,
+    so events are compared up to the end of the certified part, but positions at the last time with
+    a derivative.
 
-    A slide or a roll is negligible where all that it slows is below `LEAST_SLIP` of the fastest
-    speed at the start, or where it lasts no longer than two roundings of the clock: the slip of
-    1e-17 m/s of a stunned ball is a slip to the proof, and nothing in double precision. Of a ball
-    that has met another one that is multiplied by the places of balls over their diameter: so far
-    off rounding of the places turns the line along which they part, and one that meets another
-    head-on, which takes all of its speed, keeps that much of it. So is a flight that lasts no
-    longer than what counts as one instant (`TIE`): a ball that is pushed back to the table within a
-    rounding of its own bounce. The lowest bounce takes far longer.
+    A slide or a roll is negligible if its whole deceleration is below `LEAST_SLIP` times the
+    fastest initial speed, or if it is shorter than two roundings of the clock: a certified slip of
+    1e-17 m/s of a stunned ball doesn't exist in double precision. After a collision with another
+    ball, the limit is multiplied by the coordinates over the diameter of a ball: rounding of
+    positions turns the line of centres by this much, and in a head-on collision, which stops a
+    ball, this share of the speed remains. A flight is negligible if it is shorter than the
+    tolerance for simultaneous events (`TIE`): a ball that is pushed back to the table within a
+    rounding of its bounce. The lowest compared bounce is much longer.
     """
     scene = result.scene
     if result.events is None or result.trajectory is None:
@@ -188,7 +187,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
 
 
 def _negligible(scene: Scene, log: Sequence[Event]) -> list[bool]:
-    """Whether each event ends a slide, a roll or a flight that is but rounding; see `grade`."""
+    """Return whether each event ends a negligible slide, roll or flight; see `grade`."""
     gravity, radii = scene.physics.gravity, scene.radii
     surface = np.linalg.norm(scene.velocities, axis=1)
     surface += radii * np.linalg.norm(scene.angular_velocities, axis=1)
@@ -216,9 +215,10 @@ def _negligible(scene: Scene, log: Sequence[Event]) -> list[bool]:
 
 
 def _lever(scene: Scene) -> float:
-    """Return what rounding of two places makes of the line between two balls that touch.
+    """Return the effect of rounding of two positions on the line of centres of touching balls.
 
-    Of its direction, in units of what it makes of a number: the places over the least distance.
+    It is the change of direction, in units of one rounding: the coordinates over the smallest
+    distance.
     """
     size = float(np.max(np.abs(scene.positions[:, :2])))
     if scene.table is not None:
@@ -227,12 +227,12 @@ def _lever(scene: Scene) -> float:
 
 
 def _end_of_found(scene: Scene, pairs: Sequence[tuple[Event, Event]], until: float) -> float:
-    """Return up to when the run's events are graded, where the proved ones are up to `until` [s].
+    """Return the time up to which events of the run count, for certified events up to `until` [s].
 
-    Just before the run's last one of those, which may come later or sooner by its error: what
-    comes at that instant, or after it, may be what can't be known any more. Where a proof ends as
-    the shot begins, with balls that touch, that instant is one of some rounding of their places:
-    `TIE` of the time in which the fastest ball goes a radius.
+    It is just before the last matching event of the run, which may be early or late by its error:
+    events at this time, or after it, may depend on what isn't certified. If a certified part ends
+    at the start of the shot, with touching balls, the time of this event is a rounding of their
+    positions: `TIE` times the time in which the fastest ball moves a radius.
     """
     last = min(until, pairs[-1][1].t) if pairs else until
     speed = float(np.max(np.linalg.norm(scene.velocities, axis=1)))
@@ -241,7 +241,7 @@ def _end_of_found(scene: Scene, pairs: Sequence[tuple[Event, Event]], until: flo
 
 
 def _swapped(pairs: Sequence[tuple[Event, Event]]) -> int:
-    """Count the pairs that come after one that they come before in truth."""
+    """Return the number of pairs that come after a pair that the reference has later."""
     swapped, latest = 0, 0
     for k, (true, found) in enumerate(pairs):
         if found.index >= pairs[latest][1].index:
@@ -256,19 +256,20 @@ def _swapped(pairs: Sequence[tuple[Event, Event]]) -> int:
 def position_errors(
     result: Result, certificate: Certificate, within: Gradable
 ) -> tuple[float, FloatArray]:
-    """Compare positions at the instant that they are graded at.
+    """Compare positions at the time of comparison.
 
     `result`: recorded with `record="trajectory"`.
     `certificate`: of the same scene, with its motion.
-    `within`: what of the proof is graded.
+    `within`: the compared part.
 
-    Returns that instant, finite [s], and each ball's distance from the truth [m].
+    Returns that time [s], which is finite, and each ball's distance from the reference [m].
     """
     t = within.compared_at
     if t < float(certificate.t_end) or within.extent == "horizon":
         frames = result.trajectory
         if within.sizes is not None and isinstance(frames, SampledTrajectory):
-            # The motion between two frames isn't known to rounding; the first has smaller errors.
+            # Motion between two frames isn't known to rounding; the earlier frame has smaller
+            # errors.
             t = float(frames.times[np.searchsorted(frames.times, t, side="right") - 1])
         truth = proved_motion(result.scene, certificate)
         at = np.array([t])
@@ -286,10 +287,11 @@ def position_errors(
 
 
 def _distance(value: float, enclosure: Enclosure) -> float:
-    """Return how far a double is from an enclosure, 0 inside; inf where it isn't finite."""
+    """Return the distance of a double from an enclosure, 0 inside; inf if it isn't finite."""
     if not math.isfinite(value):
         return math.inf
-    # In units of a power of two all three are integers, and Python rounds their quotient correctly.
+    # In units of a power of two, all three are integers, and Python rounds their quotient
+    # correctly.
     mantissa, denominator = value.as_integer_ratio()
     exponent = 1 - denominator.bit_length()
     lowest = min(exponent, enclosure.mid_exponent, enclosure.rad_exponent, 0)
@@ -300,7 +302,7 @@ def _distance(value: float, enclosure: Enclosure) -> float:
 
 
 def _quality(result: Result, errors: FloatArray, within: Gradable) -> tuple[float | None, str]:
-    """Return the largest error, (n,) [m], over what rounding does until then; or None, and why."""
+    """Return the largest error (n,) [m] in units of rounding, and ""; or None, and the reason."""
     if within.sizes is None:
         return None, f"engine `{result.engine}` records frames, whose errors exceed rounding"
     scale = UNIT_ROUNDOFF * within.sizes
@@ -310,6 +312,6 @@ def _quality(result: Result, errors: FloatArray, within: Gradable) -> tuple[floa
     errors, scale = errors[known], scale[known]
     if not scale.any() and not errors.any():
         return None, "nothing has moved in what is graded"
-    # Where nothing moves a ball, only its coordinates are rounded, wherever they are counted from.
+    # If no ball moves, only its coordinates are rounded.
     scale[scale == 0.0] = UNIT_ROUNDOFF * extent_of(result.scene)
     return float(np.max(errors / scale)), ""

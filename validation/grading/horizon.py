@@ -1,13 +1,15 @@
-"""Until when errors leave a shot predictable: its horizon, by how they grow along its motion.
+"""Compute the predictability horizon of a shot: the time until which errors stay small.
 
     >>> horizon(growth_along(scene, proof, result), TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
 
-Errors grow along the proved motion where there is one, so that no engine says itself how far it is
-judged: by its tangent map (`certified_growth`), in flight by the widths of its enclosures
-(`certified_widths`); else as our engine says of its own run. An engine makes errors of its own
-size: an exact one those of rounding, one that steps those of a contact seen up to a step late. How
-near the shot comes to another path is no part of it: who takes that one before its errors have
-grown plays another shot.
+The growth of errors is computed along the certified motion if there is one, so that no engine
+decides how long it is judged: with its tangent map (`certified_growth`), or in flight with the
+widths of its enclosures (`certified_widths`). Without a certified motion, the tangent map of
+Ghostball's own run is used.
+
+The size of the initial errors depends on the engine: rounding for an exact engine, a contact
+detected up to one step late for a time-stepping engine. Near misses do not shorten the horizon: an
+engine that hits a ball before its errors have grown has a wrong collision.
 """
 
 from __future__ import annotations
@@ -29,45 +31,47 @@ from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
 
 _BETWEEN = 4
-"""Parts that the time between two events is cut into where growth is looked for."""
+"""Number of intervals between two events in which growth is sampled."""
 
 _AT_ONCE = 256
-"""Instants that are looked at together: of hundreds of balls more don't fit into memory."""
+"""Number of times that are sampled together: more would need too much memory for hundreds of balls.
+"""
 
 _HALVINGS = 40
-"""Of the time in which a growth passes a limit, between two looks."""
+"""Number of bisections for the time at which a growth passes a limit."""
 
 GRID = 2.0**-20
-"""Horizons are whole multiples of it [s]: how a matrix product rounds doesn't decide which."""
+"""Horizons are multiples of this [s], so that the rounding of matrix products doesn't change them.
+"""
 
 
 class Growth(Protocol):
-    """How errors grow along a shot."""
+    """The growth of errors along a shot."""
 
     @property
     def times(self) -> FloatArray:
-        """When its events are, increasing, from 0 on: (k,) [s]."""
+        """Times of its events, increasing, starting with 0: (k,) [s]."""
 
     @property
     def t_end(self) -> float:
-        """When it ends [s]."""
+        """End of the shot [s]."""
 
     @property
     def derivative_ends(self) -> float:
-        """From when on nothing is known, as after two collisions at one instant [s]; inf: never."""
+        """Time from which the growth is unknown, as after simultaneous hits [s]; inf: never."""
 
     def sizes(self, times: ArrayLike) -> FloatArray:
-        """Return what a relative error of 1 at the start and at each event has become of each ball.
+        """Return the displacement of each ball by relative errors of 1 at start and events.
 
-        At some instants, (k, n) [m]; infinite where nothing is known.
+        At some times, (k, n) [m]; infinite if it is unknown.
         """
 
 
 def growth_along(scene: Scene, proof: Certificate | None, result: Result) -> Growth:
-    """Return how errors grow along a shot: as proved where all of it is, else as a run says.
+    """Return the growth of errors along a shot: certified if all of it is, otherwise from a run.
 
     `proof`: with its motion.
-    `result`: our engine's run of it, recorded with its trajectory.
+    `result`: the run on Ghostball's engine, recorded with its trajectory.
     """
     if proof is not None and proof.proved:
         return growth_along_proof(scene, proof)
@@ -75,19 +79,19 @@ def growth_along(scene: Scene, proof: Certificate | None, result: Result) -> Gro
 
 
 def growth_along_proof(scene: Scene, proof: Certificate) -> CertifiedGrowth | FlightGrowth:
-    """Return how errors grow along what is proved of a shot, with its motion."""
+    """Return the growth of errors along the certified part of a shot, which has its motion."""
     if is_differentiated(scene):
         return growth_of_proof(scene, proof)
     return FlightGrowth(scene, proof)
 
 
 def horizon(growth: Growth, tolerance: float, error: float) -> float:
-    """Return until when errors stay within a tolerance [s].
+    """Return the time until which errors stay within a tolerance [s].
 
-    Infinite where they do to the end, or as long as anything is known of them.
+    Infinite if they do so to the end, or as long as the growth is known.
 
     `tolerance` [m].
-    `error`: relative size of the error that is made at the start and at each event.
+    `error`: relative size of the error at the start and at each event.
     """
     looks = _looks(growth)
     ends = _first_beyond(growth, looks[looks < growth.derivative_ends], tolerance / error)
@@ -95,7 +99,7 @@ def horizon(growth: Growth, tolerance: float, error: float) -> float:
 
 
 def _first_beyond(growth: Growth, looks: FloatArray, limit: float) -> float:
-    """Return when a growth first isn't within a limit [s]: at one of some instants, or between."""
+    """Return the time at which a growth first exceeds a limit [s]; inf: never."""
     for start in range(0, len(looks), _AT_ONCE):
         some = looks[start : start + _AT_ONCE]
         beyond = np.flatnonzero(~(np.max(growth.sizes(some), axis=1) <= limit))
@@ -115,7 +119,7 @@ def _first_beyond(growth: Growth, looks: FloatArray, limit: float) -> float:
 
 
 def _looks(growth: Growth) -> FloatArray:
-    """Return the instants of the events and some between them."""
+    """Return the times of the events and some times between them."""
     times = growth.times
     marks = np.append(times, growth.t_end) if times[-1] < growth.t_end else times
     parts = np.arange(_BETWEEN) / _BETWEEN
@@ -125,7 +129,7 @@ def _looks(growth: Growth) -> FloatArray:
 
 
 class RunGrowth:
-    """How errors grow along a run of our engine, as that says itself."""
+    """The growth of errors along a run of Ghostball's engine, from its own tangent map."""
 
     def __init__(self, result: Result) -> None:
         self.result = result
@@ -133,28 +137,30 @@ class RunGrowth:
         self.t_end = result.rest_time
 
     def sizes(self, times: ArrayLike) -> FloatArray:
-        """Return what a relative error of 1 at the start and at each event has become; `Growth`."""
+        """Return the displacement by a relative error of 1 at the start and each event."""
         return self.result.sensitivity(times)
 
     @cached_property
     def derivative_ends(self) -> float:
-        """From when on nothing is known of a ball [s]; inf where all is to the end."""
+        """Time from which the displacement of a ball is unknown [s]; inf: never."""
         return _first_beyond(self, _looks(self), np.finfo(np.float64).max)
 
 
 @dataclass(frozen=True, eq=False)
 class Meetings:
-    """How errors have grown when a ball is about to meet what scatters it; made by `meetings_of`.
+    """The size of errors when a ball is about to meet a body that scatters it; see `meetings_of`.
 
-    There they may lead the shot onto another path, and what comes after says nothing of the engine.
-    Other balls, posts, jaws and corners that point into the table scatter a ball; so does the nose
-    of a cushion if balls may fly. The edge of a pocket decides whether it falls.
+    Errors at a meeting may change what happens next; later events then don't depend on the accuracy
+    of the engine. Other balls, posts, jaws and corners that point into the table scatter a ball; so
+    does the nose of a cushion if balls may fly. The edge of a pocket decides whether the ball
+    falls.
 
     `times` (k,) float64 [s]: of the meetings, increasing.
-    `largest` (k,) float64 [m]: what a relative error of 1 at the start and at each event has become
-        of the balls that meet (`Growth`), as of two of the smallest balls: an error counts by how
-        far the centre is from what it turns about, 2 `radius` there. inf where nothing is known.
-    `extent` [m]: of the scene: what a relative error is relative to.
+    `largest` (k,) float64 [m]: displacement of the balls that meet by a relative error of 1 at the
+        start and at each event (`Growth`), scaled to two of the smallest balls: an error matters in
+        relation to the distance of the centre from the point that it turns about, which is 2
+        `radius` there. inf if it is unknown.
+    `extent` [m]: of the scene; relative errors are relative to it.
     `radius` [m]: of the smallest ball.
     """
 
@@ -164,12 +170,13 @@ class Meetings:
     radius: float
 
     def horizon(self, resolution: float) -> float:
-        """Return the first meeting whose outcome errors may have changed [s]; inf: none.
+        """Return the first meeting with an outcome that errors may have changed [s]; inf: none.
 
-        Where they have grown to a ball's radius: then they turn what the ball does by 30 degrees.
+        At this meeting errors have grown to a ball's radius, so they turn the outcome by 30
+        degrees.
 
-        `resolution` [m]: of the engine: how far off a ball may be when it collides. Rounding comes
-        on top.
+        `resolution` [m]: position error that the engine states for balls at a collision. Rounding
+            is added.
         """
         error = max(ROUNDINGS * UNIT_ROUNDOFF, resolution / self.extent)
         beyond = np.flatnonzero(~(self.largest <= self.radius / error))
@@ -177,7 +184,7 @@ class Meetings:
 
 
 def meetings_of(growth: Growth, result: Result) -> Meetings:
-    """Return how errors have grown when balls are about to meet in a run of the shot."""
+    """Return the size of errors when balls are about to meet in a run of the shot."""
     scene, radius = result.scene, float(np.min(result.scene.radii))
     log = events_of(result)
     events = log[np.isin(log["kind"], _MEETINGS) & ~_of_straight_sides(scene, log)]
@@ -186,7 +193,7 @@ def meetings_of(growth: Growth, result: Result) -> Meetings:
     times, instant = np.unique(events["t"], return_inverse=True)
     largest = np.zeros(len(times))
     if len(times):
-        # Of a flight the instants themselves are uncertain; a derivative is known just before.
+        # In a flight the times themselves are uncertain; a derivative is taken just before.
         flies = isinstance(growth, FlightGrowth)
         sizes = growth.sizes(times if flies else np.nextafter(times, 0.0))
         for k, one, reach in zip(instant.tolist(), events, reaches.tolist(), strict=True):
@@ -209,7 +216,7 @@ def _of_straight_sides(scene: Scene, log: Events) -> NDArray[np.bool_]:
 
 
 def _reaches_of(scene: Scene, result: Result, events: Events) -> FloatArray:
-    """Return twice the error that changes what comes of each meeting, (k,) [m]."""
+    """Return twice the error that changes the outcome of each meeting, (k,) [m]."""
     reaches: FloatArray = scene.radii[events["a"]].copy()
     of_balls = events["kind"] == EventKind.BALL_BALL
     reaches[of_balls] += scene.radii[events["b"][of_balls]]
@@ -226,10 +233,11 @@ def _reaches_of(scene: Scene, result: Result, events: Events) -> FloatArray:
 
 
 def _reach_of(scene: Scene, event: np.void, position: FloatArray, velocity: FloatArray) -> float:
-    """Return twice the error that changes what comes of a ball's meeting with an obstacle [m].
+    """Return twice the error that changes the outcome of a ball's meeting with an obstacle [m].
 
-    Of what is round, how far a ball's centre is from what its path turns about; of a hole, twice by
-    how much the ball would have to be off to pass it; infinite of what is straight.
+    For a round obstacle, it is the distance of the ball's centre from the point that its path turns
+    about; for a hole, twice the displacement that would make the ball pass it; for a straight side,
+    inf.
 
     `position` [m], `velocity` [m/s]: of the ball just before it, (3,).
     """
@@ -244,12 +252,12 @@ def _reach_of(scene: Scene, event: np.void, position: FloatArray, velocity: Floa
     if centre is not None:
         return math.dist(centre, (x, y))
     radius = float(scene.radii[a])
-    # A ball in the air meets the nose of a cushion as it meets a post that lies.
+    # For a ball in the air, the nose of a cushion acts like a horizontal post.
     return radius if z > (1.0 + _LIFTED) * radius else math.inf
 
 
 _LIFTED = 2.0**-20
-"""Height of a ball above the cloth, in its radii, that is more than rounding."""
+"""Height of a ball above the cloth, in its radii, above which it counts as lifted."""
 
 
 def extent_of(scene: Scene) -> float:

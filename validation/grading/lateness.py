@@ -73,7 +73,7 @@ def lateness_of(growth: CertifiedGrowth, scene: Scene, motion: ExactTrajectory) 
         for e in reversed(range(len(growth.events))):
             event, rows = growth.events[e], rows_of(growth.events[e].balls)
             if event.matrix is None or event.late is None:
-                break  # what comes before it has no derivative at the end
+                break  #   # earlier events have no derivative of the end
             moved[e] = end[:, rows] @ event.late
             end[:, rows] = end[:, rows] @ event.matrix
     places = np.hypot(moved[:, ::2], moved[:, 1::2])
@@ -93,15 +93,15 @@ def _followed(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return `comes`, `rests`, `energies` and `strays` of `Lateness`.
 
-    What a second of delay at each event so far has made of each ball is carried along, and what
-    velocities, or surface speeds, that are a second old have; at each event they say how much
-    later that comes, and how much more energy its balls leave it with.
-    Energies of balls are added without their signs. Between events they change as said in
-    `CertifiedGrowth.rounding`: the largest at a ball's events bounds them.
+    The change of each ball per second of delay at each earlier event is propagated along the shot,
+    and so is the change by velocities, or surface velocities, that are a second old. At each event
+    they give the time shift of the event, and the change of the energy of its balls.
 
-    The end of a phase is shifted by no more than `ProvedBall.end_shifted` says, which holds also
-    where a change is as large as the slip that it changes; a roll, by what shifts the slide before
-    it besides.
+    Energies of balls are added without their signs. Between events they change as described in
+    `CertifiedGrowth.rounding`, so the largest value at a ball's events is a bound.
+
+    The end of a phase is shifted by at most `ProvedBall.end_shifted`, even if a change is as large
+    as the slip; a roll is also shifted by its preceding slide.
     """
     many = min(len(growth.events), MOST_EVENTS)
     changes = np.zeros((3, PARTS * len(growth.balls), many))
@@ -143,7 +143,7 @@ def _followed(
                 strays = np.maximum(strays, beside)
                 more = np.sum(np.abs(slopes[i][k] @ own), axis=0)
                 energies[i] = np.maximum(energies[i], more)
-    if not many or growth.events[-1].t < growth.t_end:  # a ball that spins on its place is the last
+    if not many or growth.events[-1].t < growth.t_end:  #   # a ball that spins in place is the last
         for i, ball in enumerate(growth.balls):
             if ball.spins_by > 0.0 and ball.segments[-1, WZ] != 0.0:
                 spins = np.sum(np.abs(changes[:, PARTS * i + SPIN]), axis=0)

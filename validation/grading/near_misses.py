@@ -1,9 +1,9 @@
-"""Where a ball of a proved shot passes something near that it doesn't meet there.
+"""Near misses: places where a ball of a certified shot passes a body without touching it.
 
     >>> times = looks_along(scene, motion, events, len(pairs), until)
     >>> Gaps(scene, motion, events, pairs, times).near_misses()
 
-Gaps are looked at often enough for each pass to be seen, and where one is smallest more closely.
+Gaps are sampled often enough to find each pass, and more densely around a minimum.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _PART = 0.25
 """Longest path of a ball between two checks of the gaps, in units of the smallest radius."""
 
 _MOST_NUMBERS = 30_000_000
-"""Most numbers that are held for one shot, 240 MB. A shot that needs more is not examined.
+"""Largest number of values that are stored for one shot, 240 MB. Longer shots aren't examined.
 
-Nine for the state of each ball, and one for each gap, at each look: 40 000 looks of 16 balls on a
-table with pockets.
+Nine values for the state of each ball, and one for each gap, at each sample: 40 000 samples of 16
+balls on a table with pockets.
 """
 
 _TOUCHES = 2.0**-25
@@ -38,7 +38,7 @@ _ALONG = 1e-9
 """Two normals count as equal up to this; the value is half the square of their angle."""
 
 _LEVEL = 256.0
-"""Change of a gap between two checks that rounding explains, in roundings of a coordinate."""
+"""Change of a gap between two samples that rounding explains, in roundings of a coordinate."""
 
 Thing = int | Side | Obstacle
 """Anything that a ball may hit: a ball (by index), a side of the table, or an obstacle."""
@@ -46,19 +46,19 @@ Thing = int | Side | Obstacle
 
 @dataclass(frozen=True)
 class NearMiss:
-    """A ball beside something that it doesn't meet there; `normal` points from the ball to it."""
+    """A ball near a body that it doesn't touch; `normal` points from the ball to the body."""
 
     t: float
     gap: float
     normal: FloatArray
     ball: int
-    other: int | None  # the ball that it is, else None
-    closing: float = 0.0  # [m/s] at which the gap closes just before
-    since: float = 0.0  # [s] when it came near
+    other: int | None  #   # index if the body is a ball
+    closing: float = 0.0  #   # [m/s] approach speed just before
+    since: float = 0.0  #   # [s] time at which it came near
 
 
 def things_of(scene: Scene) -> list[Side | Obstacle]:
-    """Return all that stands on the table."""
+    """Return all sides and obstacles of the table."""
     return [] if scene.table is None else [*scene.table.sides, *scene.table.obstacles]
 
 
@@ -70,7 +70,7 @@ def pairs_of(scene: Scene) -> list[tuple[int, Thing]]:
 
 
 def gaps_of(scene: Scene, ball: int, other: Thing, centres: FloatArray) -> FloatArray:
-    """Return a ball's gap to something in the plane, for centres (k, n, 2 or 3): (k,) [m]."""
+    """Return a ball's gap to a body in the plane, for centres (k, n, 2 or 3): (k,) [m]."""
     x, y = centres[:, ball, :2].T
     radius = float(scene.radii[ball])
     if isinstance(other, int):
@@ -85,10 +85,10 @@ def gaps_of(scene: Scene, ball: int, other: Thing, centres: FloatArray) -> Float
 def looks_along(
     scene: Scene, motion: ExactTrajectory, events: tuple[EventChange, ...], pairs: int, until: float
 ) -> FloatArray | None:
-    """Return the events and as many instants between them as balls go fast, (k,) [s].
+    """Return the times of events and sampling times between them, (k,) [s].
 
-    None where their gaps would be more than `_MOST_NUMBERS`: looks that are farther apart would
-    miss some. Between two events the speed of a ball has no maximum: it is largest at one of them.
+    None if there would be more than `_MOST_NUMBERS` values, because fewer samples could miss a
+    pass. Between two events, the speed of a ball is largest at one of them.
     """
     marks = np.unique([0.0, *(one.t for one in events), until])
     speeds = [
@@ -107,7 +107,7 @@ def looks_along(
 
 
 class Gaps:
-    """Gaps along a proved motion, of each two balls, and of each ball to each thing that stands."""
+    """Gaps along a certified motion: of each pair of balls, and each ball and other body."""
 
     def __init__(
         self,
@@ -130,7 +130,7 @@ class Gaps:
             if event.kind is EventKind.POCKETED:
                 gone = np.array([event.balls[0] in pair for pair in self._pairs], dtype=bool)
                 self._gaps[np.ix_(gone, self._times > event.t)] = math.nan
-        # What is met, by pair: the looks at which it is.
+        # For each pair that touches, the samples at which it does.
         self._met: dict[int, list[int]] = {}
         self._partners_of = [self._partners(event) for event in events]
         for event, partners in zip(events, self._partners_of, strict=True):
@@ -138,7 +138,7 @@ class Gaps:
                 self._met.setdefault(p, []).append(self._look(event.t))
 
     def near_misses(self) -> list[NearMiss]:
-        """Return where gaps are smallest between two events, and those left at the end."""
+        """Return the smallest gaps between two events, and the small gaps at the end."""
         found = []
         before, here, after = self._gaps[:, :-2], self._gaps[:, 1:-1], self._gaps[:, 2:]
         lowest = (here < before - self._level) & (here <= after) & (here < self._smallest)
@@ -152,7 +152,7 @@ class Gaps:
         return sorted(found, key=lambda one: one.t)
 
     def beside(self, event: EventChange, e: int) -> Iterator[NearMiss]:
-        """Yield what the balls of a collision, or a fall, are beside without meeting it there.
+        """Yield the bodies near the balls of a collision, or a fall, without a contact there.
 
         `e`: the index of the event.
         """
@@ -170,7 +170,7 @@ class Gaps:
         return int(np.searchsorted(self._times, t))
 
     def _partners(self, event: EventChange) -> list[int]:
-        """Return the pairs that an event is of: of a corner both sides, whose point is met."""
+        """Return the pairs of an event; at a corner, both of its sides."""
         if event.meets is None:
             return []
         if event.kind is EventKind.BALL_BALL:
@@ -189,14 +189,14 @@ class Gaps:
         return found
 
     def _leaves(self, p: int, look: int) -> bool:
-        """Whether a pair has only separated since it last met."""
+        """Return True if a pair has only separated since it last touched."""
         met = [one for one in self._met.get(p, ()) if one <= look]
         if not met:
             return False
         return bool(np.all(np.diff(self._gaps[p, met[-1] : look + 1]) >= -self._level))
 
     def _closest(self, p: int, look: int) -> NearMiss:
-        """Return where a gap is smallest near a check."""
+        """Return the smallest gap near a sample."""
         low, high = float(self._times[look - 1]), float(self._times[look + 1])
         for _ in range(2):
             times = np.linspace(low, high, 17)
@@ -206,14 +206,14 @@ class Gaps:
         return self._near(p, float(times[row]), look)
 
     def _since(self, p: int, look: int) -> float:
-        """Return when a pair came near that is near at a look [s]: 0 where it is from the start."""
+        """Return the time from which a pair has been near [s]; 0: from the start."""
         far = np.flatnonzero(self._gaps[p, :look] >= self._smallest)
         met = [one for one in self._met.get(p, ()) if one < look]
         last = max([*met, *far[-1:].tolist()], default=0)
         return float(self._times[last])
 
     def _near(self, p: int, t: float, look: int) -> NearMiss:
-        """Return how a pair is at an instant, of a look; velocities are those just before."""
+        """Return the state of a pair at a time near a sample; velocities are those just before."""
         since = self._since(p, look)
         ball, other = self._pairs[p]
         centres = self._motion.sample(np.array([t])).positions[0, :, :2]

@@ -1,13 +1,13 @@
-"""How much later the events of a shot may be seen before the shot takes another path.
+"""The delays in the detection of events after which a shot has a different path.
 
     >>> growth = growth_of_proof(scene, proof)
     >>> margins = margins_along(scene, motion, growth.balls, growth.events)
     >>> margins.moved @ delays >= margins.widths     # where another path begins
 
-Whoever sees an event late moves the balls that it concerns, and all that they meet. The shot takes
-another path where that closes the gap by which a ball passes another one, an obstacle or the edge
-of a hole; or where it makes a ball miss what it meets, stop short of it, or meet something else
-first. The displacement is that of the tangent map of the proved motion, to first order.
+Detecting an event late displaces its balls, and all balls that these meet. The shot has a different
+path if this closes the gap by which a ball passes another ball, an obstacle or the edge of a hole;
+or if it makes a ball miss its target, stop before it, or hit something else first. The displacement
+is computed with the tangent map of the certified motion, to first order.
 """
 
 from __future__ import annotations
@@ -26,25 +26,26 @@ from ghostball.validation.grading.near_misses import Gaps, NearMiss, looks_along
 MOST_EVENTS = 600
 """Largest number of events for which the effect of each late event on later ones is computed.
 
-It takes time and memory that grow with the square of them: 0.2 s, 30 MB.
+Time and memory grow with its square: 0.2 s, 30 MB.
 """
 
 
 @dataclass(frozen=True, eq=False)
 class Margins:
-    """The instants at which a shot may take another path, and the displacement needed for it.
+    """The times at which a shot may change its path, and the displacement needed for this.
 
     `times` (m,) float64 [s]: increasing.
-    `widths` (m,) float64 [m]: displacement from which on there is another path.
-    `moved` (m, events) float64 [m/s]: displacement by each second that an event is seen late.
-    `turns` (m,) bool: whether the width is by how much a ball would have to miss what is round.
-        There a smaller displacement is amplified by more than the derivative says.
-    `slows` (m,) bool: whether it is by how much a ball that is slowed down would have to go less
-        far to stop short. There, too, more is passed on than the derivative says.
-    `balls`: which are moved, one or two.
-    `since` (m,) float64 [s]: when what is near came near, at which the other path may begin.
-    `pasts`: the events that led to it, one bit each: they come before the other path begins.
-    `until` [s]: up to when the shot was looked at; inf: to its end.
+    `widths` (m,) float64 [m]: displacement above which the path is different.
+    `moved` (m, events) float64 [m/s]: displacement per second of delay of each event.
+    `turns` (m,) bool: whether the width is the displacement by which a ball would miss a round
+        body. There, smaller displacements are amplified by more than the derivative.
+    `slows` (m,) bool: whether the width is the displacement by which a decelerating ball would stop
+        before its target. There, too, the amplification exceeds the derivative.
+    `balls`: the displaced balls, one or two.
+    `since` (m,) float64 [s]: time at which the bodies came near, so that the different path may
+        begin.
+    `pasts`: the events that led to it, one bit each: they precede the different path.
+    `until` [s]: time up to which the shot was examined; inf: to its end.
     """
 
     times: FloatArray
@@ -60,21 +61,21 @@ class Margins:
     def amplified(self, delays: FloatArray, n: int, drift: float = 0.0) -> FloatArray | None:
         """Return the factor on each ball's first-order displacement at the end, (n,).
 
-        None if the shot may have taken another path by then.
+        None if the shot may have a different path by then.
 
-        `delays` (events,) float64 [s]: by which each event is seen late, at most.
-        `n`: balls of the scene.
-        `drift` [m]: by which balls are displaced besides.
+        `delays` (events,) float64 [s]: largest delay of each event.
+        `n`: number of balls in the scene.
+        `drift` [m]: additional displacement of balls.
 
-        The line of centres turns by d (asin b / rho) for a miss distance b; its convexity bounds
-        what a finite displacement d does by 1 + d / depth times the derivative, from a full hit to
-        a graze, where depth = rho - b. A contact that is seen late is met at a smaller rho, which
-        turns the line as much as a larger b.
+        The line of centres turns by d (asin b / rho) for a miss distance b. Because this is convex,
+        a finite displacement d is amplified by at most 1 + d / depth times the derivative, from a
+        full hit to a graze, where depth = rho - b. A contact that is detected late has a smaller
+        rho, which turns the line as much as a larger b.
 
-        A ball that would stop s = v^2 / 2 a after what it meets, and goes x s less far, comes there
-        with v sqrt(1 - x). The change of its speed, to first order -v x / 2, is 2 / (1 + sqrt(1 -
-        x)) times as large; that of the instant at most 2 / (1 - x / 2 + sqrt(1 - x)) times, where
-        all of x is speed that it lacks. Neither is more than 1 / sqrt(1 - x).
+        A ball that would stop at s = v^2 / 2 a beyond its target, and is x s behind, arrives with v
+        sqrt(1 - x). The change of its speed, to first order -v x / 2, is 2 / (1 + sqrt(1 - x))
+        times as large; that of the time at most 2 / (1 - x / 2 + sqrt(1 - x)) times, if all of x is
+        caused by a lower speed. Both factors are at most 1 / sqrt(1 - x).
         """
         if math.isfinite(self.until):
             return None
@@ -84,9 +85,9 @@ class Margins:
     def followed(
         self, delays: FloatArray, n: int, drift: float = 0.0
     ) -> tuple[FloatArray, list[int], FloatArray]:
-        """Return the factors at the end, which rows are within reach, and the largest so far.
+        """Return the factors at the end, the rows within reach, and the largest factor so far.
 
-        The largest factor is that at each row, (m,). Arguments as of `amplified`.
+        The largest factor is given for each row, (m,). For the arguments see `amplified`.
         """
         factors = np.ones(n)
         within_reach: list[int] = []
@@ -114,9 +115,9 @@ def margins_along(
     balls: tuple[ProvedBall, ...],
     events: tuple[EventChange, ...],
 ) -> Margins | None:
-    """Return where a proved shot may take another path; None if it is too long to look at.
+    """Return where a certified shot may change its path; None if it is too long to examine.
 
-    `motion`: as it is proved; `balls`, `events`: what changes do along it (`CertifiedGrowth`).
+    `motion`: the certified motion; `balls`, `events`: its derivatives (`CertifiedGrowth`).
     """
     known = next((k for k, one in enumerate(events) if one.matrix is None), len(events))
     known = min(known, MOST_EVENTS)
@@ -145,7 +146,7 @@ def margins_along(
 
 
 class _Late:
-    """What seeing events late has changed of the balls until now: (7 n, events) per second."""
+    """Change of the balls by late detection of events so far: (7 n, events) per second."""
 
     def __init__(self, balls: tuple[ProvedBall, ...], events: int) -> None:
         self._balls = balls
@@ -153,20 +154,21 @@ class _Late:
         self._changes = np.zeros((PARTS * len(balls), events))
 
     def part(self, ball: int, t: float, part: slice) -> FloatArray:
-        """Return how much a part of a ball's state is changed at an instant, (2, events)."""
+        """Return the change of a part of a ball's state at a time, (2, events)."""
         one, k = self._balls[ball], self._starts[ball]
         flow = one.flow(k, max(t - float(one.segments[k, 0]), 0.0))[part]
         changed: FloatArray = flow @ self._changes[PARTS * ball : PARTS * (ball + 1)]
         return changed
 
     def between(self, ball: int, other: int | None, t: float, part: slice = PLACE) -> FloatArray:
-        """Return how much a ball's way, or velocity, to another one or what stands is changed."""
+        """Return the change of the vector, or relative velocity, from a ball to a body."""
         own = self.part(ball, t, part)
         return -own if other is None else self.part(other, t, part) - own
 
     def apply(self, event: EventChange, e: int) -> None:
-        """Pass an event, which may itself be seen late."""
-        assert event.matrix is not None  # `margins_along` stops at the first event without
+        """Apply an event, which may itself be detected late."""
+        #   # `margins_along` stops at the first event without a matrix
+        assert event.matrix is not None
         rows = rows_of(event.balls)
         with np.errstate(over="ignore", invalid="ignore"):
             self._changes[rows] = event.matrix @ self._changes[rows]
@@ -192,11 +194,11 @@ class _Rows:
         ] = []
 
     def pass_by(self, near: NearMiss, late: _Late, e: int | None = None) -> None:
-        """Add what a ball passes; `e`: as it has an event, until which it goes on as before."""
+        """Add a near miss; `e`: an event of the ball at that time, which ends its old motion."""
         balls = (near.ball,) if near.other is None else (near.ball, near.other)
         moves = min(self._moves[i] for i in balls)
         if math.isinf(moves):
-            return  # what rests is not displaced
+            return  #   # a ball at rest isn't displaced
         moved = np.abs(near.normal @ late.between(near.ball, near.other, near.t))
         if e is not None:
             moved[e] += max(near.closing, 0.0)
@@ -205,7 +207,7 @@ class _Rows:
         self._found.append(row)
 
     def meet(self, event: EventChange, e: int, late: _Late) -> None:
-        """Add what an event would be missed by."""
+        """Add the displacements by which an event would be missed."""
         meets = event.meets
         if meets is None:
             return
@@ -214,7 +216,7 @@ class _Rows:
         along = meets.normal @ between
         found = [(self._reach, np.hypot(*between), False, False)]
         if math.isfinite(meets.stops):
-            # v^2 / 2 a changes by v / a = 2 s / v times what the approach gains.
+            # v^2 / 2 a changes by v / a = 2 s / v times the change of the approach speed.
             parting = meets.normal @ late.between(event.balls[0], other, event.t, VELOCITY)
             shorter = np.abs(along + (2.0 * meets.stops / event.approach) * parting)
             found.append((meets.stops, shorter, False, True))
@@ -222,7 +224,7 @@ class _Rows:
             later = np.abs(along)
             later[e] += event.approach
             found.append((event.approach * (self._stopped_at - event.t), later, False, False))
-        # The last one of an event: it changes what is amplified from here on.
+        # The last row of an event, because it changes the amplification from here on.
         across = np.array([-meets.parting[1], meets.parting[0]]) / np.hypot(*meets.parting)
         moved = np.abs(across @ between)
         moved[e] += event.approach
@@ -231,7 +233,7 @@ class _Rows:
         self._found += [(event.t, *one, event.balls, event.t, past) for one in found]
 
     def go_on(self, event: EventChange, e: int) -> None:
-        """Pass an event: it is in the past of its balls, which may move from then on."""
+        """Apply an event: it is in the past of its balls, which may move from then on."""
         past = self._past(event.balls) | 1 << e
         for i in event.balls:
             self._pasts[i] = past
@@ -244,7 +246,7 @@ class _Rows:
         return past
 
     def margins(self, events: int, until: float) -> Margins:
-        """Return what was found until an instant [s]."""
+        """Return the margins found up to a time [s]."""
         columns = zip(*self._found, strict=True) if self._found else ((),) * 8
         times, widths, moved, turns, slows, balls, since, pasts = columns
         return Margins(

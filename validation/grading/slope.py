@@ -1,4 +1,4 @@
-"""Numbers that carry their derivative: automatic differentiation, forwards."""
+"""Numbers that carry their derivative: forward automatic differentiation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ghostball.model.arrays import FloatArray
 
 
 class Slope:
-    """A number and its derivative: what the laws of impacts are given to be differentiated."""
+    """A number and its derivative; impact laws accept it in place of a number."""
 
     __slots__ = ("slope", "value")
 
@@ -18,7 +18,7 @@ class Slope:
         self.slope = slope
 
     def is_zero(self) -> bool:
-        """Whether the number is 0, whatever its derivative."""
+        """Return True if the number is 0, whatever its derivative."""
         return self.value == 0.0
 
     def __float__(self) -> float:
@@ -69,7 +69,7 @@ class Slope:
         return Slope(root, self.slope * (0.5 / root))
 
     def exp(self) -> Slope:
-        """Return e to the power of it."""
+        """Return the exponential function."""
         power = math.exp(self.value)
         return Slope(power, self.slope * power)
 

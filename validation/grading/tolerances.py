@@ -1,4 +1,4 @@
-"""What the grader tolerates, each with its reason; nothing of it is the engine's that is graded."""
+"""Tolerances of the comparison, each with its reason; none depends on the judged engine."""
 
 from __future__ import annotations
 
@@ -6,53 +6,55 @@ UNIT_ROUNDOFF = 2.0**-53
 """Largest relative error of one rounding to double precision."""
 
 EPS = 2.0 * UNIT_ROUNDOFF
-"""Spacing of doubles at 1: a clock that shows t can't tell instants that are EPS t apart."""
+"""Spacing of doubles at 1: times closer than EPS t can't be distinguished at a time t."""
 
 LEAST_DOUBLE = 2.0**-1074
-"""The least positive double: no rounding is smaller."""
+"""The least positive double; no rounding error is smaller."""
 
 ROUNDINGS = 32.0
-"""Errors that an exact engine may make, over those of one rounding of the state at each event.
+"""Error that an exact engine may have, in units of one rounding of the state at each event.
 
-The limit of the common criterion on `quality_factor`: up to the horizon, such errors stay small.
+The common limit on `quality_factor`: up to the horizon, such errors stay small.
 """
 
 TOLERANCE = 1e-3
-"""Displacement [m] by such errors at which a shot can't be predicted any further.
+"""Displacement [m] by such errors at which a shot is no longer predictable.
 
-A thirtieth of a pool ball's radius: the next collision may be turned by two degrees, and the one
-after it may be missed.
+A thirtieth of a pool ball's radius: it may turn the next collision by two degrees, so the one after
+that may be a miss.
 """
 
 CONTACT_STEP = 2.0**-26
-"""What a step of a resting contact may be off by, in units of the fastest speed (1.5e-8).
+"""Error of a step of a resting contact, in units of the fastest speed (1.5e-8).
 
-Some fifty of them, each as wrong, stay within a millionth: below what friction is known to. Our
-engine allows itself as much (`engine.core.tolerances`); who changes that, asks why here.
+Some fifty steps with equal errors stay within a millionth, which is less than the uncertainty of
+friction coefficients. Ghostball's engine uses the same tolerance (`engine.core.tolerances`); change
+both together.
 """
 
 TIE = 2.0**-40
-"""Two times within this fraction of themselves are one instant (1e-12).
+"""Relative difference of times that count as simultaneous (1e-12).
 
 It is rounding, amplified by a few collisions; at 10 m/s it is 1e-11 m of path per second of motion.
 """
 
 OFF_BY = 4.0
-"""How many times the proof's growth of errors our engine's account of it may be; or the reverse.
+"""Largest ratio of the error growth by Ghostball's engine to the certified one, and vice versa.
 
-Our engine takes the root mean square over 32 random signs, which is off by a tenth, seldom a half.
+Ghostball's engine computes the rms over 32 random signs, which has an error of a tenth, rarely of a
+half.
 """
 
 LOWEST_BOUNCE = 2.0**-18
-"""Height of a bounce, in diameters, from which on a shot isn't graded.
+"""Height of a bounce, in diameters, below which a shot isn't compared any more.
 
-2e-7 m for pool balls. Bounces that die out come without end in a finite time, and no engine follows
-them all; a bounce of that height lasts less than a millisecond on the cloth, as long as a contact
-of real balls. An engine that takes higher bounces for a contact misses events that are graded.
+2e-7 m for pool balls. Vanishing bounces are infinitely many in a finite time, and no engine follows
+them all. A bounce of this height lasts less than a millisecond on the cloth, as long as a contact
+of real balls. An engine that treats higher bounces as a contact misses compared events.
 """
 
 LEAST_SLIP = 4.0 * EPS
-"""Slip that is but rounding, in units of the fastest speed of a ball's surface at the start.
+"""Slip that counts as rounding, in units of the fastest initial surface speed of a ball.
 
-A slip is the difference of two speeds, each of which carries a rounding or two.
+A slip is the difference of two speeds, each with a rounding error or two.
 """
