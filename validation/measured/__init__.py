@@ -1,1 +1,1 @@
-"""Measured billiards: published facts about real tables, and the operator of each measurement."""
+"""Measured billiards: published measurements on real tables, and how engines reproduce them."""

@@ -1,4 +1,4 @@
-r"""Slid banks, played: from where a ball is to be aimed at a cushion to come back to a corner.
+r"""Simulated banks: the aim at a cushion with which a sliding ball returns to a corner.
 
     through             the opposite line of diamonds
        \       0        the opposite groove; its 0 is the corner
@@ -7,7 +7,7 @@ r"""Slid banks, played: from where a ball is to be aimed at a cushion to come ba
           \ /           the groove of the cushion: where the ball's centre turns
           aim           the cushion's line of diamonds
 
-Both places are counted in diamonds from the corner; the line of aim goes straight through both.
+Both positions are counted in diamonds from the corner; the line of aim passes through both.
 """
 
 from __future__ import annotations
@@ -24,20 +24,22 @@ from ghostball.validation.measured.play import POOL_BALL, OperatorError, Play, t
 _DIAMOND: Final = 12.5 * 0.0254  # [m]
 _ACROSS: Final = 48.25 * 0.0254  # from groove to groove [m]
 _BEHIND: Final = 4.25 * 0.0254  # from a groove to its line of diamonds [m]
-"""Alciatore's technical proof TP B.27 has them in inches, of a table of 9 feet."""
+"""In inches for a table of 9 feet in Alciatore's technical proof TP B.27."""
 
 SPEED: Final = 4.0
-"""Of a ball that begins without spin [m/s]."""
+"""Speed of a ball that starts without spin [m/s]."""
 BEFORE: Final = 0.2
-"""How far from the cushion's groove it begins [m]: it still slides when it comes there."""
+"""Distance from the cushion's groove at the start [m]: the ball still slides when it arrives."""
 
 _WAY: Final = 4.0
-"""What a ball would go meanwhile at its first speed [m]; banks need 2.8 to 3.6."""
-_RATE: Final = 500.0  # of samples [1/s]
-_FAR: Final = 4.0  # from the lower end of the table, where it is aimed at [m]
-_BEYOND: Final = 0.5  # how far the other cushion is behind its groove [m]
+"""Path of a ball at its initial speed during the simulation [m]; banks need 2.8 to 3.6."""
+_RATE: Final = 500.0  #   # sampling rate [1/s]
+_FAR: Final = 4.0  #   # coordinate of the aim, from the lower end of the table [m]
+_BEYOND: Final = 0.5  #   # distance of the other cushion behind its groove [m]
 _FIRST: Final = 0.8
-"""What the way back is of the way there, along the cushion; 1 : 1.2 is about what tables have."""
+"""First estimate of the path back, divided by the path there, along the cushion; real tables have
+1/1.2.
+"""
 
 
 def through_points(
@@ -50,13 +52,13 @@ def through_points(
 ) -> list[float]:
     """Return where each line of aim crosses the opposite line of diamonds [diamonds].
 
-    `aims`: where they cross the cushion's, rising [diamonds]; `speed`: of a ball that begins
-    without spin [m/s], `before` the cushion's groove [m].
+    `aims`: where they cross the line of diamonds of the cushion, increasing [diamonds].
+    `speed`: of a ball that starts without spin [m/s], at a distance `before` from the groove [m].
 
-    How far a ball comes back along the cushion, over how far it came, hardly depends on the angle:
-    so what it is of one aim leads to the angle of the next, to a hundredth of a diamond.
+    The ratio of the paths along the cushion, back and there, hardly depends on the angle. The ratio
+    for one aim therefore gives the angle for the next, within a hundredth of a diamond.
 
-    Raises `OperatorError` where a ball doesn't come back to the opposite groove.
+    Raises `OperatorError` if a ball doesn't come back to the opposite groove.
     """
     found = []
     kept = _kept(play, physics, _slope(aims[0], _FIRST), speed, before)
@@ -67,7 +69,7 @@ def through_points(
 
 
 def _slope(aim: float, kept: float) -> float:
-    """Return the slope of the line of aim, along the cushion over across, back into the corner.
+    """Return the slope of the line of aim (along the cushion over across) that leads to the corner.
 
     The ball meets the groove at aim + slope * behind, and comes back by kept * slope * across.
     """
@@ -77,7 +79,7 @@ def _slope(aim: float, kept: float) -> float:
 
 
 def _kept(play: Play, physics: Physics, slope: float, speed: float, before: float) -> float:
-    """Return how far along the cushion a ball comes back, over how far it came."""
+    """Return the path of a ball along the cushion after the bank, divided by that before it."""
     groove = POOL_BALL.radius + _BEYOND + _ACROSS
     along, across = np.array([-slope, 1.0]) / np.hypot(slope, 1.0)
     track = track_of(
@@ -96,7 +98,7 @@ def _kept(play: Play, physics: Physics, slope: float, speed: float, before: floa
 
 
 def _crossing(positions: FloatArray, line: float) -> float:
-    """Return where a ball that comes back crosses a line across y; positions (n, 2) [m]."""
+    """Return where a returning ball crosses a line across y; positions (n, 2) [m]."""
     along, across = positions.T
     beyond = np.flatnonzero(across <= line)
     if not len(beyond):

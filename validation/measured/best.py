@@ -1,4 +1,4 @@
-"""The settings with which an engine comes nearest to a real table."""
+"""The settings with which an engine reproduces measurements best."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ghostball.validation.measured.facts import facts_of
 
 
 def best_cushion(facts: str, engine: str, capabilities: Capabilities) -> dict[str, Any] | None:
-    """Return the law of cushions and its numbers for some facts; None: it has no law for them.
+    """Return the best cushion law and its coefficients for some facts; None: the engine has no law.
 
-    Where the restitution may fall with speed, it does.
+    The restitution decreases with speed if the engine supports this.
     """
     text = (files("ghostball.validation.measured") / "best.toml").read_text(encoding="utf-8")
     known = [one for one in tomllib.loads(text)["best"] if one["facts"] == facts]
@@ -33,12 +33,13 @@ def best_cushion(facts: str, engine: str, capabilities: Capabilities) -> dict[st
 
 
 def best_cloth(facts: str, capabilities: Capabilities) -> dict[str, float]:
-    """Return the rolling friction nearest to measured decelerations, and how it grows with speed.
+    """Return the rolling friction that fits measured decelerations best, and its speed dependence.
 
-    Of an engine whose rolling friction is one number at any speed, that alone.
+    If the engine's rolling friction can't depend on speed, only a constant is fitted.
     """
     rows = facts_of(facts).rows
-    weights = np.array([1.0 / (row.error or 1.0) for row in rows])  # all alike without errors
+    #   # equal weights without errors
+    weights = np.array([1.0 / (row.error or 1.0) for row in rows])
     grows = has_feature(capabilities, Feature.QUADRATIC_ROLLING)
     columns = [np.ones(len(rows))] + [np.array([row.place**2 for row in rows])] * grows
     scaled = np.column_stack(columns) * weights[:, None]

@@ -1,8 +1,8 @@
-"""What a cushion leaves of the speed towards it: one operator, for real tracks and an engine's.
+"""The speed ratio of cushion contacts, computed in the same way for real and simulated tracks.
 
-A ball that leaves a cushion slides before it rolls, and no tracker sees the contact itself. So the
-speed is taken from straight lines through the positions well before and well after, and a model
-goes through the same windows as the measurement did: the slide is in both.
+A ball that leaves a cushion slides before it rolls, and trackers don't see the contact itself. The
+speed is therefore taken from straight lines through the positions well before and well after the
+contact. A model is evaluated in the same windows as the measurement, so both include the slide.
 """
 
 from __future__ import annotations
@@ -17,45 +17,45 @@ from ghostball.validation.measured.tracks import Surface, Track, dips
 
 @dataclass(frozen=True)
 class Windows:
-    """When the operator looks and which contacts count; times [s] from the contact, lengths [m]."""
+    """Time windows and criteria of free contacts; times [s] from the contact, lengths [m]."""
 
     before: tuple[float, float] = (-0.40, -0.02)
     after: tuple[float, float] = (0.40, 0.75)
     alone: tuple[float, float] = (-0.40, 0.80)
-    """When it touches no other ball and no other cushion."""
+    """The time without contacts with other balls or cushions."""
     samples: int = 6
-    """The least number of samples of each line."""
+    """Smallest number of samples for each line."""
     covered: float = 0.6
-    """The least part of a window between its first and last sample; a ball that a tracker leaves
-    out while it rests rolls for too short a time where that is less."""
+    """Smallest part of a window that its samples must cover; if a tracker omits resting balls, a
+    smaller part means that the ball rolls for too short a time."""
     gap: float = 0.2
-    """The longest time without a sample."""
+    """Longest time without a sample."""
     straight: float = 0.004
-    """The most that samples may be off their line, the root mean square of both coordinates: a ball
-    that slides is more."""
+    """Largest rms deviation of samples from their line, over both coordinates: a sliding ball has
+    a larger one."""
     near: float = 0.012
-    """How near to the cushion the nearest sample of a contact must be."""
+    """Largest distance from the cushion in the nearest sample of a contact."""
     passing: float = 0.05
-    """The same, for it to be another contact: a fast ball may turn between two samples."""
+    """The same limit for other contacts: a fast ball may turn between two samples."""
     ball_margin: float = 0.03
-    """The gap between two balls up to which they may have touched."""
+    """Gap between two balls below which they may have touched."""
     slowest: float = 0.15
-    """The least speed towards the cushion before [m/s]."""
+    """Lowest speed towards the cushion before the contact [m/s]."""
 
 
 @dataclass(frozen=True)
 class CushionContact:
-    """One free contact."""
+    """One free contact with a cushion."""
 
     ball: str
-    time: float  # of the sample nearest to it [s]
+    time: float  #   # of the nearest sample [s]
     axis: int  # 0: a cushion across x, 1: across y
     speed_before: float  # towards the cushion [m/s]
     speed_after: float  # away from it [m/s]
 
     @property
     def normal_ratio(self) -> float:
-        """What the cushion, and the slide that follows, leave of the speed towards it."""
+        """Ratio of the normal speeds after and before the contact, with the slide that follows."""
         return self.speed_after / self.speed_before
 
 
@@ -87,7 +87,7 @@ def cushion_contacts(
 
 
 def _turning_points(track: Track, surface: Surface, near: float) -> Iterator[tuple[int, int]]:
-    """Yield the sample nearest to each contact with a cushion, and the side as `gaps` has it."""
+    """Yield the sample nearest to each contact with a cushion, and the side (`gaps`)."""
     for k, side in np.argwhere(dips(surface.gaps(track.positions), near)).tolist():
         yield k + 1, side
 
@@ -95,7 +95,7 @@ def _turning_points(track: Track, surface: Surface, near: float) -> Iterator[tup
 def _meets(
     track: Track, others: list[Track], first: float, last: float, surface: Surface, windows: Windows
 ) -> bool:
-    """Whether the ball may meet another one from `first` to `last`, or it isn't known."""
+    """Return True if the ball may touch another one from `first` to `last`, or is unseen."""
     seen = track.between(first, last)
     if np.max(np.diff(seen.times), initial=0.0) > windows.gap:
         return True
@@ -107,7 +107,7 @@ def _meets(
 def _line(
     track: Track, window: tuple[float, float], time: float, windows: Windows
 ) -> tuple[float, float] | None:
-    """Return the velocity of a straight line through a window [m/s]; None: it isn't one."""
+    """Return the velocity of a straight line through a window [m/s]; None if it isn't straight."""
     since = track.times - time
     if since[0] > window[0] or since[-1] < window[1]:
         return None

@@ -1,4 +1,4 @@
-"""Tables of measured facts: binned figures with their errors, conditions and citation."""
+"""Tables of measured facts: binned values with their errors, conditions and citation."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from ghostball.model import GhostballError
 
 
 class FactsError(GhostballError):
-    """A table of facts that says something else than it must."""
+    """A table of facts with invalid content."""
 
 
 class Quantity(BaseModel, frozen=True, extra="forbid"):
-    """What a number is, and its unit."""
+    """A quantity and its unit."""
 
     quantity: str
     unit: str
 
 
 class Heading(BaseModel, frozen=True, extra="forbid"):
-    """The name of a family of figures; fields given here replace those of its facts."""
+    """The heading of a family of figures; fields given here replace those of its facts."""
 
     name: str
     short: str
@@ -35,10 +35,10 @@ class Heading(BaseModel, frozen=True, extra="forbid"):
 
 
 class Row(BaseModel, frozen=True, extra="forbid"):
-    """One figure: of all that lies from `low` to `high`, on average `at`; or at one number.
+    """One figure: for the range from `low` to `high`, with the mean `at`; or for the number `at`.
 
-    Where several tables were measured, `of_each` is the figure of each of them; `value` is their
-    mean then, and `spread` their standard deviation.
+    If several tables were measured, `of_each` holds the figure of each; `value` is their mean, and
+    `spread` their standard deviation.
     """
 
     value: float
@@ -54,7 +54,7 @@ class Row(BaseModel, frozen=True, extra="forbid"):
     @model_validator(mode="before")
     @classmethod
     def _of_tables(cls, data: Any) -> Any:
-        """Compute mean and spread of several tables."""
+        """Compute mean and standard deviation over several tables."""
         if not isinstance(data, dict) or "of_each" not in data:
             return data
         each = data["of_each"]
@@ -75,7 +75,7 @@ class Row(BaseModel, frozen=True, extra="forbid"):
 
     @property
     def place(self) -> float:
-        """Where it is: on average, or else in the middle."""
+        """The place of the figure: the mean if it is known, else the centre of the range."""
         if self.at is not None:
             return self.at
         assert self.low is not None
@@ -84,7 +84,7 @@ class Row(BaseModel, frozen=True, extra="forbid"):
 
     @property
     def uncertainty(self) -> float | None:
-        """One standard error of the measurement and of the spread together; None: unknown."""
+        """Combined standard error of the measurement and the spread; None: unknown."""
         known = [one for one in (self.error, self.spread) if one is not None]
         return math.hypot(*known) if known else None
 
@@ -94,12 +94,13 @@ def _is_number(value: object) -> bool:
 
 
 class Facts(BaseModel, frozen=True, extra="forbid"):
-    """What one measurement found, row by row.
+    """The results of one measurement, row by row.
 
-    `against` says what `at`, `low` and `high` are. `given` says what else each row was measured
-    at; `also`, what else was measured there, without an error. `tables` are those of `of_each`.
-    `families` are those of the figures by which engines are compared. Only where `grades` is true
-    may an engine be judged by the figures; elsewhere `conditions` says why not.
+    `against`: the quantity of `at`, `low` and `high`.
+    `given`: further conditions of each row; `also`: further results of each row, without an error.
+    `tables`: names of the tables in `of_each`.
+    `families`: the families of figures for the comparison of engines.
+    `grades`: whether engines may be judged by the figures; otherwise `conditions` states why not.
     """
 
     title: str
@@ -135,7 +136,7 @@ class Facts(BaseModel, frozen=True, extra="forbid"):
 
 
 def names_of_facts() -> list[str]:
-    """Return the names of all tables."""
+    """Return the names of all tables of facts."""
     folder = files("ghostball.validation.measured") / "facts"
     return sorted(
         file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml")
@@ -143,9 +144,9 @@ def names_of_facts() -> list[str]:
 
 
 def facts_of(name: str) -> Facts:
-    """Return the table of this name.
+    """Return the table of facts with a name.
 
-    Raises `FactsError` where there is none.
+    Raises `FactsError` if there is none.
     """
     known = names_of_facts()
     if name not in known:
@@ -155,9 +156,9 @@ def facts_of(name: str) -> Facts:
 
 
 def parsed(text: str, name: str) -> Facts:
-    """Return what the text of a table says.
+    """Return the content of the text of a table.
 
-    Raises `FactsError`, which names the file, the field and the rule, where it isn't one.
+    Raises `FactsError` with the file, the field and the rule, if it is invalid.
     """
     try:
         return Facts.model_validate(tomllib.loads(text))

@@ -1,4 +1,4 @@
-"""Figures of one kind, measured and played: how far an engine is off, or what it lacks."""
+"""Measured and simulated figures of one kind: the difference of an engine, or what it lacks."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from ghostball.validation.measured.facts import Facts, Row
 
 
 class Measured(BaseModel, frozen=True, allow_inf_nan=False):
-    """One figure that was measured, and what a model makes of it.
+    """One measured figure, and the value of a model.
 
-    `error`: one standard error of the measurement and of the spread of tables together; None where
-    neither is known. `what` says of what the figure is, where a family has several at one place.
+    `error`: standard error of the measurement and the spread of tables together; None if both are
+        unknown.
+    `played`: the value of the model.
+    `what`: describes the figure, if a family has several at one place.
     """
 
     at: float
@@ -25,19 +27,19 @@ class Measured(BaseModel, frozen=True, allow_inf_nan=False):
 
     @classmethod
     def of(cls, row: Row, played: float) -> Self:
-        """Return what a row of the facts says, and what a model makes of it."""
+        """Return the figure of a row of the facts, with the value of a model."""
         return cls(at=row.place, value=row.value, error=row.uncertainty, played=played)
 
     @property
     def difference(self) -> float:
-        """How far the model is above the measurement, in the figure's unit."""
+        """Value of the model minus the measured value, in the figure's unit."""
         return self.played - self.value
 
     @property
     def errors_off(self) -> float:
-        """How many standard errors the model is above the measurement.
+        """Value of the model minus the measured value, in standard errors.
 
-        Raises `ValueError` where none is known.
+        Raises `ValueError` if no error is known.
         """
         if self.error is None:
             raise ValueError("this measurement has no standard error, only a `difference`")
@@ -45,11 +47,11 @@ class Measured(BaseModel, frozen=True, allow_inf_nan=False):
 
 
 class Family(BaseModel, frozen=True):
-    """Figures of one kind; or why an engine has none of them.
+    """Figures of one kind; or why an engine has none.
 
-    `grades`: whether an error of each is known; where it isn't, there is a typical difference and
-    nothing else to go by. `failed`: whether there are none because the engine crashed, hung or
-    raised.
+    `grades`: whether the error of each figure is known; otherwise only differences can be given.
+    `lacks`: why there are no figures; else "".
+    `failed`: whether there are none because the engine crashed, hung or raised.
     """
 
     name: str
@@ -68,32 +70,32 @@ class Family(BaseModel, frozen=True):
 
     @property
     def typical(self) -> float:
-        """The root of the mean square of how many standard errors the figures are off.
+        """The rms difference of the figures, in standard errors.
 
-        Raises `ValueError` where the family doesn't grade.
+        Raises `ValueError` if errors are unknown.
         """
         return float(np.sqrt(np.mean([one.errors_off**2 for one in self.figures])))
 
     @property
     def most(self) -> float:
-        """How many standard errors the worst of them is off.
+        """The largest difference of a figure, in standard errors.
 
-        Raises `ValueError` where the family doesn't grade.
+        Raises `ValueError` if errors are unknown.
         """
         return max(abs(one.errors_off) for one in self.figures)
 
     @property
     def typical_difference(self) -> float:
-        """The root of the mean square of how far the figures are off, in their unit."""
+        """The rms difference of the figures, in their unit."""
         return float(np.sqrt(np.mean([one.difference**2 for one in self.figures])))
 
     def lacking(self, why: str, *, failed: bool = False) -> Family:
-        """Return it without figures, and why: the engine lacks something, or it failed."""
+        """Return the family without figures, and why: the engine lacks a feature, or it failed."""
         return self.model_copy(update={"lacks": why, "failed": failed})
 
 
 class Likeness(BaseModel, frozen=True):
-    """What one engine makes of all that was measured."""
+    """The agreement of one engine with all measurements."""
 
     label: str
     families: tuple[Family, ...]
@@ -115,17 +117,17 @@ class Likeness(BaseModel, frozen=True):
 
     @property
     def graded(self) -> tuple[Family, ...]:
-        """The families that count in what is said of the engine as a whole."""
+        """The families that count for the engine as a whole: those with known errors."""
         return tuple(family for family in self.families if family.grades)
 
     @property
     def typical(self) -> float | None:
-        """The largest of what its graded families are typically off; None where it has none."""
+        """The largest typical difference of its graded families; None if it has none."""
         return max((one.typical for one in self.graded if not one.lacks), default=None)
 
 
 def families_in(facts: Facts) -> list[Family]:
-    """Return the families of facts without figures: they say what the facts say, or their own."""
+    """Return the families of facts without figures, with the fields of the facts or their own."""
     shared = facts.model_dump(include={*Family.model_fields})
     return [
         Family.model_validate(shared | heading.model_dump(exclude_none=True))

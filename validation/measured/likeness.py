@@ -1,4 +1,4 @@
-"""How like a real table an engine can be made to play: its best settings, and what was measured."""
+"""The agreement of an engine with measurements on real tables, with its best settings."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ghostball.validation.measured.rolling import deceleration
 __all__ = ["MEASUREMENTS", "Family", "Likeness", "Measured", "families_of", "likeness"]
 
 ANGLES: Final = (5.0, 45.0)
-"""From the normal: what was measured hardly depends on it [degrees]."""
+"""Angles from the normal [degrees]; the measured ratio hardly depends on the angle."""
 
 Settings = Mapping[str, Any]
 """Fields of the physics."""
@@ -35,25 +35,25 @@ Figures = Iterator[Iterable[Measured]]
 
 
 class Player(NamedTuple):
-    """An engine, and what plays a scene on it and records the motion."""
+    """An engine, and a function that simulates a scene on it and records the motion."""
 
     engine: ReferenceEngine
     play: Play
 
     def cushion(self, facts: str) -> Settings | None:
-        """Return the best law of cushions for some facts and its numbers; None: it has none."""
+        """Return the best cushion law for some facts, with its coefficients; or None."""
         return best_cushion(facts, self.engine.name, self.engine.capabilities)
 
     def any_cushion(self, facts: str) -> Settings:
-        """Return a law of cushions that it has: no ball comes there, but a scene needs one."""
+        """Return any cushion law of the engine, for scenes without cushion contacts."""
         return self.cushion(facts) or {"cushion": "mirror"}
 
 
 def likeness(label: str, engine: ReferenceEngine, play: Play) -> Likeness:
-    """Return how like a real table an engine can be made to play.
+    """Return the agreement of an engine with measurements on real tables.
 
-    `play` plays a scene on it, and records the motion; it gets no scene that the engine lacks
-    something of, so that no process starts for that.
+    `play` simulates a scene on it, and records the motion. It is never called with a scene that the
+    engine doesn't support, so that no process starts for such a scene.
     """
 
     def checked(scene: Scene) -> Result:
@@ -66,7 +66,7 @@ def likeness(label: str, engine: ReferenceEngine, play: Play) -> Likeness:
 
 
 def families_of(name: str, player: Player) -> list[Family]:
-    """Return the families of the measurement of this name, played, or what the engine lacks."""
+    """Return the simulated families of a measurement, or what the engine lacks."""
     facts, (settings_of, figures_of) = facts_of(name), MEASUREMENTS[name]
     families, settings, failed = families_in(facts), settings_of(player), False
     if settings is None:
@@ -87,7 +87,7 @@ def families_of(name: str, player: Player) -> list[Family]:
 
 
 def _carom_rebounds(player: Player, cushion: Settings, _rows: Rows) -> Figures:
-    """Yield the rebounds of a match of three-cushion, and how they change with speed."""
+    """Yield the rebounds of a match of three-cushion billiards, and their dependence on speed."""
     cloth = best_cloth("rolling-carom", player.engine.capabilities)
     physics = Physics(preset="carom", **{**cloth, **cushion})
     ratios = [rebounds(player.play, physics, degrees) for degrees in ANGLES]
@@ -96,7 +96,7 @@ def _carom_rebounds(player: Player, cushion: Settings, _rows: Rows) -> Figures:
 
 
 def _slope(figures: Sequence[Measured]) -> Measured:
-    """Return the slope of measured and of played figures, by the same weighted least squares."""
+    """Return the slope of measured and of simulated figures, by the same weighted least squares."""
     at, value, error, played = np.array(
         [(one.at, one.value, one.error, one.played) for one in figures]
     ).T
@@ -110,19 +110,19 @@ def _slope(figures: Sequence[Measured]) -> Measured:
 
 
 def _pool_rolling(player: Player, cloth: Settings, rows: Rows) -> Figures:
-    """Yield how the cloth of nine-ball matches slowed cue balls."""
+    """Yield the deceleration of cue balls on the cloth of nine-ball matches."""
     physics = Physics(motion="sliding", **cloth, **(player.cushion("cushion-carom") or {}))
     yield [Measured.of(row, deceleration(player.play, physics, row.place)) for row in rows]
 
 
 def _banks(player: Player, cushion: Settings, rows: Rows) -> Figures:
-    """Yield slid banks, beside those of five pool tables."""
+    """Yield the banks of sliding balls, measured on five pool tables."""
     physics = Physics(preset="pool", **cushion)
     yield map(Measured.of, rows, through_points(player.play, physics, [row.place for row in rows]))
 
 
 def _snooker_rebounds(player: Player, cushion: Settings, rows: Rows) -> Figures:
-    """Yield the square rebounds of a snooker table."""
+    """Yield the perpendicular rebounds on a snooker table."""
     physics = Physics(preset="snooker", **cushion)
     contacts = [square_rebound(player.play, physics, row.place) for row in rows]
     yield [
@@ -132,9 +132,9 @@ def _snooker_rebounds(player: Player, cushion: Settings, rows: Rows) -> Figures:
 
 
 def _oblique_hits(player: Player, _settings: Settings, rows: Rows) -> Figures:
-    """Yield the speeds after five hits of snooker balls, and where the cue ball went.
+    """Yield the speeds after five hits of snooker balls, and the direction of the cue ball.
 
-    The speeds are over that before, so that hits of all speeds can be compared.
+    Speeds are divided by that before the hit, so that hits of all speeds can be compared.
     """
     physics = Physics(preset="snooker", **player.any_cushion("cushion-snooker"))
     speeds, angles = [], []
@@ -152,7 +152,7 @@ def _oblique_hits(player: Player, _settings: Settings, rows: Rows) -> Figures:
 
 
 def _throws(player: Player, balls: Settings, rows: Rows) -> Figures:
-    """Yield the throw of stunned cuts."""
+    """Yield the throw in cuts of balls without spin."""
     physics = Physics(motion="sliding", **balls, **player.any_cushion("banks-pool"))
     yield [
         _without_error(
@@ -168,13 +168,13 @@ def _without_error(row: Row, value: float, played: float, what: str = "") -> Mea
 
 
 def _pool_friction(player: Player) -> Settings:
-    """Return the friction between balls of `pool`; where that is one number, of `pool-coulomb`."""
+    """Return the ball friction of `pool`, or of `pool-coulomb` if it can't depend on speed."""
     falls = has_feature(player.engine.capabilities, Feature.SPEED_DEPENDENT_FRICTION)
     return _of_balls("pool" if falls else "pool-coulomb")
 
 
 def _of_balls(preset: str) -> Settings:
-    """Return what balls that meet feel of a preset."""
+    """Return the coefficients of a preset that act between balls."""
     physics = Physics(preset=preset)
     return {name: getattr(physics, name) for name in ("ball_restitution", "ball_friction")}
 
@@ -194,6 +194,6 @@ MEASUREMENTS: Final[
     "hits-snooker": (lambda _: _of_balls("snooker"), _oblique_hits),
     "throw-pool": (_pool_friction, _throws),
 }
-"""For each table of facts: the settings that fit it best (None: no suitable cushion law), and the
-function that plays its figures.
+"""For each table of facts: a function that returns the best settings (None: no suitable cushion
+law), and a function that simulates its figures.
 """

@@ -1,4 +1,4 @@
-"""Oblique hits, played: where two balls go and how fast, and how far friction throws a ball."""
+"""Simulated oblique hits: the velocities of two balls, and the angle of throw by friction."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ from ghostball.validation.measured.tracks import Track, tracks_of
 
 _TABLE: Final = Table(length=6.0, width=5.0)
 _MIDDLE: Final = (2.0, 2.5)
-"""Where the cue ball is when it hits: no ball comes to a cushion while it is looked at."""
+"""Position of the cue ball at the hit: no ball reaches a cushion during the observation."""
 _COMES: Final = 0.2
-"""How long before the hit a cue ball that rolls begins [s]."""
+"""Time before the hit at which a rolling cue ball starts [s]."""
 _SEEN: Final = 0.6
-"""How long after a hit balls are looked at [s]: slides end within 0.3 s at snooker's speeds."""
-_RATE: Final = 200.0  # of samples [1/s]
+"""Time after a hit in which balls are observed [s]: slides end within 0.3 s at snooker speeds."""
+_RATE: Final = 200.0  #   # sampling rate [1/s]
 _ROLLS: Final = 0.2
-"""What is looked at of each ball's rolling, from where its slide ends [s]."""
+"""Time after the end of its slide in which each ball's rolling is observed [s]."""
 _GAP: Final = 1e-3
-"""From where a cue ball without spin begins [m]: the cloth turns it by nothing that counts."""
+"""Gap at which a cue ball without spin starts [m]: the cloth gives it no noticeable spin."""
 _THROWN: Final = (0.02, 0.3)
-"""When the direction of a thrown ball is read [s]; it slides and rolls along one line."""
+"""Times at which the direction of a thrown ball is read [s]; it slides and rolls along one line."""
 
 
 @dataclass(frozen=True)
 class ObliqueHit:
-    """Two balls when each rolls, after a rolling cue ball hit a resting one; speeds [m/s].
+    """Two balls when both roll, after a rolling cue ball hit a ball at rest; speeds [m/s].
 
-    The angles are from the direction in which the cue ball came, each to the ball's own side
+    Angles are measured from the initial direction of the cue ball, each towards the ball's own side
     [degrees].
     """
 
@@ -52,12 +52,12 @@ class ObliqueHit:
 
 
 def oblique_hit(play: Play, physics: Physics, speed: float, cut: float) -> ObliqueHit:
-    """Return what a cue ball does that rolls at `speed` [m/s] when it hits at a cut [degrees].
+    """Return the result of a cue ball that rolls at `speed` [m/s] into a cut [degrees].
 
-    Each ball is read where its slide ends, as the measurement does: where the cloth no longer slows
-    it as one that slides.
+    As in the measurement, each ball is read where its slide ends, that is where its deceleration
+    drops to that of rolling.
 
-    Raises `OperatorError` where a ball doesn't roll again soon.
+    Raises `OperatorError` if a ball doesn't roll again soon.
     """
     start = speed + rolling_deceleration(physics, speed) * _COMES
     way = (start + speed) / 2.0 * _COMES
@@ -74,11 +74,11 @@ def oblique_hit(play: Play, physics: Physics, speed: float, cut: float) -> Obliq
 
 
 def throw_angle(play: Play, physics: Physics, speed: float, cut: float) -> float:
-    """Return how far a pool ball is thrown by a cue ball without spin, at `speed` [m/s] [degrees].
+    """Return the throw of a pool ball by a cue ball without spin, at `speed` [m/s] [degrees].
 
-    It is the angle from the line of the balls' centres at the hit to the way of the object ball.
+    It is the angle from the line of centres at the hit to the path of the object ball.
 
-    Raises `OperatorError` where the object ball isn't hit.
+    Raises `OperatorError` if the object ball isn't hit.
     """
     slides = {"velocity": (speed, 0.0), "angular_velocity": (0.0, 0.0, 0.0)}
     scene = _scene("throw", physics, POOL_BALL, cut, _GAP, slides, _THROWN[1] + 2.0 / _RATE)
@@ -98,7 +98,7 @@ def _scene(
     motion: Mapping[str, tuple[float, ...]],
     lasts: float,
 ) -> Scene:
-    """Return two balls of which the cue ball goes a `way` along x and then hits the other."""
+    """Return two balls; the cue ball moves a distance `way` along x and then hits the other."""
     x, y = _MIDDLE
     apart, angle = 2.0 * size.radius, math.radians(cut)
     place = (x + apart * math.cos(angle), y - apart * math.sin(angle))
@@ -108,13 +108,13 @@ def _scene(
 
 
 def _when_it_rolls(track: Track, physics: Physics, name: str) -> FloatArray:
-    """Return the velocity of a ball where it ends to slide [m/s]."""
+    """Return the velocity of a ball at the end of its slide [m/s]."""
     steps = np.diff(track.positions, axis=0) * _RATE
     slowing = np.linalg.norm(np.diff(steps, axis=0), axis=1) * _RATE
     sliding = physics.sliding_friction * physics.gravity
     limit = (sliding + rolling_deceleration(physics, 0.0)) / 2.0
     slides = np.flatnonzero(slowing > limit)
-    # The step before, the one in which it ends, and the one after have a share in what is seen.
+    # The samples before, at and after the end of the slide affect the computed deceleration.
     first = int(slides[-1]) + 2 if len(slides) else 0
     last = first + int(_ROLLS * _RATE)
     if not len(slides) or last >= len(track.times):

@@ -1,4 +1,4 @@
-"""What all operators share: the engine, the sizes of balls, and the track of a single ball."""
+"""Parts that all measurements share: the engine, the sizes of balls, and the track of one ball."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from ghostball.model import (
 from ghostball.validation.measured.tracks import Track, tracks_of
 
 Play = Callable[[Scene], Result]
-"""What plays a scene and records its motion."""
+"""Simulates a scene and records its motion."""
 
 
 class OperatorError(GhostballError):
-    """A ball that doesn't do what was measured: it doesn't bounce, roll or come back."""
+    """A simulated ball that doesn't do what was measured: it doesn't bounce, roll or come back."""
 
 
 class BallSize(NamedTuple):
-    """The balls of a game."""
+    """Radius and mass of the balls of a game."""
 
     radius: float  # [m]
     mass: float  # [kg]
@@ -38,7 +38,7 @@ SNOOKER_BALL: Final = BallSize(**Table.BALLS["snooker-12ft"])
 
 
 def rolling_deceleration(physics: Physics, speed: float) -> float:
-    """Return how the cloth slows a ball that rolls at a speed [m/s^2]."""
+    """Return the deceleration of a rolling ball by the cloth, at a speed [m/s^2]."""
     return physics.rolling_friction * physics.gravity + (
         physics.rolling_friction_quadratic * speed**2
     )
@@ -56,10 +56,10 @@ def track_of(
     angular_velocity: tuple[float, float, float] | None = None,
     rate: float = 50.0,
 ) -> Track:
-    """Play one ball alone on a table, and return the track that a camera sees.
+    """Simulate one ball on a table, and return the track that a camera sees.
 
     `lasts` [s].
-    `angular_velocity` [rad/s]: if left out, the ball rolls.
+    `angular_velocity` [rad/s]: default: the ball rolls.
     `rate`: pictures per second.
     """
     ball = Ball(

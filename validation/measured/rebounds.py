@@ -1,4 +1,4 @@
-"""Rebounds from cushions, played: what a model makes of what was measured."""
+"""Simulated rebounds from cushions, evaluated like the measured ones."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from ghostball.validation.measured.play import (
 )
 from ghostball.validation.measured.tracks import Surface, Track
 
-_ROLLS = 0.6  # how long before the contact it begins [s]
-_PLAYED = 1.45  # until the contact has been alone for long enough [s]
+_ROLLS = 0.6  #   # time from the start to the contact [s]
+_PLAYED = 1.45  #   # duration that covers the window after the contact [s]
 
 _ANY = Windows(slowest=0.0, straight=math.inf)
-"""The windows of the measurement, of a contact that is known to be free: what a model's ball still
-does in them is to be seen, if it slides or creeps.
+"""The windows of the measurement for a contact that is known to be free; slides and slow balls
+count.
 """
 
 _COMES: Final = 0.1
-"""How long before a square contact the ball begins [s]."""
+"""Time from the start to a perpendicular contact [s]."""
 _AT_IMPACT: Final = (0.005, 0.035)
-"""From when to when, before and after, a square contact is read [s]: what a soft cushion of an
-engine takes is over, and the slowest ball still slides."""
-_RATE: Final = 1000.0  # of samples [1/s]
+"""Times before and after a perpendicular contact between which the speed is read [s]: contacts with
+the soft cushion of an engine have ended, and even the slowest ball still slides."""
+_RATE: Final = 1000.0  #   # sampling rate [1/s]
 
 
 def rebounds(play: Play, physics: Physics, degrees: float) -> list[Measured]:
-    """Return what a model makes of each bin, of balls that come at an angle from the normal."""
+    """Return the simulated value for each bin, for balls at an angle from the normal."""
     return [
         Measured.of(row, rebound(play, physics, row.place, degrees).normal_ratio)
         for row in facts_of("cushion-carom").rows
@@ -46,9 +46,9 @@ def rebounds(play: Play, physics: Physics, degrees: float) -> list[Measured]:
 
 
 def rebound(play: Play, physics: Physics, speed: float, degrees: float) -> CushionContact:
-    """Return the contact of a rolling ball with a mean speed towards the cushion, `speed` [m/s].
+    """Return the contact of a rolling ball; `speed` is its mean normal speed before it [m/s].
 
-    Raises `OperatorError` where the ball doesn't bounce once.
+    Raises `OperatorError` if the ball doesn't bounce exactly once.
     """
     angle, middle = math.radians(degrees), -sum(Windows().before) / 2.0
     total = speed / math.cos(angle)
@@ -76,12 +76,12 @@ def rebound(play: Play, physics: Physics, speed: float, degrees: float) -> Cushi
 
 
 def square_rebound(play: Play, physics: Physics, speed: float) -> CushionContact:
-    """Return the contact of a rolling snooker ball that meets a cushion square on, at `speed`.
+    """Return the perpendicular contact of a rolling snooker ball with a cushion, at `speed` [m/s].
 
-    The speeds are those right before and right after it [m/s], as the measurement reads them from
-    its plots of speed; the ball slides then, and parabolas through its positions follow that.
+    The speeds are those just before and just after it [m/s], which the measurement reads from plots
+    of the speed. The ball slides then, so parabolas are fitted to its positions.
 
-    Raises `OperatorError` where the ball doesn't come back.
+    Raises `OperatorError` if the ball doesn't come back.
     """
     slowing = rolling_deceleration(physics, speed)
     start = speed + slowing * _COMES
@@ -107,7 +107,7 @@ def square_rebound(play: Play, physics: Physics, speed: float) -> CushionContact
 
 
 def _speed_at(track: Track, time: float, sign: float) -> float:
-    """Return the speed along x at a contact, from a parabola through what is before or after."""
+    """Return the speed along x at a contact, from a parabola before (-1) or after (1) it."""
     since = sign * (track.times - time)
     seen = (since >= _AT_IMPACT[0]) & (since <= _AT_IMPACT[1])
     line = np.polynomial.polynomial.polyfit(track.times[seen] - time, track.positions[seen, 0], 2)

@@ -1,4 +1,4 @@
-"""How the cloth slows a ball that rolls: one operator, for tracks of real balls and an engine's."""
+"""The deceleration of rolling balls, computed in the same way for real and simulated tracks."""
 
 from __future__ import annotations
 
@@ -22,38 +22,39 @@ from ghostball.validation.measured.tracks import Surface, Track
 
 @dataclass(frozen=True)
 class RollingWindows:
-    """Where a ball counts as rolling freely; times [s], lengths [m]."""
+    """The criteria of free rolling; times [s], lengths [m]."""
 
     length: float = 1.0
     after: float = 0.6
-    """How long after it met anything, or began, a ball rolls and no longer slides."""
+    """Time after a contact, or the start, from which a ball rolls and no longer slides."""
     samples: int = 15
-    """The least number of samples of a window, and none farther apart than `gap`."""
+    """Smallest number of samples in a window; gaps between samples are at most `gap`."""
     gap: float = 0.2
     off: float = 0.004
-    """How far a sample may be from the parabola through the window."""
+    """Largest distance of a sample from the parabola through the window."""
     touching: float = 0.020
-    """A gap to a ball or a cushion below which they may have touched between samples."""
+    """Gap to a ball or a cushion below which a contact between samples is possible."""
     slowest: float = 0.1
-    """The least speed in the middle of a window [m/s]."""
+    """Lowest speed in the middle of a window [m/s]."""
 
 
 @dataclass(frozen=True)
 class Rolling:
-    """One window in which a ball rolled freely."""
+    """A window in which a ball rolled freely."""
 
     ball: str
-    time: float  # of its middle [s]
-    speed: float  # there [m/s]
+    time: float  #   # of the middle [s]
+    speed: float  #   # at that time [m/s]
     deceleration: float  # [m/s^2]
 
 
 def rolling_windows(
     balls: Mapping[str, Track], surface: Surface, windows: RollingWindows | None = None
 ) -> list[Rolling]:
-    """Return the windows of one shot in which a ball rolled freely, ball by ball, in time's order.
+    """Return the windows of one shot in which a ball rolled freely, ball by ball, in order.
 
-    They follow each other without overlap, from `after` behind each time the ball met something.
+    They follow each other without overlap, starting at a time `after` behind each contact of the
+    ball.
     """
     windows = windows or RollingWindows()
     found = []
@@ -69,7 +70,7 @@ def rolling_windows(
 def _beginnings(
     track: Track, others: list[Track], surface: Surface, windows: RollingWindows
 ) -> Iterator[float]:
-    """Yield where windows begin [s]."""
+    """Yield the starts of windows [s]."""
     met = track.times[surface.least_gaps(track, others) < windows.touching]
     edges = [track.times[0], *met, track.times[-1]]
     for begin, end in pairwise(edges):
@@ -78,7 +79,7 @@ def _beginnings(
 
 
 def _rolled(name: str, track: Track, first: float, windows: RollingWindows) -> Rolling | None:
-    """Return what a parabola through a window says; None: it has few samples, or is no parabola."""
+    """Return the result of a parabola through a window; None if it has few samples or a bad fit."""
     seen, middle = track.between(first, first + windows.length), first + windows.length / 2.0
     since: FloatArray = seen.times - middle
     if len(since) < windows.samples or np.max(np.diff(since)) > windows.gap:
@@ -100,9 +101,9 @@ _ANY_SPEED = RollingWindows(slowest=0.0)
 
 
 def deceleration(play: Play, physics: Physics, speed: float) -> float:
-    """Return how a model slows a rolling ball that has a speed in the middle of a window [m/s^2].
+    """Return the simulated deceleration of a rolling ball with a speed in mid-window [m/s^2].
 
-    Raises `OperatorError` where it doesn't roll.
+    Raises `OperatorError` if it doesn't roll.
     """
     before = _ANY_SPEED.after + _ANY_SPEED.length / 2.0
     start = speed + rolling_deceleration(physics, speed) * before

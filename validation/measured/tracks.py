@@ -1,4 +1,4 @@
-"""Tracks: where balls were, sampled; of a real table, read from a file, or of an engine's run."""
+"""Tracks: sampled positions of balls, of a real table from a file, or of an engine's run."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ Shots = dict[str, dict[str, "Track"]]
 
 _HEADER = ["shot", "ball", "t", "x", "y"]
 _FASTEST = 15.0
-"""Speed that no ball has [m/s]; where one jumps faster, two were taken for each other."""
+"""Speed that no ball reaches [m/s]; a faster step means that a tracker confused two balls."""
 _OUTSIDE = 0.05
-"""How far a tracker may place a ball beyond the cushions [m]."""
+"""Largest distance of a tracked ball beyond the cushions [m]."""
 
 
 class TracksError(GhostballError):
-    """A file of tracks that can't be read: its name, the line, and what was expected."""
+    """An invalid file of tracks: its name, the line, and the expected content."""
 
 
 @dataclass(frozen=True)
 class Track:
-    """Where the centre of one ball was: `times` (n,) [s], rising; `positions` (n, 2) [m]."""
+    """Positions of the centre of one ball: `times` (n,) [s], increasing; `positions` (n, 2) [m]."""
 
     times: FloatArray
     positions: FloatArray
 
     def at(self, times: FloatArray) -> FloatArray:
-        """Return the positions at these times, (k, 2) [m], on straight lines between samples."""
+        """Return the positions at some times, (k, 2) [m], by linear interpolation."""
         columns = [np.interp(times, self.times, self.positions[:, axis]) for axis in (0, 1)]
         return np.column_stack(columns)
 
@@ -49,23 +49,23 @@ class Track:
 
 @dataclass(frozen=True)
 class Surface:
-    """The playing surface, its origin in a corner: `length` along x, `width` along y [m]."""
+    """The playing surface, with a corner as the origin: `length` along x, `width` along y [m]."""
 
     length: float
     width: float
     radius: float  # of the balls [m]
 
     def gaps(self, positions: FloatArray) -> FloatArray:
-        """Return the gaps of a ball to the cushions at places (..., 2), (..., 4) [m].
+        """Return the gaps of a ball to the cushions at positions (..., 2), (..., 4) [m].
 
-        The two across x, low and high, then the two across y.
+        The order is low x, high x, low y, high y.
         """
         far = np.array([self.length, self.width]) - positions
         sides = np.stack([positions, far], axis=-1) - self.radius
         return sides.reshape(*positions.shape[:-1], 4)
 
     def least_gaps(self, track: Track, others: Sequence[Track]) -> FloatArray:
-        """Return a ball's gap to the cushion or the other ball that is nearest, (n,) [m]."""
+        """Return the gap of a ball to the nearest cushion or ball, (n,) [m]."""
         gaps: FloatArray = np.min(self.gaps(track.positions), axis=1)
         for other in others:
             apart = np.linalg.norm(other.at(track.times) - track.positions, axis=1)
@@ -74,26 +74,26 @@ class Surface:
 
 
 def dips(gaps: FloatArray, below: float) -> NDArray[np.bool_]:
-    """Whether each of some gaps but the first and the last is the least nearby, below a limit."""
+    """Return which inner gaps are a local minimum below a limit."""
     inner = gaps[1:-1]
     found: NDArray[np.bool_] = (inner < below) & (inner <= gaps[:-2]) & (inner < gaps[2:])
     return found
 
 
 def tracks_of(result: Result, rate: float = 50.0) -> dict[str, Track]:
-    """Return what a camera of `rate` pictures a second sees of a run, which recorded its motion."""
+    """Return the tracks that a camera with `rate` pictures per second sees of a recorded run."""
     times = np.arange(0.0, result.rest_time, 1.0 / rate)
     positions = result.sample(times).positions
     return {ball.id: Track(times, positions[:, i, :2]) for i, ball in enumerate(result.scene.balls)}
 
 
 def read_tracks(path: Path, surface: Surface) -> Shots:
-    """Return the tracks of a CSV file with the columns shot, ball, t, x, y.
+    """Return the tracks in a CSV file with the columns shot, ball, t, x, y.
 
-    Times in seconds, lengths in metres, the origin in a corner of the playing surface. Lines that
-    begin with # are comments.
+    Times are in seconds, lengths in metres, and the origin is a corner of the playing surface.
+    Lines that start with # are comments.
 
-    Raises `TracksError` with the file, the line and what was expected.
+    Raises `TracksError` with the file, the line and the expected content.
     """
     samples: dict[str, dict[str, list[_Sample]]] = {}
     try:
@@ -119,7 +119,7 @@ def read_tracks(path: Path, surface: Surface) -> Shots:
 
 
 _Sample = tuple[float, float, float]
-"""A time [s], and a place x, y [m]."""
+"""A time [s], and a position x, y [m]."""
 
 
 def _track(samples: list[_Sample]) -> Track:
@@ -132,7 +132,7 @@ def _refused(where: str, expected: str, found: str) -> TracksError:
 
 
 def _rows(path: Path, text: str) -> Iterator[tuple[str, list[str]]]:
-    """Yield the rows below the header, each with its file and the number of its line."""
+    """Yield the rows below the header, each with its file and line number."""
     expected, header = f"the header {','.join(_HEADER)}", False
     for number, line in enumerate(text.splitlines(), start=1):
         where = f"{path}:{number}"
@@ -169,7 +169,7 @@ def _sample(where: str, numbers: list[str], surface: Surface) -> _Sample:
 
 
 def _check_step(where: str, ball: str, before: _Sample, now: _Sample) -> None:
-    """Refuse time that goes back, and a step that no ball makes."""
+    """Refuse a time that decreases, and a step that is too fast for a ball."""
     step = now[0] - before[0]
     if step <= 0.0:
         expected = f"a time after {before[0]:g} s, the time of ball {ball}'s previous sample"

@@ -1,1 +1,1 @@
-"""Physics fitted to the tracks of a real table, event by event."""
+"""Fit the physics of a real table to its tracks, event by event."""

@@ -1,4 +1,4 @@
-"""What a fit decides by how well it fits: between laws, and over heights of the nose."""
+"""Decisions of a fit by its misfit: between cushion laws, and over heights of the cushion nose."""
 
 from __future__ import annotations
 
@@ -14,26 +14,27 @@ from ghostball.validation.measured.fit.fields import own_fields
 from ghostball.validation.measured.fit.least_squares import Field, Solution, goodness
 
 ALIKE: Final = 0.95
-"""Correlation from which on two values aren't told apart: one makes up for the other."""
+"""Correlation above which two values can't be distinguished: one compensates for the other."""
 _TOLD_APART = 2.0
-"""Standard deviations by which a law must fit worse to be told from the best one."""
+"""Standard deviations by which a law must fit worse to count as worse than the best one."""
 _MOST_SPREADS = 2
-"""Standard deviations from the mean within which heights of the nose are tried."""
+"""Range of the tested nose heights, in standard deviations from the mean."""
 _HOPELESS = 5.0
-"""Squares of errors by which a height may be worse than the best one if the next is to be tried."""
+"""Misfit difference from the best height above which no further height is tested in this direction.
+"""
 MOST_HEIGHTS: Final = 2 * _MOST_SPREADS + 1
-"""Heights of the nose that are tried at most."""
+"""Largest number of tested nose heights."""
 
 
 def solutions_around(
     first: int, near: Solution, solve: Callable[[int, Solution], Solution]
 ) -> dict[int, Solution]:
-    """Return solutions for several heights of the nose, as `mean_of` takes them.
+    """Return solutions for several heights of the nose, in the form for `mean_of`.
 
-    `first`: by how many standard deviations the first height is from the mean; the next ones are on
-    both sides of it, until one is hopeless.
-    `near`: where the first search begins.
-    `solve`: solves with a height, beginning at another solution.
+    `first`: the first height, in standard deviations from the mean; further heights on both sides
+        follow, until one fits much worse.
+    `near`: start of the first search.
+    `solve`: solves for a height, starting at another solution.
     """
     first = min(max(first, -_MOST_SPREADS), _MOST_SPREADS)
     tried: dict[int, Solution] = {}
@@ -49,12 +50,14 @@ def solutions_around(
 
 
 def mean_of(tried: Mapping[int, Solution]) -> tuple[Solution, float, int]:
-    """Return the mean of solutions for several values of something assumed.
+    """Return the mean of solutions for several values of an assumed quantity.
 
-    `tried`: by how many standard deviations the value is from the mean, neighbours one apart. Each
-    counts by its probability, and any value between two neighbours may be true.
+    `tried`: by the deviation of the value from its mean, in standard deviations, in steps of one.
+        Each solution is weighted by its probability, and values between two neighbours are taken
+        into account.
 
-    Returns the mean; how many standard deviations the value is off there; and which fits best.
+    Returns the mean solution; the mean deviation of the value, in standard deviations; and the
+    deviation of the best fit.
     """
     order = sorted(tried)
     solutions = [tried[each] for each in order]
@@ -75,7 +78,7 @@ def mean_of(tried: Mapping[int, Solution]) -> tuple[Solution, float, int]:
 
 
 def pairs_alike(fields: Sequence[Field], solution: Solution) -> list[tuple[str, str]]:
-    """Return the pairs of fields of which one makes up for the other."""
+    """Return the pairs of fields that can't be distinguished: one compensates for the other."""
     errors = solution.errors
     scale = np.where((errors > 0.0) & np.isfinite(errors), errors, 1.0)
     correlation = solution.covariance / np.outer(scale, scale)
@@ -87,10 +90,10 @@ def pairs_alike(fields: Sequence[Field], solution: Solution) -> list[tuple[str, 
 
 
 def laws_alike(solutions: dict[str, Solution]) -> list[str]:
-    """Return the laws that the contacts don't tell apart, the best one first.
+    """Return the laws that the contacts can't distinguish, the best one first.
 
-    One is told from the best where it fits worse by more than twice what that varies from contact
-    to contact (Vuong 1989).
+    A law is worse than the best one if its misfit is larger by more than twice the variation from
+    contact to contact (Vuong 1989).
     """
     misfits = {name: one.misfits for name, one in solutions.items()}
     order = sorted(misfits, key=lambda name: float(np.sum(misfits[name])))

@@ -1,8 +1,8 @@
-"""Clean events of tracks, and how a model goes through the windows of each.
+"""Clean events in tracks, and their simulation, evaluated in the same windows.
 
-An event has what was measured before it, `given`, and after it, `seen`, with their covariances. A
-model is played from the `given`, and read by the curves of the tracks: it slides, creeps and is
-slowed in the same windows.
+An event has measured values before it, `given`, and after it, `seen`, with their covariances. A
+simulation starts from `given` and is evaluated with the fitted curves of the tracks, so sliding,
+rolling and deceleration in the windows are included.
 """
 
 from __future__ import annotations
@@ -21,18 +21,17 @@ from ghostball.validation.measured.fit.lines import Curve
 from ghostball.validation.measured.play import rolling_deceleration
 
 SIDE = 1.0
-"""How much side a ball may have, typically: the speed of its equator about the vertical, over that
-of its centre.
+"""Typical side of a ball: the speed of its equator about the vertical axis, divided by its speed.
 """
 _GUESSES = (-1.2, -0.4, 0.0, 0.4, 1.2)
-_STEP = 0.02  # of derivatives by the side
+_STEP = 0.02  #   # step of derivatives with respect to the side
 SIZE = 20.0
-"""The sides of the table that each event has for itself [m]: nothing else is near."""
+"""Side length of the table part of each event [m]; events don't affect each other."""
 
 
 @dataclass(frozen=True)
 class Event(ABC):
-    """What happened once in a shot, and can be played again."""
+    """An event of a shot that can be simulated."""
 
     shot: str
     speed: float  # of the ball before it [m/s]
@@ -42,67 +41,67 @@ class Event(ABC):
     seen: FloatArray  # (k,)
     seen_covariance: FloatArray  # (k, k)
     times: FloatArray
-    """When samples are read, from where a model begins [s]."""
+    """Times of the samples, from the start of the simulation [s]."""
 
     count: ClassVar[int] = 1
-    """How many balls play it."""
+    """Number of its balls."""
     hides_side: ClassVar[bool] = True
-    """Whether the last number `given` is a side, which no tracker sees: 0, give or take `SIDE`."""
+    """Whether the last `given` value is an unseen side: 0 with a standard deviation of `SIDE`."""
 
     @abstractmethod
     def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
-        """Return the balls that play it, begun as `given`."""
+        """Return its balls, started with the values `given`."""
 
     @abstractmethod
     def read(self, positions: FloatArray) -> FloatArray:
-        """Return what is `seen` of positions (len(times), balls, 2)."""
+        """Return the values of `seen` for positions (len(times), balls, 2)."""
 
     @property
     def guesses(self) -> Sequence[FloatArray]:
-        """What may have been before it: with all sides, since a contact that slips hides which."""
+        """Start values of the search: several sides, because a slipping contact hides the side."""
         if not self.hides_side:
             return [self.given]
         return [np.append(self.given[:-1], side) for side in _GUESSES]
 
     @property
     def steps(self) -> FloatArray:
-        """How far to go from it for derivatives, (m,): an error; the side's is too large."""
+        """Steps for derivatives, (m,): the errors, but a fixed step for the side."""
         errors = np.sqrt(np.diag(self.given_covariance))
         return np.append(errors[:-1], _STEP) if self.hides_side else errors
 
 
 @dataclass(frozen=True)
 class RollingEvent(Event):
-    """A ball that rolls alone: `given` its speed [m/s], `seen` its deceleration [m/s^2]."""
+    """A ball that rolls freely: `given` its speed [m/s], `seen` its deceleration [m/s^2]."""
 
     curve: Curve  # a parabola
 
     hides_side: ClassVar[bool] = False
 
     def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
-        """Return a ball that has the speed in the middle."""
+        """Return a ball with this speed in the middle of the window."""
         speed = _rolling_back(physics, float(given[0]), self.curve.middle)
         return [Ball(id="a", position=(1.0, 1.0), velocity=(speed, 0.0), radius=self.radius)]
 
     def read(self, positions: FloatArray) -> FloatArray:
-        """Return the deceleration in the middle."""
+        """Return the deceleration in the middle of the window."""
         return np.array([slowing_of(self.curve.of(positions[:, 0]))[1]])
 
 
 @dataclass(frozen=True)
 class CushionEvent(Event):
-    """A ball that rolls to a cushion and away: its velocities before given, and after seen.
+    """A ball that rolls to a cushion and back: velocities before and after the contact.
 
-    `given`: towards the cushion and along it [m/s], and its side when they meet; `seen`: away from
-    the cushion and along it [m/s].
+    `given`: towards the cushion and along it [m/s], and the side at the contact; `seen`: away from
+        the cushion and along it [m/s].
     """
 
-    before: Curve  # lines, their times from the first sample before
+    before: Curve  #   # straight lines; times from the first sample before the contact
     after: Curve
-    gap: float  # to the cushion, of the line at time 0 [m]
+    gap: float  #   # gap to the cushion, on the line at time 0 [m]
 
     def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
-        """Return a ball that goes to a cushion across x."""
+        """Return a ball that rolls to a cushion across x."""
         meeting = self.gap / float(given[0])
         start, spin = _begun(physics, given, self.before.middle, meeting, self.radius)
         place = (SIZE - self.radius - self.gap, SIZE / 2.0)
@@ -111,32 +110,32 @@ class CushionEvent(Event):
         ]
 
     def read(self, positions: FloatArray) -> FloatArray:
-        """Return the velocities of the line after it."""
+        """Return the velocities of the line after the contact."""
         towards, along = self.after.of(positions[:, 0])[1]
         return np.array([-towards, along])
 
 
 @dataclass(frozen=True)
 class HitEvent(Event):
-    """A ball that rolls to another at rest: both seen afterwards, their places and velocities.
+    """A rolling ball that hits a ball at rest: positions and velocities of both afterwards.
 
-    In axes whose first is the ball's way, from the place of the other: `given` its place in the
-    middle of the samples [m], its velocity [m/s], and its side when they meet; `seen` of each ball
-    place and velocity in the middle of its samples.
+    The first axis is the direction of the ball, the origin the position of the ball at rest.
+    `given`: position in the middle of the samples [m], velocity [m/s], and the side at the hit;
+    `seen`: for each ball, position and velocity in the middle of its samples.
     """
 
-    before: Curve  # a line, its times from the first sample on
+    before: Curve  #   # a straight line; times from the first sample
     after: tuple[Curve, Curve]
 
     count: ClassVar[int] = 2
 
     def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
-        """Return a ball that goes along x to another one."""
+        """Return a ball that moves along x towards another one."""
         place, velocity, time = given[:2], given[2:4], self.before.middle
         reach = math.sqrt(max(4.0 * self.radius**2 - float(place[1]) ** 2, 0.0))
         meeting = time + float((-place[0] - reach) / velocity[0])
         start, spin = _begun(physics, given[2:], time, meeting, self.radius)
-        # So that the mean of its places is that of the track's.
+        # The mean of its simulated positions equals that of the track.
         slowing = (np.array(start) - velocity) / time
         way = np.array(start) * time - slowing * float(np.mean(self.before.times**2)) / 2.0
         x, y = (SIZE / 2.0 + place - way).tolist()
@@ -148,7 +147,7 @@ class HitEvent(Event):
         ]
 
     def read(self, positions: FloatArray) -> FloatArray:
-        """Return the places and velocities of both lines after it."""
+        """Return the positions and velocities of both lines after the hit."""
         lines = [
             after.of(positions[np.searchsorted(self.times, after.times), ball] - SIZE / 2.0)
             for ball, after in enumerate(self.after)
@@ -166,10 +165,10 @@ def slowing_of(parabola: FloatArray) -> tuple[float, float]:
 def _begun(
     physics: Physics, given: FloatArray, middle: float, meeting: float, radius: float
 ) -> tuple[tuple[float, float], tuple[float, float, float]]:
-    """Return velocity and spin of a rolling ball at the time 0.
+    """Return velocity and spin of a rolling ball at time 0.
 
-    `given`: its velocity at the time `middle` [s] and the side that it has at the time `meeting`;
-    until then the cloth slows its spin.
+    `given`: its velocity at the time `middle` [s], and its side at the time `meeting`; until then
+        the cloth decelerates its spin.
     """
     velocity, side = given[:2], float(given[2])
     speed = float(np.linalg.norm(velocity))
@@ -180,5 +179,5 @@ def _begun(
 
 
 def _rolling_back(physics: Physics, speed: float, time: float) -> float:
-    """Return the speed of a rolling ball `time` [s] before it has `speed` [m/s]."""
+    """Return the speed of a rolling ball `time` [s] before its speed is `speed` [m/s]."""
     return speed + rolling_deceleration(physics, speed) * time

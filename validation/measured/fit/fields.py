@@ -1,4 +1,4 @@
-"""What of the physics can be fitted to tracks: which events tell it, and which engine has it."""
+"""The coefficients that can be fitted: the events that determine them, and the engine features."""
 
 from __future__ import annotations
 
@@ -29,37 +29,40 @@ FIELDS: Final = {
         Field("cushion_height", 0.02, 0.05, 1e-4, CUSHION),
     )
 }
-"""What can be fitted. Where values end, `Physics` does, or it is far from any table's."""
+"""Coefficients that can be fitted; limits are those of `Physics`, or far from any real table."""
 DEFAULT_FIELDS: Final = tuple(
     name for name in FIELDS if name not in {"ball_friction", "cushion_height"}
 )
-"""What is fitted where nobody chooses: no tracker sees the side of a ball, which throws it as the
-friction of balls does; and a height can be measured by a ruler."""
+"""Coefficients that are fitted by default. Trackers don't see the side of a ball, which has the
+same effect as the friction between balls; and the nose height can be measured with a ruler."""
 _TOLD_BY: Final = {
     "rolling_friction": frozenset({"rolling"}),
     "rolling_friction_quadratic": frozenset({"rolling"}),
     "sliding_friction": HIT,
 }
-"""Fields that not every family which feels them tells. In contacts with cushions alone the friction
-of a sliding ball hides behind that of the cushion, and the errors of both would be wrong.
+"""Fields that are determined by only some of the families that they affect.
+
+In contacts with cushions alone, the sliding friction of the cloth can't be separated from the
+friction of the cushion, and the errors of both would be wrong.
 """
 SPREAD: Final = {"sliding_friction": 0.05, "rolling_friction": 0.004, "ball_friction": 0.03}
-"""Standard deviation from table to table of a field's value that is assumed, not fitted.
+"""Standard deviation between tables of a coefficient that is assumed, not fitted.
 
-Cloth is heated or worn. Alciatore's constants of pool have 0.03 to 0.08 for the friction between
-balls, and chalk raises it: one spread about the search's first value, 0.06, covers them.
+It varies with heating and wear of the cloth. Alciatore's values for pool are 0.03 to 0.08 for the
+friction between balls, and chalk increases it: this spread around the initial value, 0.06, covers
+them.
 """
 NOSE_SPREAD: Final = 0.01
-"""Standard deviation of the height of the nose, in diameters of a ball: the rules of pool allow
-62.5 to 64.5 % (World Pool Association, equipment specifications).
+"""Standard deviation of the nose height, in ball diameters: the rules of pool allow 62.5 to 64.5 %
+(World Pool Association, equipment specifications).
 """
 BEGIN: Final = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
-"""Where the search begins, but for the preset's: that may be no number, or an end."""
+"""Initial values of the search that differ from the preset, whose value may be a law or a limit."""
 NEEDS: Final = {
     "rolling_friction_quadratic": Feature.QUADRATIC_ROLLING,
     "cushion_restitution_loss": Feature.FALLING_RESTITUTION,
 }
-"""What an engine must have for a field to be fitted."""
+"""Features that an engine needs for a coefficient to be fitted."""
 
 
 def assumed_of(name: str, physics: Physics, radius: float) -> Assumed | None:
@@ -77,17 +80,17 @@ def assumed_of(name: str, physics: Physics, radius: float) -> Assumed | None:
 
 
 def told_by(field: Field) -> frozenset[str]:
-    """Return the family that tells a field."""
+    """Return the families that determine a field."""
     return _TOLD_BY.get(field.name, field.felt_by)
 
 
 def own_fields(law: LawEntry, fields: Sequence[Field]) -> list[Field]:
-    """Return those of some fields that a law of cushions uses and only contacts tell."""
+    """Return the fields that a cushion law uses and only contacts with cushions determine."""
     return [one for one in fields if told_by(one) == CUSHION and one.name in law.uses]
 
 
 def lacking(engine: ReferenceEngine, preset: str) -> dict[str, Any]:
-    """Return what stands for the physics of a preset that an engine lacks."""
+    """Return replacements for features of a preset that an engine lacks."""
     changes: dict[str, Any] = {
         name: 0.0
         for name, feature in NEEDS.items()
@@ -102,7 +105,7 @@ def lacking(engine: ReferenceEngine, preset: str) -> dict[str, Any]:
 
 
 def cushion_laws(engine: ReferenceEngine) -> list[LawEntry]:
-    """Return the laws of cushions that can be fitted and that an engine has, the simplest first."""
+    """Return the cushion laws of an engine that can be fitted, the simplest first."""
     return [
         law
         for law in CUSHION_LAWS

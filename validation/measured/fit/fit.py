@@ -1,4 +1,4 @@
-"""Physics of a real table, or an engine's settings for it, from tracks of its balls."""
+"""Fit the physics of a real table, or an engine's settings for it, to tracks of its balls."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ from ghostball.validation.measured.fit.playing import Player, Progress
 from ghostball.validation.measured.play import Play
 
 LEAST_EVENTS: Final = 8
-"""Events of a family below which it tells nothing."""
+"""Number of events below which a family isn't fitted."""
 NORMAL: Final = 1.96
-"""Standard errors within which 95 of 100 normal numbers are."""
+"""Standard errors that contain 95 % of normally distributed numbers."""
 
 
 class NotEnoughError(GhostballError):
-    """Tracks that have too few clean events to tell what is asked of them."""
+    """Tracks with too few clean events for the requested fit."""
 
 
 def fit_table(
@@ -70,19 +70,21 @@ def fit_table(
     nose_height: float | None = None,
     progress: Progress | None = None,
 ) -> Fit:
-    """Return the physics with which an engine comes nearest to the events of tracks.
+    """Return the physics with which an engine fits the events of tracks best.
 
-    `play` plays a scene on it, and records the motion. `preset` gives what isn't fitted. `law` is
-    that of cushions; None: of those that the engine has, the one that fits best, or the preset's
-    where the contacts don't tell it from that. `fields` are fitted; none: all of `DEFAULT_FIELDS`
-    that the events and the engine have. `nose_height` [m] is that of the cushions, measured; None:
-    the preset's, and the errors allow for what it may be.
+    `play`: simulates a scene on the engine and records the motion.
+    `preset`: gives the coefficients that aren't fitted.
+    `law`: the cushion law; None: the engine's law with the best fit, or the preset's law if it
+        can't be distinguished from the best.
+    `fields`: the fitted coefficients; empty: all of `DEFAULT_FIELDS` that the events and the engine
+        have.
+    `nose_height` [m]: measured height of the cushion nose; None: that of the preset, with an
+        uncertainty.
 
-    Raises `NotEnoughError` where there are too few events for anything, or for a field that was
-    asked for; `GhostballError` where the engine has no such law.
+    Raises `NotEnoughError` if there are too few events for any fit, or for a requested field;
+    `GhostballError` if the engine has no such law.
     """
-    # The matrices are small. Threads for them only wait for each other, beside another program for
-    # far longer than they work.
+    # The matrices are small: several threads would mostly wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
         return _Fitting(
             found, engine, play, preset, law, tuple(fields), nose_height, progress
@@ -90,10 +92,10 @@ def fit_table(
 
 
 class _Fitting:
-    """One fit: what is held, what is asked of the tracks, and what they are too few for.
+    """One fit: the fixed values, the fitted values, and the fields with too few events.
 
-    Families are fitted one after another. What one has told counts as assumed in the next, with its
-    error.
+    Families are fitted one after another. The results of one family, with their errors, are assumed
+    in the fits of the next ones.
     """
 
     def __init__(
@@ -121,13 +123,13 @@ class _Fitting:
         self._base = Physics(preset=preset, **self._lacking)
         self._held = {} if law is None else {"cushion": law}
         self._not_told: dict[str, str] = {}
-        self._assumed: Assumptions = {}  # and what former families told
+        self._assumed: Assumptions = {}  #   # including the results of earlier families
         self._values: dict[str, float] = {}
         self._solutions: dict[str, Solution] = {}
         self._errors: dict[str, float] = {}
 
     def run(self) -> Fit:
-        """Fit, and say what came of it."""
+        """Perform the fit and return its result."""
         fields = self._told(self._asked or DEFAULT_FIELDS)
         if not fields:
             raise NotEnoughError(f"not enough data for a fit: {self._too_few(frozenset(_NAMES))}")
@@ -180,9 +182,9 @@ class _Fitting:
     def _keep(
         self, family: str, fields: Sequence[Field], solution: Solution, moves: Mapping[str, float]
     ) -> None:
-        """Keep what a family told, for the fit and as what is assumed in the next families.
+        """Store the results of a family, for the final result and for the next families.
 
-        `moves`: how far each value may be off by what the family doesn't decide.
+        `moves`: uncertainty of each value because of choices that the family doesn't determine.
         """
         self._solutions[family] = solution
         known = {k: one for k, one in solution.assumed.items() if k not in self._errors}
@@ -198,11 +200,11 @@ class _Fitting:
         return one.name in self._assumed and self._matters(one, CUSHION, self._held)
 
     def _over_heights(self, fields: Sequence[Field], near: Solution) -> Solution:
-        """Return the mean of fits with several heights of the nose, each by how well it fits.
+        """Return the mean of fits with several heights of the nose, weighted by their misfit.
 
-        Where the height is one more field, the best fit tends to lie where straight contacts just
-        stop to slip: the misfit rises steeply on the one side of it, and is nearly flat on the
-        other. No error from near the best fit tells that: values were 7 errors off.
+        If the height were a further fitted value, the best fit would often be where perpendicular
+        contacts just stop slipping: the misfit rises steeply on one side and is nearly flat on the
+        other. Errors computed near the best fit don't show this: values were wrong by 7 errors.
         """
         height = self._assumed.pop("cushion_height")
 
@@ -223,11 +225,11 @@ class _Fitting:
         return "ball_friction" in self._assumed and isinstance(self._base.ball_friction, str)
 
     def _by_friction(self, fields: Sequence[Field]) -> tuple[Solution, dict[str, float]]:
-        """Fit the hits, and choose the friction between balls.
+        """Fit the hits, and choose the law of friction between balls.
 
-        A preset may have a friction between balls that falls with the speed of slip. Then the hits
-        decide between it and an assumed constant one. If they don't, the constant one is taken, and
-        each value may be off by how far the preset's moves it.
+        A preset may have a friction that decreases with the slip speed. The hits then decide
+        between this law and an assumed constant. If they can't, the constant is used, and the
+        change of each value under the preset's law is added to its error.
         """
         constant = self._solve("hit", fields)
         if not self._is_friction_open():
@@ -244,7 +246,7 @@ class _Fitting:
         return constant, dict(zip([one.name for one in fields], map(float, moved), strict=True))
 
     def _by_law(self, laws: Sequence[LawEntry], fields: Sequence[Field]) -> dict[str, Solution]:
-        """Return what each law of cushions makes of the contacts."""
+        """Return the fit of the contacts for each cushion law."""
         tried = {}
         for law in laws:
             self._held = {"cushion": law.name}
@@ -252,10 +254,11 @@ class _Fitting:
         return tried
 
     def _assumptions(self, fields: Sequence[Field]) -> Assumptions:
-        """Return what is assumed of each field that isn't fitted and that some events feel.
+        """Return assumptions for the fields that aren't fitted but affect some events.
 
-        Contacts with cushions feel the friction of the cloth and the height of the nose, hits that
-        of the balls. An assumption that is off moves what is fitted, by more than the shots show.
+        Contacts with cushions depend on the friction of the cloth and on the height of the nose,
+        hits on the friction between balls. A wrong assumption changes the fitted values, by more
+        than the scatter of shots shows.
         """
         fitted = {one.name for one in fields} | self._measured
         radius = next(event.radius for events in self._families.values() for event in events)
@@ -268,14 +271,14 @@ class _Fitting:
         }
 
     def _ends(self, one: Field) -> bool:
-        """Return True if the value found of a field is the end of what is allowed."""
+        """Return True if the fitted value of a field is a limit of its range."""
         value = self._values[one.name]
         return min(value - one.low, one.high - value) < one.step / 2.0
 
     def _widened(self, field: Field, fields: Sequence[Field]) -> float:
-        """Return by how much the error of a field is widened, since few shots tell it.
+        """Return the factor by which the error of a field is widened if there are few shots.
 
-        So 95 of 100 true values lie within 1.96 stated errors, as with many (Student 1908).
+        Then 95 % of true values are within 1.96 stated errors, as with many shots (Student 1908).
         """
         (family,) = told_by(field)
         shots = {event.shot for event in self._families[family]}
@@ -283,7 +286,7 @@ class _Fitting:
         return float(stdtrit(max(len(shots) - beside, 1), 0.975)) / NORMAL
 
     def _told(self, names: Sequence[str]) -> list[Field]:
-        """Return the fields that the events and the engine have something to say of."""
+        """Return the fields that the events determine and the engine supports."""
         told = []
         for name in names:
             one = FIELDS[name]
@@ -307,7 +310,7 @@ class _Fitting:
         return f"{', '.join(parts)} are clean; at least {LEAST_EVENTS} of a kind are needed"
 
     def _laws(self, fields: Sequence[Field]) -> list[LawEntry]:
-        """Return the laws of cushions to try: none where no field of theirs is fitted."""
+        """Return the cushion laws to test; empty if none of their fields is fitted."""
         own = {one.name for one in fields}
         if not own:
             return []
@@ -324,7 +327,7 @@ class _Fitting:
         return laws
 
     def _begin(self, fields: Sequence[Field]) -> dict[str, float]:
-        """Return where the search begins."""
+        """Return the initial values of the search."""
         values = {}
         for one in fields:
             value = BEGIN.get(one.name, getattr(self._base, one.name))
@@ -334,7 +337,7 @@ class _Fitting:
     def _solve(
         self, family: str, fields: Sequence[Field], befores: Sequence[FloatArray] | None = None
     ) -> Solution:
-        """Return the best values of some fields by a family; the others stay."""
+        """Return the best values of some fields for a family; other fields keep their values."""
         self._player.begin(family)
         fitted = {one.name for one in fields}
         beside = [
@@ -354,7 +357,7 @@ class _Fitting:
         problem = Problem(events, [*fields, *beside], build, self._player.predict, self._assumed)
         begin = {name: one.mean for name, one in self._assumed.items()} | self._values
         found = problem.solve(np.array([begin[name] for name in names]), befores)
-        count = len(fields)  # what is assumed has done its part in the errors of these
+        count = len(fields)  #   # assumed fields have already widened the errors of these
         return replace(
             found,
             values=found.values[:count],
@@ -363,12 +366,12 @@ class _Fitting:
         )
 
     def _matters(self, one: Field, families: Collection[str], held: Mapping[str, Any]) -> bool:
-        """Return True if a field affects events of some families with the law that is held."""
+        """Return True if a field affects events of some families with the chosen cushion law."""
         felt = one.felt_by & set(families) & set(self._families)
         return bool(felt) and (one.felt_by != CUSHION or one.name in self._uses(held))
 
     def _uses(self, held: Mapping[str, Any]) -> Collection[str]:
-        """Return the fields that the law of cushions uses."""
+        """Return the fields that the cushion law uses."""
         law = held.get("cushion", self._base.cushion)
         return next(one.uses for one in CUSHION_LAWS if one.name == law)
 
@@ -388,4 +391,4 @@ _NAMES = {
     "hit": "hits of a ball at rest",
 }
 _HELD = 1.5
-"""Spread of what a family has told, in steps of differences, up to which the next ones hold it."""
+"""Largest spread of an earlier result that is treated as exact, in difference steps."""

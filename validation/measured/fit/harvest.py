@@ -1,4 +1,4 @@
-"""Which events of tracks are clean: what a ball does alone, long after it met anything."""
+"""Find the clean events in tracks: isolated motions, long after any other contact."""
 
 from __future__ import annotations
 
@@ -23,34 +23,35 @@ from ghostball.validation.measured.rolling import RollingWindows, rolling_window
 from ghostball.validation.measured.tracks import Shots, Surface, Track, dips
 
 CUSHION = Windows(before=(-0.30, -0.02), alone=(-0.30, 0.80), near=0.05, samples=5)
-"""As the published measurement has it, but for a window before that is shorter, so that more balls
-have rolled long before; and that a ball may be anywhere near where a slow camera sees it last.
+"""The windows of the published measurement, with two changes. The window before is shorter, so that
+more balls have rolled for long enough. The distance in the nearest sample may be larger, for slow
+cameras.
 """
 ROLLING = RollingWindows(after=1.0)
 _LEAST_NOISE = 1e-5
-"""Noise that a track without any is taken to have [m]: it was rounded when it was written."""
+"""Least noise assumed for a track [m]: files contain rounded values."""
 ROLLED = 0.7
-"""How long a ball must have met nothing before a window, for each m/s of its speed in it [s^2/m].
+"""Time without contacts required before a window, per m/s of speed in it [s^2/m].
 
-One that came from a cushion slides for less where the friction of the cloth is at least 0.13; one
-that was struck with much draw for longer.
+A ball that left a cushion slides for less time if the friction of the cloth is at least 0.13; a
+ball struck with much draw slides for longer.
 """
 
 BEFORE, AFTER = (-0.30, -0.02), (0.30, 0.55)
-"""Where straight lines are laid through the places of the balls of a hit [s], from when they meet.
-"""
+"""Time windows of the straight lines before and after a hit [s], from the contact."""
 _ALONE = 0.56
-"""How long after it both balls must meet nothing [s]."""
+"""Time after a hit without other contacts of both balls [s]."""
 _GLANCING = 0.85
-"""The largest offset from a full hit, in diameters: beyond it, noise decides whether they meet."""
+"""Largest offset from a full hit, in diameters: beyond it, noise decides whether the balls touch.
+"""
 _MEETING = 0.10
-"""The gap of two balls in the samples nearest to their meeting, at most [m]: they may be fast."""
+"""Largest gap of two balls in the samples nearest to their contact [m]; they may be fast."""
 _AGREE = 0.06
-"""How far the nearest samples may be from when the line of a ball says that they meet [s]."""
+"""Largest time between the nearest samples and the computed contact [s]."""
 _RESTING = 0.003
-"""How far samples of a ball at rest may be from each other, but for noise [m]."""
+"""Largest distance between samples of a ball at rest, apart from noise [m]."""
 _LEFT_OUT = 0.3
-"""Time without a sample from which on a ball was left out since it rested [s]."""
+"""Time without a sample after which a tracker has omitted a ball because it rests [s]."""
 _SAMPLES = 5
 _MOST_RESTING = 25
 
@@ -66,7 +67,7 @@ class Harvest:
 
     @property
     def families(self) -> Mapping[str, Sequence[Event]]:
-        """The events by what they are."""
+        """The events by family."""
         return {"rolling": self.rolling, "cushion": self.cushion, "hit": self.hit}
 
 
@@ -89,14 +90,14 @@ def harvest(shots: Shots, surface: Surface) -> Harvest:
 def has_rolled(
     track: Track, others: Sequence[Track], surface: Surface, time: float, speed: float
 ) -> bool:
-    """Whether a ball of this speed has met nothing for so long before a time that it rolls."""
+    """Return True if a ball with this speed has had no contact for long enough to roll."""
     return is_free(track, others, surface, time - ROLLED * speed, time)
 
 
 def is_free(
     track: Track, others: Sequence[Track], surface: Surface, first: float, last: float
 ) -> bool:
-    """Whether a ball meets nothing from `first` to `last`, and is seen all along."""
+    """Return True if a ball has no contact from `first` to `last`, and is tracked all the time."""
     if track.times[0] > first or track.times[-1] < last:
         return False
     seen = track.between(first, last)
@@ -138,7 +139,7 @@ class _Shot:
             )
 
     def cushions(self) -> Iterator[Event]:
-        """Yield the free contacts with a cushion of balls that rolled there."""
+        """Yield the free cushion contacts of balls that rolled to the cushion."""
         straight = max(CUSHION.straight, 2.0 * self.noise)
         for one in cushion_contacts(self.balls, self.surface, replace(CUSHION, straight=straight)):
             found = self._cushion(one)
@@ -177,7 +178,7 @@ class _Shot:
         )
 
     def hits(self) -> Iterator[Event]:
-        """Yield the clean hits: a ball that rolls meets one at rest, and nothing else is near."""
+        """Yield the clean hits: a rolling ball hits a ball at rest, with no other contact near."""
         for name, other in permutations(self.balls, 2):
             track, target = self.balls[name], self.balls[other]
             gaps = np.linalg.norm(target.at(track.times) - track.positions, axis=1)
@@ -188,7 +189,7 @@ class _Shot:
                     yield found
 
     def _hit(self, track: Track, target: Track, rest: Sequence[Track], near: float) -> Event | None:
-        """Return the hit that is near a time [s]; None: there is none, or it isn't clean."""
+        """Return the hit near a time [s]; None if there is none, or if it isn't clean."""
         before = track.between(near + BEFORE[0], near + BEFORE[1])
         resting = self._resting(target, near + BEFORE[1])
         if len(before.times) < _SAMPLES or not len(resting):
@@ -205,7 +206,7 @@ class _Shot:
         time = origin + line.middle + float(ahead - np.sqrt(reach**2 - aside**2)) / speed
         if abs(time - near) > _AGREE or time < before.times[-1]:
             return None
-        # It rolls until it hits, and both meet nothing else after it.
+        # The ball rolls until the hit, and both balls have no other contact after it.
         if not (
             has_rolled(track, [*rest, target], self.surface, origin, speed)
             and is_free(track, rest, self.surface, origin, time + _ALONE)
@@ -240,9 +241,9 @@ class _Shot:
         )
 
     def _resting(self, target: Track, until: float) -> FloatArray:
-        """Return the last places (n, 2) of the other ball until a time, none if it may have moved.
+        """Return the last positions (n, 2) of the other ball up to a time; empty if it moved.
 
-        A tracker may leave a ball out while it rests.
+        A tracker may omit a ball while it rests.
         """
         seen = int(np.searchsorted(target.times, until, side="right"))
         places = target.positions[max(seen - _MOST_RESTING, 0) : seen]

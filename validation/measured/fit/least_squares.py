@@ -1,9 +1,9 @@
-"""Fields of physics fitted to events whose own measurements have errors, too.
+"""Fit coefficients to events whose initial values have measurement errors, too.
 
-A model goes from what was measured before an event, z, to what was seen after it, y. Both have
-errors. So for some physics the nearest z of each event is sought: that which leaves the least
-squares of y and of the measured z, in errors of measurement. What it leaves is a function of the
-fields alone, and SciPy's `least_squares` makes that small. This is orthogonal distance regression
+A model maps the measured values before an event, z, to the values seen after it, y. Both have
+errors. For given coefficients, the best z of each event is computed: the one with the least sum of
+squares of the residuals of y and of z, in measurement errors. The remaining misfit depends on the
+coefficients only, and SciPy's `least_squares` minimises it. This is orthogonal distance regression
 (Boggs, Byrd and Schnabel 1987), event by event.
 """
 
@@ -21,35 +21,37 @@ from ghostball.validation.measured.fit.events import Event
 from ghostball.validation.measured.fit.playing import Played
 
 Predict = Callable[[Physics, Sequence[Played]], Sequence[FloatArray]]
-"""What a model makes of events begun as given: what would be seen of each."""
+"""Simulates events from given initial values, and returns the values that would be seen."""
 
 HUBER = 2.5
-"""Errors from which on a residual counts by its size, no longer by its square (Huber 1964)."""
+"""Size of a residual, in errors, above which it counts linearly instead of by its square (Huber
+1964).
+"""
 _TRIALS = 30
-"""Steps of a search."""
+"""Largest number of steps of a search."""
 _HALVINGS = 6
 _CLOSE = 0.02
-"""What an event may be off its derivatives, in errors, where it counts as linear."""
+"""Largest deviation of an event from its linear approximation, in errors."""
 _SETTLED = 0.05
-"""Part of its standard error by which a value may still move when it counts as found."""
+"""Change of a value, in standard errors, below which a search has converged."""
 _REACH = 40.0
-"""Steps of differences by which a value may move in a step: farther, no model is linear."""
+"""Largest change of a value in one step, in difference steps: beyond it, no model is linear."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """A number of the physics that can be fitted."""
+    """A coefficient of the physics that can be fitted."""
 
     name: str
     low: float
     high: float
-    step: float  # of differences
-    felt_by: frozenset[str]  # families of events
+    step: float  #   # for derivatives
+    felt_by: frozenset[str]  #   # families of events that it affects
 
 
 @dataclass(frozen=True)
 class Assumed:
-    """What is assumed of a field's value before the fit: its mean and its standard deviation."""
+    """An assumption about a field before the fit: its mean and its standard deviation."""
 
     mean: float
     spread: float
@@ -57,26 +59,26 @@ class Assumed:
 
 @dataclass(frozen=True)
 class Solution:
-    """Fitted values (p,), their covariance (p, p), and what is left of the events."""
+    """Fitted values (p,), their covariance (p, p), and the residuals of the events."""
 
     values: FloatArray
     covariance: FloatArray
     residuals: FloatArray
-    """What is left of each event's numbers, in errors of measurement (n, k)."""
+    """The residuals of each event, in measurement errors (n, k)."""
     befores: Sequence[FloatArray]
-    """What was before each event, where it and what was seen agree best."""
+    """The values before each event with the best agreement."""
     free: int
-    """Numbers that were seen, but for one of each event that tells a side that was not."""
+    """Number of seen values, minus one for each event with an unknown side."""
     misfit: float
-    """What the search made small: the misfit of all events and of what is assumed."""
+    """The minimised misfit: of all events and of the assumptions."""
     settled: bool
-    """Whether the search ended where no other values are better."""
+    """Whether the search converged."""
     assumed: Mapping[str, float] = field(default_factory=dict)
-    """Values found for fields of which something was assumed, and that aren't among `values`."""
+    """The values found for assumed fields, which aren't among `values`."""
 
     @property
     def misfits(self) -> FloatArray:
-        """The misfit of each event (n,): the squares of what is left, large ones taken for less."""
+        """The misfit of each event (n,): the sum of squared residuals, with large ones reduced."""
         return np.asarray(np.sum(_huber(self.residuals), axis=1))
 
     @property
@@ -86,17 +88,17 @@ class Solution:
 
 
 def goodness(solutions: Sequence[Solution]) -> float:
-    """Return the misfit for each number seen more than fitted: 1 where only noise is left."""
+    """Return the misfit for each degree of freedom: 1 if only noise is left."""
     spare = sum(one.free - len(one.values) for one in solutions)
     return float(sum(np.sum(one.misfits) for one in solutions)) / max(spare, 1)
 
 
 @dataclass(frozen=True)
 class _Nearest:
-    """What was before an event, z (m,), where it and what was seen agree best.
+    """The values before an event, z (m,), with the best agreement.
 
-    `left` (k + m,): what is left of the numbers seen and of those measured before, in errors;
-    `slope` (k + m, m): its derivatives by z.
+    `left` (k + m,): residuals of the seen values and of the values before, in errors; `slope` (k +
+        m, m): their derivatives by z.
     """
 
     before: FloatArray
@@ -105,11 +107,12 @@ class _Nearest:
 
 
 Asking = Generator[Sequence[FloatArray], Sequence[FloatArray], _Nearest]
-"""A search that asks what would be seen of an event begun in several ways, and returns the best."""
+"""A search that requests simulations of an event from several initial values, and returns the best.
+"""
 
 
 class _Weighed:
-    """An event, and what makes its errors of measurement independent and of variance 1."""
+    """An event, with matrices that make its measurement errors independent and of variance 1."""
 
     def __init__(self, event: Event) -> None:
         self.event = event
@@ -117,9 +120,9 @@ class _Weighed:
         self._given = np.linalg.inv(np.linalg.cholesky(event.given_covariance))
 
     def nearest(self, starts: Sequence[FloatArray], known: FloatArray | None = None) -> Asking:
-        """Search what was before the event by the Gauss-Newton method, from the best start on.
+        """Search the best values before the event by the Gauss-Newton method, from the best start.
 
-        `known`: the derivatives at the only start, if they are.
+        `known`: the derivatives at the only start, if they are known.
         """
         lefts = yield from self._ask(starts)
         best = min(range(len(starts)), key=lambda k: _squares(lefts[k]))
@@ -150,7 +153,7 @@ class _Weighed:
     def _ask(
         self, befores: Sequence[FloatArray]
     ) -> Generator[Sequence[FloatArray], Sequence[FloatArray], list[FloatArray]]:
-        """Return what is left where the event began so, each (k + m,)."""
+        """Return the residuals for each of some initial values, (k + m,)."""
         seen = yield befores
         return [
             np.concatenate(
@@ -160,7 +163,7 @@ class _Weighed:
         ]
 
     def seen_left(self, near: _Nearest) -> FloatArray:
-        """Return what is left of the numbers seen alone (k,), in errors on both sides."""
+        """Return the residuals of the seen values alone (k,), with the errors of both sides."""
         count = len(self._seen)
         pull = near.slope[:count] @ np.linalg.inv(near.slope[count:])
         spread = np.linalg.cholesky(np.eye(count) + pull @ pull.T)
@@ -168,10 +171,12 @@ class _Weighed:
 
 
 class Problem:
-    """What is fitted to what.
+    """A fit of coefficients to events.
 
-    `events` of one family; `fields` of the physics that `build` makes of their values; `predict`,
-    which plays a model; `assumed`, by field, what is assumed of its value beside the events.
+    `events`: of one family.
+    `fields`: the coefficients; `build` returns the physics for their values.
+    `predict`: simulates events.
+    `assumed`: by field, an assumption about its value.
     """
 
     def __init__(
@@ -192,9 +197,10 @@ class Problem:
         self._precisions = np.array([0.0 if one is None else one.spread**-2 for one in known])
 
     def solve(self, start: FloatArray, befores: Sequence[FloatArray] | None = None) -> Solution:
-        """Return the values that fit best, sought from some on.
+        """Return the values with the best fit.
 
-        `befores`: what was before each event, if the events were fitted before.
+        `start`: initial values of the search.
+        `befores`: the values before each event from an earlier fit, if there was one.
         """
         values = np.clip(start, self._low, self._high)
         starts = [one.event.guesses for one in self._events]
@@ -225,11 +231,11 @@ class Problem:
     def _better(
         self, values: FloatArray, found: Sequence[_Nearest], slopes: FloatArray
     ) -> tuple[FloatArray, Sequence[_Nearest], bool]:
-        """Return better values, what was before each event then, and whether these are settled.
+        """Return better values, the values before each event, and whether they have converged.
 
-        Those that fit best if all is linear; where it isn't, so little of the way there that the
-        misfit falls. The same values if the whole way is hardly a step: they are settled. The same
-        values, not settled, if the misfit falls nowhere on the way.
+        The step is that of the linear approximation, halved until the misfit decreases. The values
+        are unchanged and converged if the full step is negligible; unchanged and not converged if
+        the misfit doesn't decrease along the step.
         """
         weights = np.sqrt(self._precisions)
         left = np.concatenate([_left(found), weights * (values - self._means)])
@@ -266,15 +272,16 @@ class Problem:
         return values, found, False
 
     def _misfit(self, values: FloatArray, found: Sequence[_Nearest]) -> float:
-        """Return the misfit of all events, and of what is assumed."""
+        """Return the misfit of all events and of the assumptions."""
         assumed = np.sqrt(self._precisions) * (values - self._means)
         return float(np.sum(_huber(np.concatenate([_left(found), assumed]))))
 
     def _slopes(self, values: FloatArray, found: Sequence[_Nearest]) -> FloatArray:
-        """Return the derivatives of what is left by the fields."""
+        """Return the derivatives of the residuals by the fields."""
         room = values + self._steps <= self._high
         moves = np.where(room, self._steps, -self._steps)
-        here = _left(self._beside(values, found))  # as near to the nearest as those beside it
+        #   # computed with the same accuracy as the shifted ones
+        here = _left(self._beside(values, found))
         changes = [
             (_left(self._beside(values + move, found)) - here) / np.sum(move)
             for move in np.diag(moves)
@@ -282,7 +289,7 @@ class Problem:
         return np.column_stack(changes)
 
     def _beside(self, values: FloatArray, found: Sequence[_Nearest]) -> list[_Nearest]:
-        """Return what was before each event where the fields have values near those of `found`."""
+        """Return the values before each event for coefficients near those of `found`."""
         searches = [
             one.nearest([near.before], near.slope)
             for one, near in zip(self._events, found, strict=True)
@@ -290,7 +297,7 @@ class Problem:
         return self._together(values, searches)
 
     def _together(self, values: FloatArray, searches: Sequence[Asking]) -> list[_Nearest]:
-        """Return what searches find, one for each event. What they ask is played together."""
+        """Return the results of searches, one for each event, with their simulations combined."""
         physics = self._build(values)
         found: dict[int, _Nearest] = {}
         asked = {k: next(search) for k, search in enumerate(searches)}
@@ -322,15 +329,15 @@ def _left(found: Sequence[_Nearest]) -> FloatArray:
 def covariance_of(
     slopes: FloatArray, left: FloatArray, shots: Sequence[str], precisions: FloatArray | None = None
 ) -> FloatArray:
-    """Return the covariance (p, p) of values: how far each shot, and what is assumed, moves them.
+    """Return the covariance (p, p) of values, from the effect of each shot and of assumptions.
 
-    Events of one shot share samples, and what a model lacks of a real table. So shots are left out
-    one by one, to first order (the jackknife, CR3 of Bell and McCaffrey 2002); from the errors of
-    measurement come the weights alone. A value that is assumed may be off by its stated spread,
-    whatever the shots say. The variance of a value that nothing tells is infinite.
+    Events of one shot share samples, and deficiencies of the model. Shots are therefore left out
+    one by one, to first order (the jackknife, CR3 of Bell and McCaffrey 2002); measurement errors
+    give only the weights. An assumed value may be off by its stated spread, whatever the shots
+    show. The variance of a value that no event determines is infinite.
 
-    `slopes` (n, p), `left` (n,): of all numbers that were seen; `shots`: the shot of each.
-    `precisions` (p,): one over the variance of each value that is assumed, 0 for the others.
+    `slopes` (n, p), `left` (n,): for all seen values; `shots`: the shot of each.
+    `precisions` (p,): inverse variance of each assumed value; 0 for other values.
     """
     count = slopes.shape[1]
     known = np.diag(np.zeros(count) if precisions is None else precisions)

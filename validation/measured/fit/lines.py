@@ -1,4 +1,4 @@
-"""Curves through the samples of a window, as operators: made once, used on every shot played."""
+"""Polynomial fits to the samples of a window, as linear operators that are computed only once."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ghostball.validation.measured.tracks import Track
 
 @dataclass(frozen=True)
 class Curve:
-    """The polynomial nearest to samples, by the method of least squares.
+    """A least-squares polynomial through samples.
 
-    `times` (n,) [s]: when the samples are; `middle` [s]: the mean of them.
-    `operator` (d + 1, n): what makes coefficients, from the lowest power of t - middle on, of
-    positions (n, 2).
+    `times` (n,) [s]: of the samples; `middle` [s]: their mean.
+    `operator` (d + 1, n): maps positions (n, 2) to coefficients, from the lowest power of t -
+        middle.
     """
 
     times: FloatArray
@@ -26,13 +26,13 @@ class Curve:
 
     @classmethod
     def through(cls, times: FloatArray, degree: int) -> Self:
-        """Return the curve of samples at `times`, more than `degree` different ones."""
+        """Return the operator for samples at `times`, with more than `degree` different times."""
         middle = float(np.mean(times))
         powers = np.vander(times - middle, degree + 1, increasing=True)
         return cls(times, middle, np.asarray(np.linalg.pinv(powers), dtype=np.float64))
 
     def of(self, positions: FloatArray) -> FloatArray:
-        """Return the coefficients (d + 1, 2) of positions (n, 2)."""
+        """Return the coefficients (d + 1, 2) for positions (n, 2)."""
         return self.operator @ positions
 
     @property
@@ -41,7 +41,7 @@ class Curve:
         return self.operator @ self.operator.T
 
     def off(self, positions: FloatArray) -> float:
-        """Return the root mean square distance of positions from the curve, per coordinate [m]."""
+        """Return the rms distance of positions from the curve, per coordinate [m]."""
         powers = np.vander(self.times - self.middle, len(self.operator), increasing=True)
         return float(np.sqrt(np.mean((positions - powers @ self.of(positions)) ** 2)))
 
@@ -49,7 +49,7 @@ class Curve:
 def without_stale(track: Track) -> Track:
     """Return a track without samples that repeat the one before while the ball moves.
 
-    A tracker that is late shows the last place again.
+    A late tracker repeats the last position.
     """
     times, places = track.times, track.positions
     if len(times) < 3:
@@ -66,9 +66,9 @@ def without_stale(track: Track) -> Track:
 
 
 def noise_of(tracks: list[Track]) -> float:
-    """Return the standard deviation of a coordinate of a sample [m], from balls that move.
+    """Return the standard deviation of a coordinate of a sample [m], from moving balls.
 
-    Three samples in a row lie on a line but for it, and but for the little that a ball is slowed.
+    Without noise, three consecutive samples are on a line, apart from the small deceleration.
     """
     off = [np.empty(0)]
     for track in tracks:
@@ -86,8 +86,8 @@ def noise_of(tracks: list[Track]) -> float:
 
 
 _MOVES = 0.05
-"""Speed from which on a ball counts as moving [m/s]."""
+"""Speed above which a ball counts as moving [m/s]."""
 _NEIGHBOURS = 0.2
-"""Time within which three samples are neighbours [s]."""
+"""Longest time between the first and the last of three consecutive samples [s]."""
 _NORMAL = 1.4826
 """The standard deviation of normal numbers, in medians of their absolute values."""

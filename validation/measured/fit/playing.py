@@ -1,4 +1,4 @@
-"""Events played by an engine, several in one scene where the engine allows."""
+"""Simulate events on an engine, several in one scene if the engine permits."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from ghostball.validation.measured.fit.events import SIZE, Event
 from ghostball.validation.measured.play import Play
 
 Progress = Callable[[int, int, str], None]
-"""What is told of steps done, of all steps, and of the one being done."""
+"""Called with the number of finished steps, the number of all steps, and the present step."""
 
 _DIGITS = 9
-"""Of times [s]: those of several events are mostly the same, but for rounding."""
+"""Decimal digits of times [s]: times of several events are mostly equal, except for rounding."""
 
 Played = tuple[Event, FloatArray]
-"""An event, and what it begins with."""
+"""An event, and its initial values."""
 
 
 def scene_of(physics: Physics, played: Sequence[Played]) -> Scene:
-    """Return the scene that plays events side by side, each in its own part of the table."""
+    """Return a scene with several events, each in its own part of the table."""
     balls = [
         Ball(
             id=f"{lane}{ball.id}",
@@ -46,7 +46,7 @@ def scene_of(physics: Physics, played: Sequence[Played]) -> Scene:
 
 
 def seen_in(result: Result, played: Sequence[Played]) -> list[FloatArray]:
-    """Return what is seen of each event in the motion of `scene_of` them."""
+    """Return the seen values of each event in the motion of their `scene_of`."""
     asked = [np.round(event.times, _DIGITS) for event, _ in played]
     times = np.unique(np.concatenate(asked))
     positions = result.sample(times).positions[..., :2]
@@ -60,7 +60,7 @@ def seen_in(result: Result, played: Sequence[Played]) -> list[FloatArray]:
 
 
 class Player:
-    """An engine that plays events, and counts how many for whoever watches."""
+    """An engine that simulates events and reports its progress."""
 
     def __init__(self, engine: ReferenceEngine, play: Play, progress: Progress | None) -> None:
         self._engine, self._play, self._progress = engine, play, progress
@@ -68,14 +68,14 @@ class Player:
         self.steps = 1
 
     def begin(self, step: str) -> None:
-        """Begin the next one of `steps`."""
+        """Start the next one of `steps`."""
         self._step, self._done = step, self._done + 1
 
     def predict(self, physics: Physics, played: Sequence[Played]) -> list[FloatArray]:
-        """Return what would be seen of events.
+        """Return the values that would be seen of events.
 
-        An engine whose resolution is rounding plays many in one scene, in a sixth of the time. To
-        another one, a large table or many balls may make a difference.
+        An engine with rounding errors only simulates many events in one scene, in a sixth of the
+        time. For other engines, a large table or many balls may change the results.
         """
         seen: list[FloatArray] = []
         at_once = 1
@@ -89,13 +89,13 @@ class Player:
         return seen
 
     def _tell(self, played: int) -> None:
-        """Tell the progress."""
+        """Report the progress."""
         before, self._played = self._played, self._played + played
         if self._progress is not None and before // _TELL < self._played // _TELL:
             self._progress(self._done, self.steps, f"{self._step}, {self._played} shots simulated")
 
 
 _AT_ONCE = 16
-"""Events in one scene, at most."""
+"""Largest number of events in one scene."""
 _TELL = 100
-"""Shots after which progress is told."""
+"""Number of shots between progress reports."""
