@@ -1,1 +1,1 @@
-"""What a scene's runs are compared with (closed forms, proofs, our engine), and until when."""
+"""Reference results of scenes: closed forms, certified results, or Ghostball's own engine."""

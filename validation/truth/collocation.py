@@ -1,11 +1,11 @@
-"""Slides in air, integrated by collocation at Gauss's points in 40 digits.
+"""Integrate slides in air by collocation at Gauss points, with 40 digits.
 
     v' = -a e - k |v| v,   u' = -(7/2) a e - k |v| v,   e = u / |u|,
 
-of the velocity v and the slip u, are solved as they stand (Hairer, Norsett and Wanner 1993, section
-II.7). A step takes a part of the time in which the slip or the velocity could vanish, where the
-motion is singular. The last of the slip ends by a constant drag D: then
-((7/2) a |u| - D.u)' = D^2 - (7/2)^2 a^2, whatever way the slip turns.
+where v is the velocity and u the slip (Hairer, Norsett and Wanner 1993, section II.7). A step is a
+fraction of the time in which the slip or the velocity could vanish, because the equations are
+singular there. The last part of the slip ends with a constant drag D: then ((7/2) a |u| - D.u)' =
+D^2 - (7/2)^2 a^2, for any rotation of the slip.
 """
 
 from __future__ import annotations
@@ -22,35 +22,36 @@ from ghostball.reference_adapters.certified.arithmetic import (
 from ghostball.reference_adapters.certified.integrated_slide import IntegratedSlide, SlidePiece
 
 BITS = 192
-"""Of all numbers: 40 digits, and what the powers of the time in a step lose."""
+"""Precision of all numbers: 40 digits, plus the loss by powers of the time in a step."""
 
 _SMALL = arb((1, -50))
-"""Part of slip and speed below which a slip ends by a constant drag, and a ball feels none.
+"""Share of slip and speed below which a slip ends with constant drag, and below which drag is
+ignored.
 
-What that leaves out is about its square.
+The error is about the square of this.
 """
 
 _SETTLED = arb((1, -120))
-"""Change of the rates in a turn of a step's iteration, in units of friction's, that ends it."""
+"""Change of the rates in an iteration, in units of the friction rate, that ends the iteration."""
 
 _TURNS = 200
-"""Turns of it, at most: each gains one or two digits."""
+"""Largest number of iterations in a step: each gains one or two digits."""
 
 _MOST_STEPS = 1_000
-"""Steps of a slide, at most: they take some hundred, and more where the air is thick."""
+"""Largest number of steps of a slide: typically some hundred, and more in thick air."""
 
 
 class Collocation:
     """An integrator of slides in air (`integrated_slide.Integrator`).
 
-    `points`: of a step.
-    `part`: its length, in units of the time to where the motion is singular.
+    `points`: collocation points of a step.
+    `part`: length of a step, in units of the time to the singularity.
     """
 
     def __init__(self, points: int, part: arb) -> None:
         self._points, self._part = points, part
         every = range(points)
-        with working_precision(4 * BITS):  # of the inverse three in four digits are lost
+        with working_precision(4 * BITS):  #   # the inverse loses three quarters of the digits
             nodes = [(1 - arb.legendre_p_root(points, j)) / 2 for j in every]
             powers = arb_mat([[node**m for m in every] for node in nodes]).inv()
             up_to = arb_mat([[node ** (m + 1) / (m + 1) for m in every] for node in nodes])
@@ -65,7 +66,7 @@ class Collocation:
         still = least + _SMALL * length(y[0], y[1])
 
         def go_on(polys: list[arb_poly], h: arb) -> None:
-            """Add a piece of velocities and slips that lasts so long."""
+            """Add a piece with these velocities and slips, and a duration `h`."""
             nonlocal t, r, y
             x, z = (p.integral() + start for p, start in zip(polys, r, strict=False))
             pieces.append(SlidePiece(t, (x, z), (polys[0], polys[1]), (polys[2], polys[3])))

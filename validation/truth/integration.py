@@ -1,11 +1,11 @@
-"""Shots with slides in air, integrated in 40 digits: a reference that is no proof.
+"""Shots with slides in air, integrated with 40 digits: a reference result that isn't certified.
 
 A slide in air has no closed form. With the velocity v, the slip u and its direction e,
 
     v' = -a e - k |v| v,   u' = -(7/2) a e - k |v| v,   e = u / |u|,   a = mu_s g.
 
-The equations are solved as they stand (`collocation`). Events and impacts are what the package
-`certified` makes of such a motion, by closed formulas. Nothing is our engine's.
+These equations are solved numerically (`collocation`). The package `certified` computes events and
+impacts of this motion by closed formulas. Ghostball's engine isn't used.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from ghostball.validation.truth.collocation import BITS, Collocation
 from ghostball.validation.truth.proof import explained
 
 _RUNS = ((20, arb((1, -2))), (18, arb((3, -4))))
-"""Of both runs: points of a step; its length, in units of the time to where it is singular."""
+"""For both runs: points of a step, and its length in units of the time to the singularity."""
 
 _SOURCES = tuple(Path(str(path)).read_text("utf-8") for path in (__file__, collocation.__file__))
-"""What is kept is of this code."""
+"""The source code, part of the key of stored integrations."""
 
 MOST_ERROR = 1e-20
-"""Largest estimated error of what is called integrated [m], [s]."""
+"""Largest estimated error of an accepted integration [m], [s]."""
 
 
 class Integration(NamedTuple):
-    """An integrated shot, in the form of a proof, and its estimated error [m], [s].
+    """An integrated shot, in the form of a certificate, and its estimated error [m], [s].
 
     `error`: the largest difference from a second integration, with fewer points and other steps.
     """
@@ -45,7 +45,7 @@ class Integration(NamedTuple):
 
 
 def may_be_integrated(scene: Scene) -> bool:
-    """Whether balls may slide in air in a scene, all else of which has closed formulas."""
+    """Return True if balls may slide in air, and the rest of the scene has closed formulas."""
     physics = scene.physics
     try:
         check_certified(scene, integrates=True)
@@ -55,9 +55,9 @@ def may_be_integrated(scene: Scene) -> bool:
 
 
 def integrated(scene: Scene) -> tuple[Integration | None, str]:
-    """Return a shot with slides in air as it is integrated; or None and why it can't be.
+    """Return the integration of a shot with slides in air; or None, and why it isn't possible.
 
-    An integration is kept on the disk, as a proof is.
+    Integrations are stored on the disk, like certificates.
     """
     words = f'integrating scene "{scene.name}" takes a while; it is kept for the next run'
     try:
@@ -81,7 +81,7 @@ def integrated(scene: Scene) -> tuple[Integration | None, str]:
 
 
 def _kept(scene: Scene, run: int) -> Certificate:
-    """Return one of the runs, from the disk where it is cache."""
+    """Return one of the two integrations, from the disk if it is stored."""
     problem, ids = problem_of(scene), tuple(ball.id for ball in scene.balls)
     settings = CertifiedSettings(start_precision=BITS, max_precision=BITS, width=1.0)
     key = cache.key_of(problem, (*ids, str(run), *_SOURCES), settings, True)

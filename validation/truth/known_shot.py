@@ -1,7 +1,7 @@
-"""The motion that a scene's runs are held against: certified where it can be, else the next best.
+"""The best known motion of a scene: certified if possible, otherwise the next best.
 
-Unlike `validation.truth.scene_truth`, which says where balls end and how often they collide, this
-is a whole motion, that can be sampled at any instant: what explaining a difference needs.
+`validation.truth.scene_truth` gives the final positions and the collisions only. This module gives
+a whole motion, which can be sampled at any time, for explaining differences.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ghostball.validation.truth.proof import proof_of
 from ghostball.validation.truth.scene_truth import truth_of
 
 KnownBy = Literal["certified", "closed form", "integration", "our engine"]
-"""Who vouches for a motion; a closed form vouches for its end, the rest is our engine's."""
+"""Source of a motion; a closed form gives only its end, and Ghostball's engine the rest."""
 
 ENGINES: dict[KnownBy, str] = {
     "certified": "certified",
@@ -30,11 +30,11 @@ ENGINES: dict[KnownBy, str] = {
     "integration": "integration",
     "our engine": "ghostball",
 }
-"""Name of the engine whose motion it is."""
+"""Name of the engine that computed the motion."""
 
 
 class NoKnownShotError(GhostballError):
-    """A scene whose motion nobody here can give."""
+    """A scene without any known motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +42,8 @@ class KnownShot:
     """The best known motion of a scene.
 
     `result`: with its trajectory.
-    `rest_positions` (n, 3) float64 [m]: where the balls end.
-    `why`: why it is no certified one; else "".
+    `rest_positions` (n, 3) float64 [m]: final positions of the balls.
+    `why`: why it isn't certified; else "".
     """
 
     kind: KnownBy
@@ -53,7 +53,7 @@ class KnownShot:
 
     @property
     def engine(self) -> str:
-        """Name of the engine whose motion it is."""
+        """Name of the engine that computed the motion."""
         return ENGINES[self.kind]
 
     @property
@@ -62,7 +62,7 @@ class KnownShot:
         return self.result.scene
 
     def positions(self, instant: float | None) -> FloatArray:
-        """Return the centres at an instant [s], or where the balls end: (n, 2) float64 [m]."""
+        """Return the centres at a time [s], or at the end: (n, 2) float64 [m]."""
         if instant is None:
             return self.rest_positions[:, :2]
         centres: FloatArray = self.result.sample([instant]).positions[0, :, :2]
@@ -70,7 +70,7 @@ class KnownShot:
 
 
 def farthest(one: Result, other: Result, times: FloatArray) -> FloatArray:
-    """Return the largest distance of a ball between two runs in the plane, (k,) [m], at instants.
+    """Return the largest horizontal distance of a ball between two runs, (k,) [m], at some times.
 
     `times` (k,) float64 [s].
     """
@@ -82,8 +82,8 @@ def farthest(one: Result, other: Result, times: FloatArray) -> FloatArray:
 def known_shot(scene: Scene) -> KnownShot:
     """Return the best known motion of a scene.
 
-    Raises `NoKnownShotError` where it can't be certified and our engine doesn't come to its end;
-    `UnsupportedSceneError` where neither of the two represents the scene.
+    Raises `NoKnownShotError` if it can't be certified and Ghostball's engine doesn't finish;
+    `UnsupportedSceneError` if neither supports the scene.
     """
     proof, why = proof_of(scene)
     if proof is not None and proof.proved:
@@ -98,7 +98,7 @@ def known_shot(scene: Scene) -> KnownShot:
         )
     if closed_form(scene) is not None:
         truth = truth_of(scene, "closed-form", parts={"rest"})
-        assert truth.rest_positions is not None  # what a closed form is about
+        assert truth.rest_positions is not None  #   # a closed form always has them
         return KnownShot("closed form", ours, truth.rest_positions, why)
     if may_be_integrated(scene):
         integration, _ = integrated(scene)

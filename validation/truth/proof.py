@@ -1,4 +1,4 @@
-"""The proof of a scene for the suite: from the disk where it was proved before, else computed."""
+"""The certificate of a scene, from the disk if it is stored, otherwise computed."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from ghostball.reference_adapters.certified.api import check_certified
 logger = logging.getLogger("ghostball.validation")
 
 PATIENCE = 3.0
-"""Seconds of computing after which it is said what takes so long."""
+"""Computing time [s] after which a message explains the wait."""
 
 
 def proof_of(
     scene: Scene, settings: CertifiedSettings | None = None
 ) -> tuple[Certificate | None, str]:
-    """Return what is proved of a scene, with its motion; or None and why it can't be proved.
+    """Return the certificate of a scene, with its motion; or None, and why it can't be certified.
 
-    `settings`: how far the proof may go.
+    `settings`: limits of the computation.
 
-    A proof is kept on the disk; where it takes long to compute, a message says so meanwhile.
+    Certificates are stored on the disk. If one takes long to compute, a message is logged.
     """
     if why := refused_features(scene):
         return None, why
@@ -36,7 +36,7 @@ def proof_of(
 
 
 def refused_features(scene: Scene) -> str:
-    """Return what of a scene can't be proved, or ""."""
+    """Return the features of a scene that prevent certification, or ""."""
     try:
         check_certified(scene)
     except UnsupportedSceneError as error:
@@ -46,7 +46,7 @@ def refused_features(scene: Scene) -> str:
 
 @contextmanager
 def explained(message: str) -> Iterator[None]:
-    """Log a message once the block has taken longer than `PATIENCE`."""
+    """Log a message if the block takes longer than `PATIENCE`."""
     timer = threading.Timer(PATIENCE, logger.warning, (message,))
     timer.daemon = True
     timer.start()

@@ -1,10 +1,11 @@
-"""What a scene's runs are compared with, and whether that is independent of our engine.
+"""The reference result of a scene, and which parts are independent of Ghostball's engine.
 
-The closed form where the scene has one, else the certified truth where the whole shot is proved,
-else an integration where the scene asks for one, since a ball slides in air; else our own engine. A
-closed form says where and when the balls end and in which order they collide; the energy curve and
-the times of the collisions come from the proof or the integration, where there is one; else from
-our engine, so that those parts are not independent of it.
+It is the closed form if the scene has one; otherwise the certified result if the whole shot is
+certified; otherwise an integration if the scene asks for one, because a ball slides in air;
+otherwise the result of Ghostball's engine. A closed form gives final positions, the end time and
+the order of collisions. The energy curve and the times of collisions then come from the certified
+result or the integration, if there is one; otherwise from Ghostball's engine, so that these parts
+aren't independent.
 """
 
 from __future__ import annotations
@@ -58,10 +59,10 @@ from ghostball.validation.truth.integration import integrated, may_be_integrated
 from ghostball.validation.truth.proof import proof_of, refused_features
 
 TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
-"""What a metric may be measured against; "proof" is what is proved, be it of a part of the shot."""
+"""Parts of a reference that a metric may need; "proof" is the certified part of the shot."""
 
 WantedTruth = Literal["closed-form", "certified", "integration", "engine", "none"]
-"""What a scene's criteria may ask for; "none": no limit of the scene needs a reference."""
+"""Kinds of reference that criteria may ask for; "none": no limit of the scene needs a reference."""
 
 PARTS: frozenset[TruthPart] = frozenset(get_args(TruthPart))
 
@@ -69,45 +70,44 @@ _NO_TIMES: FloatArray = np.empty(0)
 
 
 class TruthError(GhostballError):
-    """A scene whose criteria ask for a truth that it doesn't have."""
+    """A scene whose criteria ask for a reference that it doesn't have."""
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The truth of one scene, in plain arrays: it travels to worker processes.
+    """The reference of one scene, in plain arrays, which can be sent to worker processes.
 
-    `kind`: None: there is no truth, and `missing` says why.
-    `independent`: parts that owe nothing to our engine: only against these can it pass or fail
-        itself.
-    `missing`: why our engine gave nothing; "" where it did.
-    `rest_positions`, `rest_positions_low` (n, 3) float64 [m] or None: where the balls end; the true
-        value is the sum of the two, exact to about 2^-106.
+    `kind`: None if there is no reference; `missing` states why.
+    `independent`: parts that don't depend on Ghostball's engine, which can be judged only by these.
+    `missing`: why Ghostball's engine gave no result; else "".
+    `rest_positions`, `rest_positions_low` (n, 3) float64 [m] or None: final positions; the exact
+        value is the sum of the two, to about 2^-106.
     `rest_time`, `rest_time_low` [s]: likewise.
-    `conditioning` (n,) float64 [m] or None: times 2^-52: the error of each ball that rounding the
-        scene's numbers once would cause.
-    `rest_time_conditioning` [s].
-    `collisions`: in order of time, the lower ball first.
-    `collision_times` (m,) float64 [s]: when they come; empty where a closed form gives their order
-        alone.
-    `motion`: the whole shot, whose energy is the true one: proved, else integrated, else our
-        engine's; None where there is none, or no part that needs it was asked for.
-    `proved`: the whole shot as it is proved; None where that isn't done, or no part "proof" was
-        asked for.
-    `certificate`: what is proved of the shot, with its motion; also where that isn't all of it.
-    `no_certificate`: why there is none; "" where there is one.
-    `meetings`: how errors have grown when balls meet: as the shot is proved, or, where the proof
-        isn't of the whole shot, as our engine says. None where nothing says it, or it wasn't asked,
-        as for a closed form.
-    `shot_horizon` [s]: until when rounding leaves the shot predictable, or anything is known of how
-        it grows; inf: to its end, or a closed form, whose end is known whatever rounding does.
-    `lateness`: what it changes of the end to see an event late, be it the end of the proof; None
-        where the shot isn't proved, or is a flight, or no part "proof" was asked for.
-    `rounding`: what rounding does to the times of the proved events and to the energy; None where
-        there is no proof, or no part "proof" was asked for.
-    `graded`: what of the proof an exact engine is graded against; None where there is no proof, or
-        no part "proof" was asked for.
-    `graded_steps`: what of it an engine that steps is: where all of the shot is proved and that is
-        what it is compared with, up to where roundings leave it predictable; else to the end.
+    `conditioning` (n,) float64 [m] or None: multiplied by 2^-52, the error of each ball that
+        rounding the scene's numbers once would cause.
+    `rest_time_conditioning` [s]: the same for the rest time.
+    `collisions`: in order of time, the ball with the lower index first.
+    `collision_times` (m,) float64 [s]: empty if a closed form gives only their order.
+    `motion`: the whole shot with the reference energy: certified, else integrated, else from
+        Ghostball's engine; None if there is none, or if no requested part needs it.
+    `proved`: the whole certified shot; None if it isn't certified to its end, or if "proof" wasn't
+        requested.
+    `certificate`: the certified part of the shot, with its motion.
+    `no_certificate`: why there is none; else "".
+    `meetings`: size of errors when balls meet: from the certified shot or, if only a part is
+        certified, from Ghostball's engine. None if it is unknown or wasn't requested, and for a
+        closed form.
+    `shot_horizon` [s]: time up to which rounding leaves the shot predictable, or up to which the
+        growth of errors is known; inf: to its end, and for a closed form, whose end doesn't depend
+        on rounding.
+    `lateness`: effect of late detection of events on the end, or on the end of the certified part;
+        None if nothing is certified, in a flight, or if "proof" wasn't requested.
+    `rounding`: effect of rounding on the times of the certified events and on the energy; None
+        without a certificate, or if "proof" wasn't requested.
+    `graded`: the certified part that an exact engine is compared with; None without a certificate,
+        or if "proof" wasn't requested.
+    `graded_steps`: the same for time-stepping engines: up to the horizon if the whole shot is
+        certified and that is the reference; otherwise to the end.
     """
 
     kind: str | None
@@ -134,21 +134,21 @@ class Truth:
     graded_steps: Gradable | None = None
 
     def horizon_of(self, resolution: Resolution) -> float:
-        """Return until when an engine can be compared with this truth [s]; inf: to the end.
+        """Return the time up to which an engine can be compared [s]; inf: to the end.
 
         `resolution` [m]: of the engine; see `reference_adapters.base.resolution_of`.
 
-        A closed form is compared with whatever an engine's errors become: it is of a shot that
-        somebody could solve, ties included. So is what proves its shots. An engine that states
-        nothing is compared for as long as rounding leaves the shot predictable: what it doesn't say
-        excuses nothing.
+        Every engine is compared with a closed form to the end, because the shot can be solved
+        exactly, ties included. So is an engine that certifies its results. An engine that states no
+        resolution is compared as long as rounding leaves the shot predictable: stating nothing is
+        no excuse.
         """
         if self.kind == CLOSED_FORM or self.meetings is None or resolution == "proved":
             return math.inf
         return self.meetings.horizon(stated_error(resolution))
 
     def why_not(self, part: TruthPart) -> str:
-        """Return why a part of the truth is missing, one sentence."""
+        """Return why a part of the reference is missing, in one sentence."""
         if part == "conditioning":
             return "only a closed form says what rounding may do, and this truth is none"
         if part == "proof":
@@ -156,15 +156,14 @@ class Truth:
         return f"no truth: {self.missing}"
 
     def is_own_measure(self, engine: str, part: TruthPart | None) -> bool:
-        """Whether measuring `engine` against this part compares our engine with itself."""
+        """Return True if this part would compare Ghostball's engine with itself."""
         return engine == OURS and part is not None and part not in self.independent
 
 
 def check_truth(scene: Scene, wanted: WantedTruth | None) -> None:
-    """Make sure that fields of a scene allow the truth that its criteria ask for.
+    """Check that fields of a scene permit the reference that its criteria ask for.
 
-    Nothing is solved or proved: whether there is such a truth, `check_closed_form` and `truth_of`
-    say.
+    Nothing is solved or certified here: `check_closed_form` and `truth_of` check that it exists.
     """
     if wanted == "closed-form" and not may_have_closed_form(scene):
         raise _no_closed_form(scene)
@@ -181,7 +180,7 @@ def check_truth(scene: Scene, wanted: WantedTruth | None) -> None:
 
 
 def check_closed_form(scene: Scene, wanted: WantedTruth | None) -> None:
-    """Make sure that a scene has a closed form if its criteria ask for one; this solves it."""
+    """Check that a scene has a closed form if its criteria ask for one; this solves it."""
     if wanted == "closed-form" and not has_closed_form(scene):
         raise _no_closed_form(scene)
 
@@ -202,28 +201,29 @@ def truth_of(
     least: int | None = 0,
     settings: CertifiedSettings | None = None,
 ) -> Truth:
-    """Return the truth of a scene.
+    """Return the reference of a scene.
 
-    `wanted`: what the scene's criteria ask for; None takes the first of them that there is.
-    `parts`: those that will be measured against; what only others need may be left out.
-    `least`: events that must be proved, where the scene can be proved at all; None: all, to its
-        end.
-    `settings`: how far a proof may go.
+    `wanted`: the kind that the scene's criteria ask for; None: the first kind that exists.
+    `parts`: the parts that will be needed; work for other parts may be skipped.
+    `least`: number of events that must be certified, if the scene can be certified at all; None:
+        all, to the end.
+    `settings`: limits of the certification.
 
-    Raises `TruthError` where a closed form is asked for and the scene has none; or a proof, and not
-    the whole shot is proved; or where less is proved than must be.
+    Raises `TruthError` if a closed form is asked for and the scene has none; if a certified result
+    is asked for and the shot isn't certified to its end; or if fewer events are certified than
+    required.
     """
     check_truth(scene, wanted)
     check_closed_form(scene, wanted)
     if wanted == "none":
         return Truth(None, missing="the scene's criteria ask for no reference")
     form = closed_form(scene) if wanted in ("closed-form", None) else None
-    # A closed form lacks these alone.
+    # A closed form lacks only these parts.
     needed = form is None or not {"events", "energy", "proof"}.isdisjoint(parts)
     proof, no_proof = (None, "it was not asked for")
     if needed and (wanted != "engine" or "proof" in parts):
         proof, no_proof = proof_of(scene, settings)
-    proved = None  # the motion of the whole shot
+    proved = None  #   # certified motion of the whole shot
     if proof is not None and proof.proved:
         proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
     partial = no_proof if proof is None else f"{proof.ending}: {proof.reason}"
@@ -240,7 +240,8 @@ def truth_of(
             "criteria if no more can be proved"
         )
     integration, no_integration = None, ""
-    asked = wanted in ("integration", "closed-form")  # it takes seconds for each slide
+    #   # an integration takes seconds for each slide
+    asked = wanted in ("integration", "closed-form")
     if needed and asked and proved is None and may_be_integrated(scene):
         integration, no_integration = integrated(scene)
     if wanted == "integration" and integration is None:
@@ -248,7 +249,7 @@ def truth_of(
             f'scene "{scene.name}": its criteria say `truth` = "integration", but it can\'t be '
             f'integrated: {no_integration or "it is proved"}. Write `truth` = "engine"'
         )
-    # The motion of the whole shot that owes nothing to our engine.
+    # The motion of the whole shot that doesn't depend on Ghostball's engine.
     known = proved
     if integration is not None:
         known = result_of(scene, integration.shot, CertifiedSettings(), "trajectory")
@@ -270,7 +271,7 @@ def truth_of(
         growth = growth_along(scene, proof if integration is None else integration.shot, run)
         meetings, ends = meetings_of(growth, run), growth.derivative_ends
         predictable = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
-    # How errors grow takes longer to compute than many a run: once is enough for all engines.
+    # Computing the growth of errors may take longer than a run: it is done once for all engines.
     lateness = None
     if proof is not None and "proof" in parts:
         until = math.inf if proved is None else predictable
@@ -295,7 +296,7 @@ def truth_of(
 
 
 def _from_run(run: Result) -> Truth:
-    """Return a run as the truth, our engine's unless more is known of it."""
+    """Return a run as the reference; of Ghostball's engine, unless the caller changes this."""
     collisions, times = collisions_of(events_of(run))
     return Truth(
         OUR_ENGINE,
@@ -310,7 +311,7 @@ def _from_run(run: Result) -> Truth:
 
 
 def _from_proof(proof: Certificate, proved: Result) -> Truth:
-    """Return a whole proof, or an integration, as the truth; `proved` is its motion."""
+    """Return a complete certificate, or an integration, as the reference."""
     high, low = np.zeros((2, len(proved.scene.balls), 3))
     high[:, 2] = proved.scene.radii
     for k, place in enumerate(proof.positions):
@@ -331,9 +332,9 @@ def _from_proof(proof: Certificate, proved: Result) -> Truth:
 def _from_form(
     scene: Scene, form: ClosedForm, ours: Result | None, known: Result | None, missing: str
 ) -> Truth:
-    """Return a closed form; what it leaves open is `known`, else from our engine.
+    """Return a closed form; `known` gives the remaining parts, else Ghostball's engine.
 
-    `known`: the whole motion, proved or integrated.
+    `known`: the whole motion, certified or integrated.
     """
     rest = ours if known is None else known
     with mpmath.workdps(DIGITS):
@@ -365,7 +366,7 @@ def _from_form(
 
 
 def _our_run(scene: Scene) -> tuple[Result | None, str]:
-    """Run our engine; where that gives no truth, None and why."""
+    """Run Ghostball's engine; return None and the reason if this gives no reference."""
     try:
         result = run_ours(scene)
     except UnsupportedSceneError as error:
@@ -376,7 +377,7 @@ def _our_run(scene: Scene) -> tuple[Result | None, str]:
 
 
 def _split(values: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
-    """Split multiprecision values in their nearest doubles and the doubles nearest to the rest."""
+    """Split multiprecision values into nearest doubles, and the nearest doubles of the rest."""
     exact = np.array(values, dtype=object)
     high = exact.astype(np.float64)
     low = (exact - high).astype(np.float64)
@@ -384,7 +385,7 @@ def _split(values: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
 
 
 def _halves(value: Fraction) -> tuple[float, float]:
-    """Split a rational in its nearest double and the double nearest to the rest."""
+    """Split a rational number into its nearest double, and the nearest double of the rest."""
     high = float(value)
     return high, float(value - Fraction(high))
 

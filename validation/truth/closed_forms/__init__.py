@@ -1,7 +1,7 @@
-"""Closed forms: where a shot ends, to 50 digits, by formula and from the scene's own doubles.
+"""Closed forms: the end of a shot, by formula from the scene's exact doubles, to 50 digits.
 
-Nothing here is shared with the engine: other code, and other arithmetic. The solver finds the order
-of collisions itself, or `FORMS` states it and the solver checks it.
+The code and the arithmetic are independent of the engine. The solver finds the order of collisions
+itself, or `FORMS` states the order and the solver checks it.
 """
 
 from __future__ import annotations
@@ -45,28 +45,28 @@ __all__ = [
 
 
 SLOWEST = 1e-10
-"""Speed [m/s], or [rad/s], that something must have at first for a shot to have a closed form.
+"""Least initial speed [m/s] or angular velocity [rad/s] for a closed form, unless nothing moves.
 
-What is below 1e-40 m/s counts as the rounding of 50 digits (`_motion.negligible`).
+Values below 1e-40 m/s count as the rounding of 50 digits (`_motion.negligible`).
 """
 
 
 @dataclass(frozen=True, eq=False)
 class ClosedForm:
-    """The exact end of a shot, and how far rounding of its inputs alone moves it.
+    """The exact end of a shot, and the effect of rounding its inputs.
 
     Multiprecision values keep their digits only in arithmetic under `mpmath.workdps(DIGITS)`.
 
-    `rest_positions` [m]: centres in the plane where the run ends: at rest, or at `t_max`.
-    `rest_time` [s]: when the last ball came to rest, or `t_max`.
-    `final_velocities` [m/s]: zero where the balls came to rest.
+    `rest_positions` [m]: centres in the plane at the end of the run: at rest, or at `t_max`.
+    `rest_time` [s]: time at which the last ball came to rest, or `t_max`.
+    `final_velocities` [m/s]: zero if the balls came to rest.
     `collision_counts`: by kind, as in `Result.collision_counts`.
     `event_sequence`: the collisions in order of time: kind label, first ball, second ball or
         cushion's name.
     `conditioning` (n,) float64 [m]: for each ball the sum over the scene's numbers x of |d position
-        / d x| |x|, and at least |position|: times 2^-52 it is the error that rounding the inputs
-        once would cause.
-    `rest_time_conditioning` [s]: the same of the rest time.
+        / d x| |x|, and at least |position|: multiplied by 2^-52, it is the error that rounding the
+        inputs once would cause.
+    `rest_time_conditioning` [s]: the same for the rest time.
     """
 
     rest_positions: tuple[Vector, ...]
@@ -78,9 +78,9 @@ class ClosedForm:
     rest_time_conditioning: float
 
 
-@lru_cache(maxsize=64)  # a scene's truth is asked for more than once; many balls take seconds
+@lru_cache(maxsize=64)  #   # requested more than once for a scene; many balls take seconds
 def closed_form(scene: Scene) -> ClosedForm | None:
-    """Return the closed form of `scene`, or None where it has none.
+    """Return the closed form of `scene`, or None if it has none.
 
     A scene has a closed form if it is a short sequence of collisions, each between two bodies. Some
     shipped scenes have one by name, if their physics and collisions are those of the form.
@@ -104,21 +104,21 @@ def closed_form(scene: Scene) -> ClosedForm | None:
 
 
 def has_closed_form(scene: Scene) -> bool:
-    """Whether `closed_form` gives one; in a fraction of the time, for it leaves the nudges out."""
+    """Return True if `closed_form` gives one; faster, because the conditioning isn't computed."""
     return _solved(scene) is not None
 
 
 def may_have_closed_form(scene: Scene) -> bool:
-    """Whether fields of the scene alone leave room for a closed form; nothing is solved.
+    """Return True if the fields of the scene permit a closed form; nothing is solved.
 
-    Whether its collisions are those that a form is for, `has_closed_form` says.
+    `has_closed_form` also checks that the collisions are those of a form.
     """
     return bool(_candidates(scene))
 
 
 @lru_cache(maxsize=64)
 def _solved(scene: Scene) -> tuple[Form, Outcome] | None:
-    """Return the form of `scene`, and how it says that it ends, or None where it has none."""
+    """Return the form of `scene` and its result, or None if it has none."""
     candidates = _candidates(scene)
     if not candidates:
         return None
@@ -132,7 +132,7 @@ def _solved(scene: Scene) -> tuple[Form, Outcome] | None:
 
 
 def _candidates(scene: Scene) -> list[Form | None]:
-    """Return the forms for a scene with these fields; None is the form of its shape."""
+    """Return the forms that may apply to a scene; None stands for the form by its shape."""
     if not _is_covered(scene):
         return []
     physics = scene.physics
@@ -142,14 +142,14 @@ def _candidates(scene: Scene) -> list[Form | None]:
     asked = physics.motion, air, physics.airborne
     if named is not None and (named.motion, named.air, named.flight) == asked:
         found.append(named)
-    # In air and in flight balls move otherwise than the shapes have it.
+    # The forms by shape are for motion without air or flight.
     if not air and not physics.airborne and len(scene.balls) <= MOST_BALLS:
         found.append(None)
     return found
 
 
 def _is_covered(scene: Scene) -> bool:
-    """Whether the scene's physics and table are among what the forms cover."""
+    """Return True if the forms cover the scene's physics and table."""
     physics, table = scene.physics, scene.table
     if table is not None and table.obstacles:
         return False
@@ -168,7 +168,7 @@ def _is_covered(scene: Scene) -> bool:
 def _conditioning(
     scene: Scene, form: Form, numbers: Mapping[Key, mpf], exact: Outcome
 ) -> tuple[NDArray[np.float64], float]:
-    """Sum |d outcome / d x| |x| over the scene's numbers, each by one relative nudge of 1e-25."""
+    """Sum |d result / d x| |x| over the scene's numbers, each by one relative nudge of 1e-25."""
     nudge = mp.mpf(10) ** (-DIGITS // 2)
     positions = [mp.mpf(0) for _ in exact.positions]
     time = mp.mpf(0)

@@ -1,19 +1,21 @@
-"""Balls each alone, in air or off the cloth: where and when they come to rest.
+"""Balls without collisions, in air or in flight: where and when they come to rest.
 
-In air: a ball that rolls is slowed by a + b v^2, a = mu_r g, b = (5/7) k + b': of the air's k v^2
-the cloth's friction takes 2/7, but for the paper's point. With q = v sqrt(b / a) it stops after
-atan(q) / sqrt(a b), having gone ln(1 + q^2) / 2b. One that slides along its slip is slowed, or sped
-up, by mu_s g and slowed by k v^2, and its spin changes as without air, until v = R w.
+In air: a rolling ball decelerates by a + b v^2, a = mu_r g, b = (5/7) k + b': the friction of the
+cloth reduces the effect of the air's k v^2 by 2/7, except for the paper's point masses. With q = v
+sqrt(b / a) it stops after atan(q) / sqrt(a b), at the distance ln(1 + q^2) / 2b. A ball that slides
+along its slip is accelerated or decelerated by mu_s g and decelerated by k v^2; its spin changes as
+without air, until v = R w.
 
-Off the cloth: a ball falls along a parabola and bounces with the table's restitution e. Coulomb
-friction takes mu (1 + e) V of its slip's direction from its velocity, V the speed of the fall, but
-no more than ends the slip: 2/7 of it. Its spin about the vertical stays (Alciatore, technical proof
-B.5). Each bounce is followed by a flight of 2 e V / g; all of them end after a finite time.
+In flight: a ball falls along a parabola and bounces with the table's restitution e. Coulomb
+friction changes the velocity against the slip by mu (1 + e) V, where V is the speed of the fall,
+but by at most 2/7 of the slip, which ends the slip. The spin about the vertical is constant
+(Alciatore, technical proof B.5). Each bounce is followed by a flight of 2 e V / g; all bounces end
+after a finite time.
 
-Straight up and down in air: v' = -g - k |v| v. A throw at v rises ln(1 + k v^2 / g) / 2k within
-atan(v sqrt(k / g)) / sqrt(g k); a fall from h lasts acosh(exp(k h)) / sqrt(g k) and ends at
-sqrt((g / k)(1 - exp(-2 k h))). The table returns e of that. What is left once air does nothing more
-that counts are the bounces of no air, 2 v / (g (1 - e)) long.
+Vertically in air: v' = -g - k |v| v. A throw at v rises ln(1 + k v^2 / g) / 2k within atan(v sqrt(k
+/ g)) / sqrt(g k); a fall from h takes acosh(exp(k h)) / sqrt(g k) and ends at sqrt((g / k)(1 -
+exp(-2 k h))). The table returns e times this speed. When air is negligible, the remaining bounces
+are those without air and take 2 v / (g (1 - e)).
 """
 
 from __future__ import annotations
@@ -44,7 +46,7 @@ from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, 
 
 
 class _End(NamedTuple):
-    """Where and when a ball comes to rest, and points whose hull holds its path in the plane."""
+    """Where and when a ball comes to rest, and points with a convex hull that contains its path."""
 
     position: Vector
     time: mpf
@@ -52,7 +54,7 @@ class _End(NamedTuple):
 
 
 def _alone(setup: Setup, end_of: Callable[[Setup, int], _End]) -> Outcome:
-    """Return how balls end that never meet, each by itself."""
+    """Return the result for balls that never meet, each computed separately."""
     if setup.cushions or setup.t_max is not None:
         raise OrderError("needs an unbounded cloth, and no end but rest")
     ends = [end_of(setup, ball) for ball in range(len(setup.positions))]
@@ -62,19 +64,19 @@ def _alone(setup: Setup, end_of: Callable[[Setup, int], _End]) -> Outcome:
 
 
 def alone_in_air(setup: Setup) -> Outcome:
-    """Let each ball slide and roll along its own line until it rests; they never meet."""
+    """Solve balls that slide and roll on straight lines until they rest; they never meet."""
     return _alone(setup, _end_in_air)
 
 
 def alone_in_flight(setup: Setup) -> Outcome:
-    """Let each ball bounce, slide and roll until it rests; they never meet."""
+    """Solve balls that bounce, slide and roll until they rest; they never meet."""
     if setup.table_restitution == 1:
         raise OrderError("needs bounces that end at rest")
     return _alone(setup, _end_of_flight)
 
 
 def _end_in_air(setup: Setup, ball: int) -> _End:
-    """Return how a ball slides and rolls along a line."""
+    """Return the end of a ball that slides and rolls on a line."""
     state, cloth = starting_state(setup, ball), cloth_of(setup, ball)
     time = mp.mpf(0)
     if not state.rolls and not negligible(length_of(slip_of(state, cloth.radius))):
@@ -90,7 +92,7 @@ def _end_in_air(setup: Setup, ball: int) -> _End:
 
 
 def _rolled(setup: Setup, speed: mpf, cloth: Cloth) -> tuple[mpf, mpf]:
-    """Return how far and how long a ball rolls [m], [s]."""
+    """Return the distance [m] and duration [s] of a roll."""
     felt = mp.mpf(5) / 7 if setup.slides else mp.mpf(1)
     a, b = cloth.rolling, felt * setup.air_drag + setup.rolling_friction_quadratic
     q = speed * mp.sqrt(b / a)
@@ -98,7 +100,7 @@ def _rolled(setup: Setup, speed: mpf, cloth: Cloth) -> tuple[mpf, mpf]:
 
 
 def _slid(setup: Setup, state: State, cloth: Cloth) -> tuple[State, mpf]:
-    """Return the state in which a straight slide ends, and when [s]."""
+    """Return the state at the end of a straight slide, and its time [s]."""
     slip = slip_of(state, cloth.radius)
     size = length_of(slip)
     direction = scaled(1 / size, slip)
@@ -107,7 +109,8 @@ def _slid(setup: Setup, state: State, cloth: Cloth) -> tuple[State, mpf]:
     if not negligible(abs(across)):
         raise OrderError("needs a slip along the way that the ball goes")
     f, k = cloth.sliding, setup.air_drag
-    # In the direction of the slip p' = -f - k |p| p: a tangent while p > 0, then a hyperbolic one.
+    # In the direction of the slip p' = -f - k |p| p: a tangent while p > 0, then a hyperbolic
+    # tangent.
     rate, fast = mp.sqrt(f * k), mp.sqrt(f / k)
     turn = mp.atan(start / fast) / rate if start > 0 else mp.mpf(0)
     way_there = mp.log1p((start / fast) ** 2) / (2 * k) if start > 0 else mp.mpf(0)
@@ -134,19 +137,19 @@ def _slid(setup: Setup, state: State, cloth: Cloth) -> tuple[State, mpf]:
 
 
 def _end_of_flight(setup: Setup, ball: int) -> _End:
-    """Return how a ball bounces, slides and rolls."""
+    """Return the end of a ball that bounces, slides and rolls."""
     state, time, hull = _bounced(setup, ball)
     cloth = cloth_of(setup, ball)
     path = path_of(state, cloth)
     for segment, after in pairwise(path):
-        # A parabola lies within its ends and where the tangents there meet.
+        # A parabola is within the triangle of its ends and the intersection of their tangents.
         half = (after.start - segment.start) / 2
         hull += [along(segment.state.position, half, segment.state.velocity), after.state.position]
     return _End(path[-1].state.position, time + time_to_rest(path, cloth), hull)
 
 
 def _bounced(setup: Setup, ball: int) -> tuple[State, mpf, list[Vector]]:
-    """Return a ball's state once it stays on the cloth, when that is, and where it bounced."""
+    """Return a ball's state once it stays on the cloth, when this is, and the bounces."""
     state, radius = starting_state(setup, ball), setup.radii[ball]
     state = state._replace(spin=rolling_spin(state, radius), rolls=False)
     rises, height = setup.rises[ball], setup.heights[ball]
@@ -167,7 +170,7 @@ def _bounced(setup: Setup, ball: int) -> tuple[State, mpf, list[Vector]]:
 
 
 def _rubbed(state: State, radius: mpf, push: mpf, setup: Setup, ball: int) -> State:
-    """Return the state after a bounce whose impulse over the mass is `push` [m/s]."""
+    """Return the state after a bounce; `push` is its impulse over the mass [m/s]."""
     slip = slip_of(state, radius)
     size = length_of(slip)
     if negligible(size):
@@ -183,7 +186,7 @@ def _rubbed(state: State, radius: mpf, push: mpf, setup: Setup, ball: int) -> St
 
 
 def fall_in_air(setup: Setup) -> Outcome:
-    """Let each ball bounce on the spot until it rests; they never meet."""
+    """Solve balls that bounce on the spot until they rest; they never meet."""
     if setup.cushions or setup.t_max is not None or setup.table_restitution == 1:
         raise OrderError("needs an unbounded cloth, and bounces that end at rest")
     balls = range(len(setup.positions))
@@ -199,7 +202,7 @@ def fall_in_air(setup: Setup) -> Outcome:
 
 
 def _time_of(setup: Setup, ball: int) -> mpf:
-    """Return when a ball has bounced for the last time."""
+    """Return the time of a ball's last bounce."""
     g, k, e = setup.gravity, setup.air_drag, setup.table_restitution
     height, up = setup.heights[ball], setup.rises[ball]
     if height == 0 and up == 0:
@@ -207,7 +210,7 @@ def _time_of(setup: Setup, ball: int) -> mpf:
     rate, time = mp.sqrt(g * k), mp.mpf(0)
     if up < 0:
         raise OrderError("needs balls that are let go, or thrown up")
-    # Of a bounce at v air takes k v^2 / g: the last ones are those of no air.
+    # Air changes a bounce at v by k v^2 / g; the last bounces are those without air.
     while not negligible(k * up * up / g) or height > 0:
         time += mp.atan(up * mp.sqrt(k / g)) / rate
         height += mp.log1p(k * up * up / g) / (2 * k)

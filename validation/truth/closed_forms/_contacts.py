@@ -1,6 +1,6 @@
-"""Closed forms of balls that touch: two collide at once, and balls stay in contact for a while.
+"""Closed forms for touching balls: a collision with two balls, and balls in resting contact.
 
-Mirror symmetry, or motion along one line, settles what pairwise formulas leave open.
+Mirror symmetry, or motion along one line, replaces pairwise formulas where these aren't unique.
 """
 
 from __future__ import annotations
@@ -12,14 +12,15 @@ from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, 
 
 
 def collision_with_two(setup: Setup) -> Outcome:
-    """Let ball 0 roll along +x and hit balls 1 and 2 at once, mirror images in its path.
+    """Solve ball 0, rolling along +x, that hits balls 1 and 2 at once, which mirror each other.
 
     With c the cosine between the path and a line of centres, each object ball leaves along its line
-    at (1 + e) c v / (1 + 2 c^2), and the cue ball keeps v less 2 c times that. Where the object
-    balls touch each other, c^2 = 3/4: (sqrt(3)/5)(1 + e) v, and (2 - 3 e) v / 5.
+    at (1 + e) c v / (1 + 2 c^2), and the velocity of the cue ball decreases by 2 c times this
+    speed. If the object balls touch each other, c^2 = 3/4: (sqrt(3)/5)(1 + e) v, and (2 - 3 e) v /
+    5.
 
-    Nudging one object ball alone would part the two impacts. Symmetry is what the scene is about,
-    so ball 2 follows ball 1, and its own numbers are no part of the conditioning.
+    Nudging one object ball alone would separate the two impacts. The scene is about symmetry, so
+    ball 2 mirrors ball 1, and its own numbers don't count for the conditioning.
     """
     (cue, target, _), (velocity, _, _) = setup.positions, setup.velocities
     if setup.verify:
@@ -50,16 +51,16 @@ def collision_with_two(setup: Setup) -> Outcome:
 
 
 def pushed_along(setup: Setup) -> Outcome:
-    """Let a ball with topspin, at rest, push the ball in front of it along +x.
+    """Solve a ball with topspin, at rest, that pushes the ball in front of it along +x.
 
-    Its friction mu_s m1 g moves both as long as it slides, and the ball in front, which rolls,
-    answers with (7/5) m2 and its own resistance:
+    Its friction mu_s m1 g accelerates both while it slides. The ball in front rolls; its inertia is
+    (7/5) m2, and it has its own rolling resistance:
 
         lambda = (7/5) m2 (a + mu_r g),  m1 a = mu_s m1 g - lambda
         =>  a = (5 mu_s m1 - 7 mu_r m2) g / (5 m1 + 7 m2)
 
-    The slide ends where a t = R w0 - (5/2) mu_s g t. From there both roll at one speed and slow at
-    one rate: they touch, and push no more, until they rest. There is no impact.
+    The slide ends at a t = R w0 - (5/2) mu_s g t. Then both roll at the same speed with the same
+    deceleration: they touch without a force until they rest. There is no impact.
     """
     (back, front), (spin, _), (radius, _) = setup.positions, setup.spins, setup.radii
     mass, pushed = setup.masses
@@ -80,10 +81,10 @@ def pushed_along(setup: Setup) -> Outcome:
 
 
 def wedged(setup: Setup) -> Outcome:
-    """Let a ball with topspin push the ball in front of it against the left cushion.
+    """Solve a ball with topspin that pushes the ball in front of it against the left cushion.
 
-    Nothing can move: cushion and ball answer the friction mu_s m g until it has used up the spin,
-    which takes R w / ((5/2) mu_s g).
+    Nothing can move: the cushion and the ball balance the friction mu_s m g until it has ended the
+    spin, after R w / ((5/2) mu_s g).
     """
     spin = setup.spins[0][1]
     if setup.verify:
@@ -112,7 +113,7 @@ def _make_sure_symmetric(setup: Setup) -> None:
 
 
 def _make_sure_touching(setup: Setup) -> None:
-    """Make sure that two balls on one cloth rest on a line along x, and touch up to a rounding."""
+    """Check that two balls on one cloth rest on a line along x, and touch up to a rounding."""
     if len(setup.positions) != 2 or not setup.slides:
         raise OrderError("needs two balls that may slide")
     (a, b), reach = setup.positions, setup.radii[0] + setup.radii[1]

@@ -1,4 +1,4 @@
-"""Closed forms: of a shot of a few collisions by its shape, of other shipped scenes by name."""
+"""Closed forms: of short shots by their collisions, of other shipped scenes by name."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from ghostball.validation.truth.closed_forms._unfolding import unfolded_bounces,
 
 
 class Form(NamedTuple):
-    """How to solve a scene, and which motion the solution is for: in air, or off the cloth, too."""
+    """A solver of a scene, and its kind of motion: rolling or sliding, air, flight."""
 
     solve: Callable[[Setup], Outcome]
     motion: Literal["rolling", "sliding"] = "rolling"
@@ -53,16 +53,16 @@ _squeezed_out = partial(
 
 
 def _chain(setup: Setup) -> Outcome:
-    """Let each ball of a line hit the next: it rolls through the gap, or touches it all the time.
+    """Solve a line in which each ball hits the next, after rolling through the gap or touching it.
 
-    Of balls that touch, one impact comes after the other, as with gaps that vanish.
+    For touching balls, one impact follows the other, as with vanishing gaps.
     """
     line = range(len(setup.positions) - 1)
     return _in_order([("ball-ball", ball, ball + 1) for ball in line], setup)
 
 
 class _Pair(NamedTuple):
-    """Two balls that collide once: when, how they end, and points whose hull holds their paths."""
+    """Two balls that collide once: the time, their end, and points around their paths."""
 
     contact: mpf
     outcome: Outcome
@@ -70,9 +70,9 @@ class _Pair(NamedTuple):
 
 
 def _separate_pairs(setup: Setup) -> Outcome:
-    """Many shots on one cloth: balls 0 and 1, balls 2 and 3, ... each pair collides once.
+    """Solve many shots on one cloth: balls 0 and 1, balls 2 and 3, ...; each pair collides once.
 
-    No pair comes into the box around another's paths, so that each is a shot of its own.
+    The boxes around the paths of the pairs are disjoint, so each pair is a separate shot.
     """
     n = len(setup.positions)
     if n % 2 or setup.cushions:
@@ -90,7 +90,8 @@ def _separate_pairs(setup: Setup) -> Outcome:
     )
 
 
-@lru_cache(maxsize=256)  # a nudge for the conditioning changes one pair, or all by one number
+#   # a nudge for the conditioning changes one pair, or all pairs by one number
+@lru_cache(maxsize=256)
 def _solve_pair(setup: Setup) -> _Pair:
     shot = Shot(setup)
     shot.play(("ball-ball", 0, 1))
@@ -98,13 +99,13 @@ def _solve_pair(setup: Setup) -> _Pair:
 
 
 MOST_BALLS, MOST_COLLISIONS = 3, 6
-"""What a scene may have that is solved by its shape: more digits are lost with every collision."""
+"""Limits for scenes that are solved by shape: each collision loses digits."""
 
 
 def form_of_shape(setup: Setup) -> Form:
-    """Return the form of a shot of a few collisions, one after the other, each of two alone.
+    """Return the form of a shot with a few consecutive collisions, each between two bodies.
 
-    Raises `OrderError` where it is none.
+    Raises `OrderError` if the shot isn't of this kind.
     """
     shot = Shot(setup)
     while (found := shot.next_collision()) is not None:
@@ -139,4 +140,4 @@ FORMS: Mapping[str, Form] = {
         Form(alone_in_flight, motion="sliding", flight=True),
     ),
 }
-"""Solvers by name of scene, for those that have no form by their shape; see `closed_form`."""
+"""Solvers by scene name, for scenes without a form by their shape; see `closed_form`."""

@@ -1,6 +1,6 @@
-"""What one impact does, in multiprecision: ball against ball, and ball against cushion.
+"""The effect of an impact in multiprecision: ball against ball, and ball against cushion.
 
-Each works in a frame n, t, z: n the normal of the contact, t = z x n along it, z up.
+The frame is n, t, z: n the normal of the contact, t = z x n along it, z up.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ NORMALS = {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}
 
 
 def alciatore_friction(speed: mpf) -> mpf:
-    """Return the friction of two balls whose surfaces slip at `speed` [m/s] (TP A.14).
+    """Return the friction of two balls with surfaces that slip at `speed` [m/s] (TP A.14).
 
-    Marlow's measurements, fitted by Alciatore; the coefficients as doubles, as an engine has them.
+    Marlow's measurements, fitted by Alciatore; the coefficients are the doubles of an engine.
     """
     return mp.mpf(9.951e-3) + mp.mpf(0.108) * mp.exp(-mp.mpf(1.088) * speed)
 
@@ -36,14 +36,16 @@ def ball_impact(
 ) -> tuple[State, State]:
     """Return the states of two touching balls after their impact.
 
-    Along n the impulse is (1 + e) m_r (v_a - v_b).n. Across it friction acts against the slip U of
-    the surfaces: mu times that, but no more than (2/7) m_r U, which stops the slip (Wallace and
-    Schroeder 1988; Alciatore TP A.14). The upward part turns the balls and is lost in the cloth.
+    Along n the impulse is (1 + e) m_r (v_a - v_b).n. Across it, friction acts against the slip U of
+    the surfaces: mu times this impulse, but at most (2/7) m_r U, which ends the slip (Wallace and
+    Schroeder 1988; Alciatore TP A.14). The vertical part changes the spins; the cloth absorbs its
+    momentum.
     """
     between = along(state_b.position, mp.mpf(-1), state_a.position)
     normal = scaled(1 / length_of(between), between)
     closing = dot(state_a.velocity, normal) - dot(state_b.velocity, normal)
-    push = (1 + setup.ball_restitution) * closing  # these three over the reduced mass [m/s]
+    #   # push, rub and lift are impulses over the reduced mass [m/s]
+    push = (1 + setup.ball_restitution) * closing
     rub, lift = _rubbing(setup, normal, push, (a, state_a), (b, state_b))
     mass_a, mass_b = setup.masses[a], setup.masses[b]
     reduced = mass_a * mass_b / (mass_a + mass_b)
@@ -64,7 +66,7 @@ def ball_impact(
 
 
 def cushion_impact(setup: Setup, ball: int, cushion: str, state: State) -> State:
-    """Return the state of a ball that touches a cushion after the impact, by the scene's law."""
+    """Return the state of a ball at a cushion after the impact, by the scene's law."""
     nx, ny = NORMALS[cushion]
     normal = (mp.mpf(nx), mp.mpf(ny))
     across = _across(normal)
@@ -88,7 +90,7 @@ def cushion_impact(setup: Setup, ball: int, cushion: str, state: State) -> State
 def _rubbing(
     setup: Setup, normal: Vector, push: mpf, a: tuple[int, State], b: tuple[int, State]
 ) -> tuple[mpf, mpf]:
-    """Return friction's impulse on b along t and up, over the reduced mass [m/s]."""
+    """Return the impulse of friction on b along t and up, over the reduced mass [m/s]."""
     across = _across(normal)
     slip, rise = mp.mpf(0), mp.mpf(0)
     for (ball, state), sign in ((a, 1), (b, -1)):
@@ -109,11 +111,11 @@ def _rubbing(
 def _han(
     setup: Setup, radius: mpf, e: mpf, velocity: Vector, turning: Spin
 ) -> tuple[mpf, mpf, Spin]:
-    """Return velocity and angular velocity in the frame n, t, z after a cushion of Han's.
+    """Return velocity and angular velocity in the frame n, t, z after an impact on Han's cushion.
 
-    Han 2005, J. Mech. Sci. Tech. 19(4) 976, eqs 12-21 with the print's slips mended. The nose
-    touches the ball at the angle theta above its centre. "frictional" is the same at theta = 0.
-    Impulses are over the ball's mass [m/s]; I = (2/5) m R^2.
+    Han 2005, J. Mech. Sci. Tech. 19(4) 976, eqs 12-21 with corrected misprints. The nose touches
+    the ball at the angle theta above its centre. "frictional" is the same with theta = 0. Impulses
+    are over the ball's mass [m/s]; I = (2/5) m R^2.
     """
     (vn, vt), (wn, wt, wz) = velocity, turning
     sin = setup.cushion_height / radius - 1 if setup.cushion == "han2005" else mp.mpf(0)
@@ -145,5 +147,5 @@ def _across(normal: Vector) -> Vector:
 
 
 def _settled(state: State, radius: mpf) -> State:
-    """Return a state that says whether the ball rolls."""
+    """Return a state with its field `rolls` set."""
     return state._replace(rolls=negligible(length_of(slip_of(state, radius))))

@@ -1,4 +1,4 @@
-"""How a ball moves on the cloth until something hits it: slide, roll, rest, each by its formula."""
+"""The motion of a ball on the cloth until its next collision: slide, roll and rest by formulas."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from mpmath import mp, mpf
 from ghostball.validation.truth.closed_forms._setup import OrderError, Setup, Spin, Vector
 
 ROUNDING_DIGITS = 40
-"""A speed of less than 1e-40 m/s is what rounding to 50 digits left of 0.
+"""A speed below 1e-40 m/s counts as 0: it is the rounding of 50 digits.
 
-The conditioning nudges numbers by 1e-25 of themselves: what that does to a speed is larger.
+The conditioning nudges numbers by 1e-25 of themselves, which changes a speed by more.
 """
 
 
@@ -22,12 +22,12 @@ class State(NamedTuple):
 
     position: Vector
     velocity: Vector
-    spin: Spin  # of a ball that rolls or rests only the third component means something
+    spin: Spin  #   # for a rolling or resting ball, only the third component is meaningful
     rolls: bool
 
 
 class Cloth(NamedTuple):
-    """What the cloth does to one ball: decelerations [m/s^2], of spin [rad/s^2]; its radius [m]."""
+    """The effect of the cloth on one ball: decelerations [m/s^2], of spin [rad/s^2]; radius [m]."""
 
     radius: mpf
     rolling: mpf
@@ -36,7 +36,7 @@ class Cloth(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A constant acceleration [m/s^2] from `start` [s] on, with which the ball has `state`."""
+    """A constant acceleration [m/s^2] from the time `start` [s], at which the ball has `state`."""
 
     start: mpf
     state: State
@@ -64,12 +64,12 @@ def length_of(a: Vector) -> mpf:
 
 
 def negligible(speed: mpf) -> bool:
-    """Whether a speed [m/s] is but what rounding left of 0."""
+    """Return True if a speed [m/s] is a rounding of 0."""
     return bool(speed < mp.mpf(10) ** -ROUNDING_DIGITS)
 
 
 def cloth_of(setup: Setup, ball: int) -> Cloth:
-    """Return what the cloth does to a ball of the setup."""
+    """Return the effect of the cloth on a ball of the setup."""
     return Cloth(
         setup.radii[ball],
         setup.rolling_frictions[ball] * setup.gravity,
@@ -79,7 +79,7 @@ def cloth_of(setup: Setup, ball: int) -> Cloth:
 
 
 def starting_state(setup: Setup, ball: int) -> State:
-    """Return how a ball of the setup starts."""
+    """Return the initial state of a ball of the setup."""
     return State(
         setup.positions[ball],
         setup.velocities[ball],
@@ -89,24 +89,24 @@ def starting_state(setup: Setup, ball: int) -> State:
 
 
 def rolling_spin(state: State, radius: mpf) -> Spin:
-    """Return the angular velocity of a ball: where it rolls, k x v / R; else its own."""
+    """Return the angular velocity of a ball: k x v / R if it rolls, otherwise its own."""
     if not state.rolls:
         return state.spin
     return (-state.velocity[1] / radius, state.velocity[0] / radius, state.spin[2])
 
 
 def slip_of(state: State, radius: mpf) -> Vector:
-    """Return the velocity of the ball's lowest point over the cloth, v + w x (-R z)."""
+    """Return the velocity of the ball's contact point with the cloth, v + w x (-R z)."""
     (vx, vy), (wx, wy, _) = state.velocity, state.spin
     return (vx - radius * wy, vy + radius * wx)
 
 
 def path_of(state: State, cloth: Cloth) -> list[Segment]:
-    """Return how a ball continues if nothing hits it: a slide, a roll and a rest, or some of them.
+    """Return the undisturbed motion of a ball: a slide, a roll and a rest, or some of them.
 
-    Sliding friction acts against the slip u and never turns it, so the path is a parabola for
-    T = 2 |u0| / (7 mu_s g), ends with v = v0 - (2/7) u0, and a straight line of v^2 / (2 mu g)
-    follows (Coriolis 1835; Alciatore TP A.4).
+    Sliding friction acts against the slip u and never turns it, so the path is a parabola for T = 2
+    |u0| / (7 mu_s g), which ends with v = v0 - (2/7) u0. A straight line of v^2 / (2 mu g) follows
+    (Coriolis 1835; Alciatore TP A.4).
     """
     path = []
     start = mp.mpf(0)
@@ -135,7 +135,7 @@ def path_of(state: State, cloth: Cloth) -> list[Segment]:
 
 
 def moved(segment: Segment, cloth: Cloth, dt: mpf) -> State:
-    """Return the state `dt` after the segment's start: dw/dt = (5 / 2R) (ay, -ax) of a slide."""
+    """Return the state `dt` after the segment's start; in a slide dw/dt = (5 / 2R) (ay, -ax)."""
     state, acceleration = segment.state, segment.acceleration
     turn = 5 * dt / (2 * cloth.radius)
     position = along(along(state.position, dt, state.velocity), dt**2 / 2, acceleration)
@@ -147,16 +147,16 @@ def moved(segment: Segment, cloth: Cloth, dt: mpf) -> State:
 
 
 def state_at(path: list[Segment], cloth: Cloth, dt: mpf) -> State:
-    """Return the state after `dt` on a path."""
+    """Return the state at the time `dt` on a path."""
     segment = next(segment for segment in reversed(path) if segment.start <= dt)
     return moved(segment, cloth, dt - segment.start)
 
 
 def make_sure_apart(ways: Iterable[Sequence[Vector]], radii: Iterable[mpf]) -> None:
-    """Make sure that what moves along some ways never meets: boxes around them are apart.
+    """Check that balls on some paths never meet: the boxes around the paths must be disjoint.
 
-    `ways` [m]: points of each whose convex hull holds it.
-    `radii` [m]: of the largest ball on each.
+    `ways` [m]: for each path, points with a convex hull that contains it.
+    `radii` [m]: of the largest ball on each path.
     """
     boxes = [[(min(xs), max(xs)) for xs in zip(*way, strict=True)] for way in ways]
     for (one, radius), (other, reach) in combinations(zip(boxes, radii, strict=True), 2):
@@ -166,7 +166,10 @@ def make_sure_apart(ways: Iterable[Sequence[Vector]], radii: Iterable[mpf]) -> N
 
 
 def time_to_rest(path: list[Segment], cloth: Cloth) -> mpf:
-    """Return when the ball neither moves nor spins any more [s]; a spin that nothing slows may."""
+    """Return the time at which the ball has stopped moving and spinning [s].
+
+    A spin without friction doesn't count.
+    """
     last = path[-1]
     if length_of(last.state.velocity) != 0:
         return mp.inf

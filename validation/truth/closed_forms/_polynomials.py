@@ -1,4 +1,4 @@
-"""Where a polynomial in multiprecision first falls through 0: the instant at which a gap closes."""
+"""Find the first sign change of a polynomial in multiprecision: the time at which a gap closes."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ Polynomial = tuple[mpf, ...]
 
 
 def first_fall_below_zero(polynomial: Polynomial, end: mpf, slack: mpf) -> mpf | None:
-    """Return where the polynomial first falls through 0 on [0, end], or None.
+    """Return the point at which the polynomial first falls through 0 on [0, end], or None.
 
-    Between neighbouring roots of its derivative a polynomial is monotone, so each such interval
-    holds one root or none. Balls that already touch, and close in, are at the root: the interval
-    starts no further than `slack` below 0.
+    Between consecutive roots of its derivative, a polynomial is monotone, so each such interval
+    contains at most one root. Touching balls that approach are at the root already: the value at
+    the start of the interval may be `slack` below 0.
     """
     edges = [mp.mpf(0), *_roots(_derivative(polynomial), mp.mpf(0), end), end]
     for low, high in pairwise(edges):
@@ -26,7 +26,7 @@ def first_fall_below_zero(polynomial: Polynomial, end: mpf, slack: mpf) -> mpf |
 
 
 def _roots(polynomial: Polynomial, low: mpf, high: mpf) -> list[mpf]:
-    """Return the roots at which the polynomial changes sign between `low` and `high`, in order."""
+    """Return the sign changes of the polynomial between `low` and `high`, in order."""
     if len(polynomial) < 2:
         return []
     edges = [low, *_roots(_derivative(polynomial), low, high), high]
@@ -38,11 +38,11 @@ def _roots(polynomial: Polynomial, low: mpf, high: mpf) -> list[mpf]:
 
 
 def _root(polynomial: Polynomial, low: mpf, high: mpf) -> mpf:
-    """Return the one change of sign in [low, high], to the last digit.
+    """Return the only sign change in [low, high], to the last digit.
 
-    Newton's step where it stays inside the bracket, else its middle; the bracket shrinks at each
-    step. The error that a step leaves is of the order of its square: so one that changes none but
-    the last quarter of the digits ends the search. Rounding may keep steps from becoming shorter.
+    It uses Newton's step if this stays inside the bracket, else bisection; the bracket shrinks at
+    each step. The error after a step is proportional to its square, so the search ends with a step
+    that changes only the last quarter of the digits. Rounding may prevent shorter steps.
     """
     derivative = _derivative(polynomial)
     starts_below = _value(polynomial, low) < 0

@@ -1,4 +1,4 @@
-"""The numbers of a scene as multiprecision values, and how each of them may be nudged."""
+"""The numbers of a scene as multiprecision values, and their nudges."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ DIGITS = 50
 Vector = tuple[mpf, mpf]
 Spin = tuple[mpf, mpf, mpf]
 Key = tuple[str, *tuple[int, ...]]
-"""A number's name, then the ball and the axis where it has them."""
+"""The name of a number, then ball and axis if it has them."""
 
 Collision = tuple[str, int, int | str]
 """Kind label, first ball, second ball or name of the cushion: as in `run --format json`."""
 
 _OF_THE_CLOTH = ("rolling_friction", "sliding_friction", "spinning_friction_rate")
-"""Coefficients that a ball may have of its own."""
+"""Coefficients that a ball may override."""
 
 _OF_AIR = ("air_drag", "rolling_friction_quadratic")
 
@@ -38,34 +38,34 @@ _OF_EACH_BALL = (
     *("positions", "velocities", "heights", "rises", "spins", "rolls", "radii", "masses"),
     *("rolling_frictions", "sliding_frictions", "spin_decelerations"),
 )
-"""What a setup holds for each ball."""
+"""Fields of a setup with one value for each ball."""
 
 
 class OrderError(Exception):
-    """The collisions that a form states aren't those that the scene's values lead to."""
+    """The scene's values don't lead to the collisions that a form states."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """The values of one scene, exactly: a double is a binary fraction, and `mpf` holds it.
+    """The values of one scene, exactly: a double is a binary fraction, which `mpf` can hold.
 
     `positions`, `velocities` [m] and [m/s].
-    `heights`, `rises` [m] and [m/s]: of the balls' lowest points over the cloth, and how fast they
-        rise; 0 of all where no ball may leave it.
-    `spins` [rad/s]: angular velocities. Of a ball that rolls the first two mean nothing: its
-        velocity says them.
+    `heights`, `rises` [m] and [m/s]: heights of the balls' lowest points above the cloth, and their
+    vertical velocities; 0 if no ball may leave the cloth.
+    `spins` [rad/s]: angular velocities. For a rolling ball the first two are meaningless: its
+        velocity gives them.
     `rolls`: which balls start rolling without slip.
     `radii`, `masses` [m] and [kg].
     `gravity` [m/s^2].
     `spin_decelerations` [rad/s^2].
     `air_drag`, `rolling_friction_quadratic` [1/m].
     `ball_friction`: None: Alciatore's curve.
-    `cushion`: name of the law; of the numbers that follow, the loss [sqrt(s/m)] is 0 where it
-        mirrors, or none is there, and the others are 1.
+    `cushion`: name of the law. For a mirror law, or without cushions, the loss [sqrt(s/m)] is 0 and
+        the other coefficients are 1.
     `cushion_height` [m].
     `length`, `width` [m].
     `t_max` [s].
-    `slides`: whether spin is a state of its own; else balls always roll.
+    `slides`: whether balls may slide; otherwise they always roll.
     `verify`: whether a form checks that no other collision comes before the stated one.
     """
 
@@ -100,13 +100,13 @@ class Setup:
     verify: bool
 
     def of(self, balls: slice) -> Setup:
-        """Return the setup of some of the balls alone."""
+        """Return the setup of some of the balls."""
         return replace(self, **{name: getattr(self, name)[balls] for name in _OF_EACH_BALL})
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a form says that the scene ends.
+    """The end of a scene by a form.
 
     `positions`, `velocities` [m] and [m/s].
     `time` [s].
@@ -121,17 +121,17 @@ class Outcome:
     def at_rest(
         cls, positions: Sequence[Vector], time: mpf, collisions: Sequence[Collision] = ()
     ) -> Outcome:
-        """Return the end of a shot whose balls all come to rest."""
+        """Return the result for a shot in which all balls come to rest."""
         zero = mp.mpf(0)
         return cls(tuple(positions), ((zero, zero),) * len(positions), time, tuple(collisions))
 
 
 def numbers_of(scene: Scene) -> dict[Key, mpf]:
-    """Return every number of the scene that its outcome may depend on, exactly.
+    """Return every number of the scene on which its result may depend, exactly.
 
-    A number that several balls share is one number; a ball's own coefficient is another. The spin
-    of a ball that rolls is no number of its own. Nor is `t_max`: it says when to look, not how the
-    balls move.
+    A number that several balls share is one number; a ball's own coefficient is another. The
+    horizontal spin of a rolling ball isn't a number, because its velocity determines it. Nor is
+    `t_max`, which doesn't affect the motion.
     """
     physics, table = scene.physics, scene.table
     slides = physics.motion == "sliding"
@@ -160,7 +160,8 @@ def numbers_of(scene: Scene) -> dict[Key, mpf]:
         found |= {("length",): table.length, ("width",): table.width}
         found |= {(name,): getattr(physics, name) for name in _OF_CUSHIONS}
         if physics.cushion_restitution_loss == 0.0:
-            del found["cushion_restitution_loss",]  # another law, not a number that might be off
+            #   # without loss it is a different law, not a value with an error
+            del found["cushion_restitution_loss",]
     return {key: mp.mpf(value) for key, value in found.items()}
 
 
@@ -168,7 +169,7 @@ def setup_of(scene: Scene, numbers: Mapping[Key, mpf], *, verify: bool) -> Setup
     """Return the setup of `scene` with its numbers replaced by `numbers`; see `numbers_of`."""
     zero, one = mp.mpf(0), mp.mpf(1)
     balls = range(len(scene.balls))
-    # A cushion that mirrors restores all, whatever the fields that it doesn't use say.
+    # A mirror cushion conserves all energy, whatever its unused fields are.
     mirror = scene.physics.cushion == "mirror"
 
     def vectors(name: str) -> tuple[Vector, ...]:
@@ -179,7 +180,7 @@ def setup_of(scene: Scene, numbers: Mapping[Key, mpf], *, verify: bool) -> Setup
         return x, y, z
 
     def height(i: int) -> mpf:
-        # Where the scene gives none, it is the radius, whatever that is.
+        # If the scene gives no height, it is the radius, even if that is nudged.
         return numbers.get(("position", i, 2), numbers["radius", i]) - numbers["radius", i]
 
     def of_the_cloth(name: str) -> tuple[mpf, ...]:

@@ -1,4 +1,4 @@
-"""A shot replayed through a stated order of collisions, each step by its formula, in `mpf`."""
+"""A shot that follows a given order of collisions, each step by formula, in `mpf`."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ from ghostball.validation.truth.closed_forms._setup import (
 )
 
 TOUCHING = mp.mpf(2) ** -46
-"""Overlap, in units of a radius, that balls in contact may have: their places are given in doubles.
+"""Overlap of touching balls that is allowed, in radii, because positions are given in doubles.
 
 Such balls touch as soon as they approach.
 """
 
 LEAST_DIFFERENCE = mp.mpf(10) ** -30
-"""Collisions that come so soon after each other [s] are taken to be at one instant."""
+"""Collisions closer in time than this [s] count as simultaneous."""
 
 
 class Shot:
-    """Balls that slide, roll and spin, advanced from one stated collision to the next.
+    """Balls that slide, roll and spin, moved from one given collision to the next.
 
-    Where `setup.verify`, each step makes sure that nothing else happens first, and raises
-    `OrderError` where something does: then the stated order isn't that of these values.
+    With `setup.verify`, each step checks that nothing else happens first, and otherwise raises
+    `OrderError`: then the given order isn't that of these values.
 
     `time` [s]: reached so far.
     `collisions`: so far.
-    `hull` [m]: points whose convex hull holds the paths of all centres so far; kept where
+    `hull` [m]: points with a convex hull that contains the paths of all centres so far; only with
         `setup.verify`.
     """
 
@@ -60,7 +60,7 @@ class Shot:
         self._paths = [path_of(self._states[i], self._cloths[i]) for i in balls]
 
     def play(self, collision: Collision) -> None:
-        """Move until a collision, and let it happen by the scene's law."""
+        """Move the balls to a collision, and apply the scene's law."""
         kind, ball, other = collision
         if kind == "ball-ball":
             a, b = ball, int(other)
@@ -75,10 +75,10 @@ class Shot:
             self._replan(ball)
 
     def next_collision(self) -> Collision | None:
-        """Return the collision that comes next, or None where the shot ends before any.
+        """Return the next collision, or None if the shot ends before any.
 
-        Raises `OrderError` where it comes at once, or at one instant with another: then it isn't
-        one of two alone.
+        Raises `OrderError` if it happens immediately, or simultaneously with another one: then it
+        doesn't involve two bodies only.
         """
         found = [(when, one) for one, when in self._possible() if when is not None]
         found = [(when, one) for when, one in found if when < self._time_left()]
@@ -101,7 +101,7 @@ class Shot:
         )
 
     def _time_left(self) -> mpf:
-        """Return how long it takes until every ball rests and none spins, or to `t_max`."""
+        """Return the time until every ball rests and none spins, or until `t_max`."""
         stops = (time_to_rest(p, c) for p, c in zip(self._paths, self._cloths, strict=True))
         dt = max(stops)
         return dt if self.setup.t_max is None else min(dt, self.setup.t_max - self.time)
@@ -124,7 +124,7 @@ class Shot:
             self.collisions.append(collision)
 
     def _possible(self) -> list[tuple[Collision, mpf | None]]:
-        """Return each collision that may come next, and after how long; None: never."""
+        """Return each possible next collision, and the time until it; None: never."""
         balls = range(len(self._states))
         found: list[tuple[Collision, mpf | None]] = [
             (("ball-ball", a, b), self._time_of_contact(a, b)) for a, b in combinations(balls, 2)
@@ -141,7 +141,7 @@ class Shot:
                 raise OrderError(f"{other} comes before {collision}")
 
     def _note_hull(self, dt: mpf) -> None:
-        """Note the corners of each parabola's triangle: its ends, and where its tangents meet."""
+        """Add the corners of each parabola's triangle: its ends, and where its tangents meet."""
         for path, cloth in zip(self._paths, self._cloths, strict=True):
             for segment, end in _with_ends(path):
                 duration = min(end, dt) - segment.start
@@ -151,7 +151,7 @@ class Shot:
                     self.hull += [start, tangents, moved(segment, cloth, duration).position]
 
     def _time_of_bounce(self, ball: int, cushion: str) -> mpf | None:
-        """Return when the ball's gap to the cushion's line falls through 0, or None."""
+        """Return the time at which the ball reaches the cushion's line, or None."""
         axis = 0 if cushion in ("left", "right") else 1
         sign = NORMALS[cushion][axis]
         extent = self.setup.length if axis == 0 else self.setup.width
@@ -164,7 +164,7 @@ class Shot:
                 -sign * velocity[axis],
                 -sign * segment.acceleration[axis] / 2,
             )
-            if end == mp.inf:  # a rest, or a velocity that lasts
+            if end == mp.inf:  #   # at rest, or at constant velocity
                 if gap[1] < 0 and gap[0] > -TOUCHING * radius:
                     return segment.start + max(-gap[0] / gap[1], mp.mpf(0))
                 continue
@@ -174,13 +174,14 @@ class Shot:
         return None
 
     def _time_of_contact(self, a: int, b: int) -> mpf | None:
-        """Return when two balls touch, one pair of segments of their paths after the other."""
+        """Return the time at which two balls touch, or None."""
         reach = self.setup.radii[a] + self.setup.radii[b]
         starts = sorted({s.start for ball in (a, b) for s in self._paths[ball]})
         for start, end in zip(starts, [*starts[1:], mp.inf], strict=True):
             gap = self._gap_from(start, a, b, reach)
             duration = end - start
-            if duration == mp.inf:  # at one relative velocity, if any, until they pass each other
+            #   # constant relative velocity: until they have passed each other
+            if duration == mp.inf:
                 duration = max(-gap[1] / gap[2] / 2, mp.mpf(0)) if gap[2] else mp.mpf(0)
             dt = first_fall_below_zero(gap, duration, TOUCHING * reach**2)
             if dt is not None:
@@ -207,6 +208,6 @@ class Shot:
 
 
 def _with_ends(path: list[Segment]) -> list[tuple[Segment, mpf]]:
-    """Return each segment with the instant at which it ends."""
+    """Return each segment with its end time."""
     ends = [segment.start for segment in path[1:]]
     return list(zip(path, [*ends, mp.inf], strict=True))

@@ -1,4 +1,4 @@
-"""Closed forms by unfolding: reflected space makes a path of many collisions one straight line."""
+"""Closed forms by unfolding: in reflected space, a path with many collisions is a straight line."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from ghostball.validation.truth.closed_forms._setup import Collision, OrderError
 
 
 def unfolded_bounces(setup: Setup) -> Outcome:
-    """One ball on a table that mirrors, by unfolding: its path is straight in mirrored tables.
+    """Solve one ball on a table with mirror cushions, by unfolding.
 
-    The ball's centre moves in a box of (length - 2R) by (width - 2R). Reflecting the box instead
-    of the ball makes the path one straight line of v^2 / (2 mu g); folding its end back gives the
-    rest position and the number of box sides that it crosses gives the bounces.
+    The ball's centre moves in a box of (length - 2R) by (width - 2R). Reflecting the box instead of
+    the ball makes the path a straight line of length v^2 / (2 mu g). Folding its end back gives the
+    rest position, and the number of box sides that it crosses gives the bounces.
     """
     (position,), (velocity,), (radius,) = setup.positions, setup.velocities, setup.radii
     if setup.length is None or setup.width is None or len(setup.cushions) != 4 or setup.slides:
@@ -30,7 +30,7 @@ def unfolded_bounces(setup: Setup) -> Outcome:
         cell = int(mp.floor((end[axis] - radius) / box))
         inside = end[axis] - radius - cell * box
         rest.append(radius + (inside if cell % 2 == 0 else box - inside))
-        # The side between cells k - 1 and k is the low one where k is even.
+        # The side between cells k - 1 and k is the low one if k is even.
         edges = range(1, cell + 1) if cell > 0 else range(0, cell, -1)
         for edge in edges:
             ahead = (radius + edge * box - position[axis]) * speed / velocity[axis]
@@ -41,19 +41,20 @@ def unfolded_bounces(setup: Setup) -> Outcome:
 
 
 def unfolded_masses(setup: Setup) -> Outcome:
-    """Two balls and one cushion, without friction, by unfolding their configuration space.
+    """Solve two balls and one cushion, without friction, by unfolding their configuration space.
 
-    Galperin 2003, Regular and Chaotic Dynamics 8(4) 375. Let q1 be the small ball's gap to the
-    left cushion and q2 the large ball's gap to where both would touch. In the plane
-    (X, Y) = (sqrt(M) q2, sqrt(m) q1) the energy is that of one free point, and 0 <= q1 <= q2 is a
-    wedge of angle theta = atan(sqrt(m / M)). Unfolded, the point moves on a straight line; it
-    crosses the angle k theta at the k-th collision (odd: ball-ball, even: cushion), so their
-    number is the number of multiples of theta between its first and its last angle. With M coming
-    in and m at rest that is ceil(pi / theta) - 1: 3, 31, 314 ... for M / m = 100^k.
+    Galperin 2003, Regular and Chaotic Dynamics 8(4) 375. Let q1 be the small ball's gap to the left
+    cushion, and q2 the large ball's gap to the place where both would touch. In the plane (X, Y) =
+    (sqrt(M) q2, sqrt(m) q1) the energy is that of one free point, and 0 <= q1 <= q2 is a wedge of
+    angle theta = atan(sqrt(m / M)). Unfolded, the point moves on a straight line. It crosses the
+    angle k theta at the k-th collision (odd: ball-ball, even: cushion), so their number is the
+    number of multiples of theta between its first and its last angle. If M arrives and m is at
+    rest, this is ceil(pi / theta) - 1: 3, 31, 314, ... for M / m = 100^k.
 
-    Both centres lie on one line across the cushion, and stay there in any arithmetic, for the
-    normal's other component is exactly 0. So a nudge of one ball off the line, which thousands of
-    collisions would blow up, is no part of the conditioning: each ball keeps its own y.
+    Both centres are on one line perpendicular to the cushion, and stay there in any arithmetic,
+    because the normal's other component is exactly 0. Nudging one ball off the line, which
+    thousands of collisions would amplify, therefore doesn't count for the conditioning: each ball
+    keeps its own y.
     """
     (small, large), (v_small, v_large) = setup.positions, setup.velocities
     reach = setup.radii[0] + setup.radii[1]
@@ -75,7 +76,7 @@ def unfolded_masses(setup: Setup) -> Outcome:
     count = int(mp.floor(angle / theta))
     if angle < mp.atan2(start[1], start[0]):
         raise OrderError("the balls must close in on the cushion")
-    # Fold the angle and, by the same reflection, the motion.
+    # Fold the angle and, by the same reflections, the motion.
     direction = mp.atan2(motion[1], motion[0])
     if count % 2 == 0:
         angle, direction = angle - count * theta, direction - count * theta
