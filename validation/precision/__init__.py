@@ -1,1 +1,1 @@
-"""Errors against time: what each engine's steps buy, over ladders of them."""
+"""Measure errors against run times: the effect of each engine's time step."""

@@ -1,4 +1,4 @@
-"""Work against precision: what each engine's time buys, against truth that owes nothing to ours."""
+"""Measure errors against run times, with references that are independent of Ghostball's engine."""
 
 from __future__ import annotations
 
@@ -44,26 +44,26 @@ DEFAULT_SCENES = (
     "cradle",
     "half-ball-rolling",
 )
-"""Each has a closed form. Balls roll in all but the last, where engines without sliding lack."""
+"""Each has a closed form. Balls slide only in the last one, which some engines don't support."""
 
 PRECISION_ENGINES = (*DEFAULT_ENGINES, "pymunk:iterations=1", "certified")
-"""Besides those that are validated, a solver that iterates once, and the proof itself."""
+"""The validated engines, a solver with one iteration, and the certified engine."""
 
 LEAST_SAMPLE, MOST_RUNS = 5e-3, 50
-"""A sample is the least of several runs where one is so short [s]: at most so many."""
+"""Least duration of a sample [s], which may need several runs, and their largest number."""
 
 MANY_STEPS, FEW = 5_000, 2
-"""A shot that takes more steps is sampled only so often; by steps, for time would make the phases,
-and with them the errors, differ from machine to machine."""
+"""A shot with more steps has only this number of samples. The limit counts steps, not time, so that
+phases and errors are the same on every machine."""
 
 
 @dataclass(frozen=True, eq=False)
 class EngineAtStep:
     """One engine with all of its settings.
 
-    `family`: the engine as asked for: one curve.
-    `label`: with the step of this point.
-    `step` [s]: none where the engine has none: a point, no ladder.
+    `family`: the engine as the user named it: one curve.
+    `label`: the same with the time step of this point.
+    `step` [s]: None for an engine without a time step, which has one point only.
     """
 
     family: str
@@ -77,8 +77,8 @@ class EngineAtStep:
         A certified result is always computed: a stored one would take no time.
         """
         if not isinstance(self.engine, CertifiedEngine):
-            # Stepping engines record their collisions, which are compared; an exact engine is timed
-            # without a log.
+            # Time-stepping engines record their collisions for the comparison; exact engines are
+            # timed without a log.
             record: Record = "rest" if self.step is None else "events"
             timed: Any = _TimedEngine(self.engine)
             with captured():
@@ -92,18 +92,18 @@ class EngineAtStep:
 
 
 class _TimedEngine:
-    """An engine that records the run time of each of its calls, without the checks around them."""
+    """An engine that measures the run time of each call, without the checks around it."""
 
     def __init__(self, engine: ReferenceEngine) -> None:
         self.engine = engine
         self.seconds = math.nan
 
     def __getattr__(self, name: str) -> Any:
-        """Return what isn't here from the engine, such as its name."""
+        """Return other attributes from the engine, such as its name."""
         return getattr(self.engine, name)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run the scene on the engine, and note the seconds that the call took."""
+        """Run the scene on the engine, and store the duration of the call [s]."""
         began = time.perf_counter()
         result = self.engine.simulate(scene, record=record)
         self.seconds = time.perf_counter() - began
@@ -111,9 +111,9 @@ class _TimedEngine:
 
 
 def ladder_of(family: str, engine: ReferenceEngine, duration: float) -> Iterator[EngineAtStep]:
-    """Yield an engine with each step of its ladder, the longest first; itself where it has none.
+    """Yield an engine with each of its time steps, the longest first; or the engine itself.
 
-    `family`: the engine as asked for.
+    `family`: the engine as the user named it.
     `duration` [s]: of the shot.
     """
     own, name = step_of(engine), step_setting(engine)
@@ -128,11 +128,11 @@ def ladder_of(family: str, engine: ReferenceEngine, duration: float) -> Iterator
 
 @dataclass(eq=False)
 class Place:
-    """One point to be measured: each turn begins the shot at another part of a step.
+    """One point to be measured; each sample starts the shot at another phase of the time step.
 
-    `samples`, turn by turn: the least seconds of a whole call, the least seconds inside the engine,
-    the largest error [m], and whether the events were the true ones. `why_not` says what went
-    wrong, and then there is no point.
+    `samples`: for each sample, the least time of a whole call [s], the least time inside the engine
+        [s], the largest error [m], and whether the events were right.
+    `why_not`: the error of a failed run; then there is no point.
     """
 
     scene: Scene
@@ -143,9 +143,9 @@ class Place:
     why_not: str = ""
 
     def task(self) -> Task:
-        """Return it as something to be measured; its ladder's first level is played beforehand."""
+        """Return the measurement task; the first step of each engine is run once before."""
         step, duration = self.at_step.step, self.truth.rest_time
-        assert duration is not None  # of every independent truth
+        assert duration is not None  #   # every independent reference has it
         slow = step is not None and duration > MANY_STEPS * step
 
         def prepare() -> Sampler:
@@ -172,7 +172,7 @@ class Place:
         return {"seconds": call_seconds}
 
     def _run(self, scene: Scene) -> tuple[Result, float] | None:
-        """Run a shot and time the whole call; if it failed, note the reason and return None."""
+        """Run a shot and time the whole call; if it failed, store the reason and return None."""
         try:
             result, seconds = self.at_step.simulate(scene)
         except UnsupportedSceneError as error:
@@ -211,10 +211,10 @@ class Place:
 
 
 def _has_same_events(result: Result, truth: Truth) -> bool:
-    """Whether those met that meet in truth.
+    """Return True if the same bodies collided as in the reference.
 
-    Not how often, of a run with its events: in a line of balls that touch, an engine that steps may
-    report a contact again at the next step.
+    The number of collisions may differ if events are recorded: in a line of touching balls, a
+    time-stepping engine may report a contact again at the next step.
     """
     if result.events is None or truth.collisions is None:
         return dict(result.collision_counts) == truth.collision_counts
@@ -228,11 +228,11 @@ def measure_precision(
     rounds: int,
     progress: Progress[str] | None = None,
 ) -> PrecisionMeasurement:
-    """Measure errors and times of engines over their ladders.
+    """Measure errors and run times of engines with several time steps.
 
-    `scenes`: each with a closed form, or proved to its end.
-    `engines`: engines as for `make_engine`; each begins a ladder of steps, of which its own is one.
-    `rounds`: at most as many samples of each point.
+    `scenes`: each with a closed form, or certified to its end.
+    `engines`: as for `make_engine`; each is measured with several time steps, including its own.
+    `rounds`: largest number of samples of each point.
     """
     truths = [(scene, independent_truth(scene)) for scene in scenes]
     places: list[Place] = []
@@ -250,7 +250,7 @@ def measure_precision(
             elif why:
                 left_out.append(LeftOut(scene=scene.name, engine=label, why=why))
             else:
-                assert truth.rest_time is not None  # of every independent truth
+                assert truth.rest_time is not None  #   # every independent reference has it
                 level = 0
                 for at_step in ladder_of(label, engine, truth.rest_time):
                     horizon = truth.horizon_of(resolution_of(at_step.engine, scene))
@@ -272,7 +272,7 @@ def measure_precision(
 
 
 def independent_truth(scene: Scene) -> Truth:
-    """Return where the balls of a scene truly end."""
+    """Return a reference for the end of a scene that is independent of Ghostball's engine."""
     truth = truth_of(scene, parts={"rest"})
     if truth.kind in INDEPENDENT:
         return truth

@@ -1,10 +1,9 @@
-"""The same shot, begun earlier: how the steps of an engine are given another phase.
+"""Start a shot earlier, so that the time steps of an engine have another phase.
 
-A step sees a contact up to its whole length late, so an engine's error is a sawtooth in where in a
-step the contact falls. No engine here can make a first step of its own length. But a shot can be
-begun a part of a step earlier, at the states from which the cloth brings its balls to where the
-scene has them, provided that nothing happened in between. It is the same shot to rounding, and
-every step falls elsewhere.
+An engine detects a contact up to one step late, so its error depends on the phase of the step at
+the contact, like a sawtooth. No engine here can change the length of its first step. But a shot can
+start a fraction of a step earlier, at states from which the cloth leads to those of the scene, if
+nothing happens in between. It is the same shot up to rounding, with another phase of all steps.
 """
 
 from __future__ import annotations
@@ -18,18 +17,18 @@ from ghostball.validation.runs.playing import run_ours
 from ghostball.validation.runs.rolling import rolling_spin
 
 RETURN_TOLERANCE: Final = 1e-12
-"""How far from the scene's states, in m, m/s and m/s of a surface, a shot begun earlier may pass.
+"""Largest difference, in m, m/s and m/s of a surface, between the scene and the shot started
+earlier.
 
-Rounding leaves 1e-15; what happened in between, if anything did, leaves far more.
+Rounding causes 1e-15; any event in between causes much more.
 """
 
 
 def part_of_step(turn: int) -> float:
-    """Return where in a step the shot begins in a turn: 0, 1/2, 1/4, 3/4, 1/8, ...
+    """Return the phase of the step for a sample: 0, 1/2, 1/4, 3/4, 1/8, ...
 
-    The first 1, 2, 4, 8, ... are spread evenly, however many follow.
-
-    van der Corput (1935), base 2: the binary digits of the turn, mirrored at the point.
+    The first 1, 2, 4, 8, ... phases are spread evenly. This is the sequence of van der Corput
+    (1935) in base 2: the binary digits of the index, mirrored at the point.
     """
     part, digit = 0.0, 0.5
     while turn:
@@ -40,9 +39,9 @@ def part_of_step(turn: int) -> float:
 
 
 def start_of(scene: Scene, step: float | None, turn: int) -> Scene:
-    """Return the shot as it begins in a turn, for a step [s]; the scene where it can't begin there.
+    """Return the shot with the start for a sample and a step [s], or the scene itself.
 
-    `step`: None where the engine has none: every turn begins alike.
+    `step`: None for an engine without a time step: all samples have the same start.
     """
     if step is None:
         return scene
@@ -50,14 +49,14 @@ def start_of(scene: Scene, step: float | None, turn: int) -> Scene:
 
 
 def begun_earlier(scene: Scene, dt: float) -> Scene | None:
-    """Return the scene as it was `dt` [s] before its start, or None where that isn't known.
+    """Return the scene `dt` [s] before its start, or None if that isn't known.
 
-    Its `t_max` is later by `dt`. It isn't known where a ball was in a collision meanwhile, or
-    would have begun on the other side of a cushion or inside a ball.
+    Its `t_max` is later by `dt`. It isn't known if a ball had a collision in between, or would
+    start on the other side of a cushion or inside a ball.
 
-    Rolling: v = v0 + mu g dt along v0. Sliding: the slip keeps its direction and grows by
-    7/2 mu g dt. Spin about the vertical grows by its deceleration. The result is checked by letting
-    our engine play it for `dt`.
+    Rolling: v = v0 + mu g dt along v0. Sliding: the slip keeps its direction and grows by 7/2 mu g
+    dt. Spin about the vertical grows by its deceleration. The result is checked by simulating it
+    for `dt` on Ghostball's engine.
     """
     if dt == 0.0:
         return scene
@@ -71,7 +70,7 @@ def begun_earlier(scene: Scene, dt: float) -> Scene | None:
 
 
 def _earlier(scene: Scene, i: int, dt: float) -> Ball:
-    """Return a ball as it was `dt` before, had nothing met it."""
+    """Return the undisturbed state of a ball `dt` before."""
     ball, physics = scene.balls[i], scene.physics
     r, v = np.array(ball.position), np.array(ball.velocity)
     w = scene.angular_velocities[i].copy()
@@ -102,7 +101,7 @@ def _earlier(scene: Scene, i: int, dt: float) -> Ball:
 
 
 def _returns(earlier: Scene, scene: Scene, dt: float) -> bool:
-    """Whether the earlier shot passes through the states of the scene, and nothing happens."""
+    """Return True if the earlier shot reaches the states of the scene without events."""
     run = run_ours(earlier.model_copy(update={"t_max": dt}), "events")
     if run.status is not Status.T_MAX or run.events is None or len(run.events):
         return False

@@ -1,4 +1,4 @@
-"""What is stored of errors against time: each point, and what is missing and why."""
+"""The stored measurement of errors against run times: points, and missing points with reasons."""
 
 from __future__ import annotations
 
@@ -9,23 +9,22 @@ from ghostball.validation.results.measurement import Measurement, Record
 from ghostball.validation.runs.ladder import knee_step
 
 TARGETS = (1e-3, 1e-6, 1e-9)
-"""Accuracies whose time is given [m]."""
+"""Accuracies for which times are given [m]."""
 
 
 class PrecisionPoint(Record):
     """One engine with all of its settings on one scene.
 
-    `scene`, `title`, `truth`: the scene, and which kind of truth it has.
-    `engine`: the engine as asked for: one curve.
-    `label`: the same with the step of this point.
-    `step` [s]: none where the engine has no step: a point, no ladder.
-    `call_seconds` [s]: the whole call of `simulate`, as a user waits for it: the least of all
-        samples. Costs are compared by this time.
+    `scene`, `title`, `truth`: the scene, and the kind of its reference.
+    `engine`: the engine as the user named it: one curve.
+    `label`: the same with the time step of this point.
+    `step` [s]: None for an engine without a time step, which has one point only.
+    `call_seconds` [s]: duration of a whole call of `simulate`, as a user experiences it: the least
+        of all samples. Costs are compared by this time.
     `seconds` [s]: the part of the call that the engine itself reports as its run time.
-    `error`, `error_low`, `error_high` [m]: the largest distance of a ball from where it truly ends:
-        median, least and greatest over the samples, each of which begins the shot at another part
-        of a step.
-    `same_events`: whether those balls and cushions met that meet in truth, from every phase.
+    `error`, `error_low`, `error_high` [m]: the largest distance of a ball from its reference
+        position: median, least and greatest over the samples, each with another phase of the step.
+    `same_events`: whether the same bodies collided as in the reference, for every phase.
     """
 
     scene: str
@@ -44,7 +43,7 @@ class PrecisionPoint(Record):
 
 
 class LeftOut(Record):
-    """A point, or a whole curve, that is not there, and why; `step` [s] is that of a failed run."""
+    """A missing point or curve, and the reason; `step` [s] is that of a failed run."""
 
     scene: str
     engine: str
@@ -53,7 +52,7 @@ class LeftOut(Record):
 
 
 class PrecisionMeasurement(Measurement):
-    """What `ghostball engines --steps` measured."""
+    """The measurement of `ghostball engines --steps`."""
 
     kind: Literal["precision"] = "precision"
     points: tuple[PrecisionPoint, ...]
@@ -63,13 +62,14 @@ class PrecisionMeasurement(Measurement):
 def seconds_to(
     target: float, points: Sequence[PrecisionPoint], lost: Sequence[float] = ()
 ) -> float | None:
-    """Return how long an engine takes for an accuracy; None where no run was so near.
+    """Return the run time of an engine for an accuracy; None if no run reached it.
 
     `target` [m].
     `points`: of one engine on one scene, the longest step first.
-    `lost` [s]: steps at which a run failed or stopped early: nothing coarser than these counts.
+    `lost` [s]: steps with a failed or stopped run; longer steps than these don't count.
 
-    A step that is good by luck doesn't count: all finer ones must be as good, from every phase.
+    A step that is accurate by chance doesn't count: all shorter ones must be as accurate, for every
+    phase.
     """
     seconds = []
     for point in reversed(points):
@@ -81,9 +81,9 @@ def seconds_to(
 
 
 def knee_of(points: Iterable[PrecisionPoint]) -> PrecisionPoint | None:
-    """Return the point whose step is worth it: see `knee_step`.
+    """Return the point with the step that is worth its cost: see `knee_step`.
 
-    `points`: of one engine on one scene. None where no step brought about the true events.
+    `points`: of one engine on one scene. None if no step gave the right events.
     """
     steps = {one.step: one for one in points if one.step is not None and one.same_events}
     knee = knee_step({step: one.error_high for step, one in steps.items()})
