@@ -1,12 +1,12 @@
-"""The suite that says which engine is right: scenes, metrics, truth, criteria, stored results.
+"""Validation of engines: scenes, metrics, reference results, criteria, stored results.
 
-Its names, listed in `__init__.pyi`, are imported when they are asked for: a process that needs one
-part of this package, such as one that does tasks, would else take a second to import all of it.
+Names in `__init__.pyi` are imported on first use, because importing the whole package takes a
+second, and worker processes need only a part of it.
 """
 
 import lazy_loader
 
-if not __name__.startswith("ghostball."):  # else there were two of each class
+if not __name__.startswith("ghostball."):  #   # otherwise each class would exist twice
     raise ImportError(
         f"this package is part of ghostball: import `ghostball.{__name__}`, or "
         "`from ghostball import Scene, simulate`"

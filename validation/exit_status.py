@@ -1,4 +1,4 @@
-"""What the exit status of a command says: of each command alike."""
+"""The exit statuses of all commands."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import enum
 
 
 class ExitStatus(enum.IntEnum):
-    """What the exit status of a command says."""
+    """Exit status of a command."""
 
     PASSED = 0
     CHECK_FAILED = 1
@@ -14,11 +14,11 @@ class ExitStatus(enum.IntEnum):
     HARNESS_FAILED = 3
     NOT_JUDGED = 4
     INTERRUPTED = 130  # 128 + SIGINT, as shells expect
-    OUTPUT_CLOSED = 141  # 128 + SIGPIPE: whoever read our output stopped, such as `head`
+    OUTPUT_CLOSED = 141  #   # 128 + SIGPIPE: the reader of the output, such as `head`, has stopped
 
 
 def worst(*statuses: int) -> ExitStatus:
-    """Return the status of a command whose parts came to these: the gravest."""
+    """Return the exit status of a command from those of its parts: the most serious one."""
     found = set(map(ExitStatus, statuses))
     return next(status for status in _GRAVEST_FIRST if status in found)
 

@@ -1,1 +1,1 @@
-"""Short engines to begin from; they aren't installed as engines."""
+"""Short example engines to start from; they aren't installed as engines."""

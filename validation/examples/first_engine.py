@@ -1,4 +1,4 @@
-"""An engine for `ghostball validate`: put your own in its place."""
+"""An example engine for `ghostball validate`: replace it by your own."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ghostball import Feature, Scene, plays
     *(Feature.MIRROR_CUSHION, Feature.UNBOUNDED_CLOTH),
 )
 def simulate(scene: Scene, dt: float = 1e-3) -> dict[str, object]:
-    """Let balls roll in steps of `dt` seconds, and bounce where they overlap."""
+    """Let balls roll in time steps of `dt` seconds, and bounce if they overlap."""
     physics, table, end = scene.physics, scene.table, scene.t_max or np.inf
     t, x, v, radius = 0.0, scene.positions[:, :2], scene.velocities[:, :2], scene.radii[0]
     near = radius if table else -np.inf

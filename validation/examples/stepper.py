@@ -1,9 +1,9 @@
-"""An engine to begin from, and to see the suite judge before there is one of your own.
+"""An example engine to start from, or to test the suite with.
 
     pytest ghostball:: --ghostball-engine ghostball.validation.examples.stepper:Stepper
 
-It sees contacts up to a step late, and says so by its `resolution`: its shots are held to what a
-step of that size allows.
+It detects contacts up to one time step late, and states this in its `resolution`: its results are
+judged by limits for a step of this size.
 """
 
 from itertools import combinations
@@ -28,25 +28,25 @@ from ghostball.reference_adapters.recording import Recorder
 
 
 class StepperSettings(EngineSettings):
-    """What `stepper:dt=1e-4` sets."""
+    """Settings of `stepper:dt=1e-4`."""
 
     dt: float = Field(default=1e-3, ge=1e-6, le=1e-2, description="time step [s]")
 
 
 class Stepper(EngineBase):
-    """Equal balls that roll on a table in steps, and bounce where they overlap."""
+    """Equal balls that roll on a table in time steps, and bounce if they overlap."""
 
     name, Settings = "stepper", StepperSettings
     capabilities: ClassVar[Capabilities] = {Feature.ROLLING: EXACT, Feature.MIRROR_CUSHION: EXACT}
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far off a ball may be when it collides [m]: what it goes in a step."""
+        """Return the position error at a collision [m]: the path of a ball in one time step."""
         return resolution_of_step(self.settings.dt, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `ReferenceEngine.simulate`."""
         self.check(scene)
-        assert scene.table is not None  # seen to by the check: it asks for cushions
+        assert scene.table is not None  #   # `check` requires cushions
         recorder, t, dt = Recorder(scene, record), 0.0, self.settings.dt
         x, v, radii = scene.positions, scene.velocities, scene.radii
         far = np.array([scene.table.length, scene.table.width, np.inf]) - radii[0]
