@@ -95,14 +95,15 @@ class FitsMeasurement(Shown):
         """What became of the laws of cushions that were sought, and how long it took."""
         free = [one for one in self.tables if one.laws_alike]
         if not free:
-            return "The law of cushions was given."
+            return "The cushion law was given."
         told = sum(one.laws_alike == [one.law] for one in free)
         kept = sum(one.law in one.laws_alike for one in free)
         longest = max((one.seconds for one in free), default=0.0)
         return (
-            f"The law of cushions was given. Where it was sought, in {len(free)} tables, it was "
-            f"told from all others in {told}, and was among those not told apart in {kept - told}; "
-            f"such a fit of {2 * SHOTS} shots took {longest:.0f} s at most, beside another one."
+            f"The cushion law was given. In {len(free)} more fits it was fitted, too: {told} found "
+            f"only the true law; {kept - told} found several laws that can't be distinguished, the "
+            f"true law among them. A fit of {2 * SHOTS} shots without a given law took at most "
+            f"{longest:.0f} s, while another fit ran."
         )
 
     @property

@@ -24,22 +24,22 @@ from ghostball.validation.precision.points import PrecisionMeasurement, Precisio
 from ghostball.validation.scenes.library import BOARD, select
 
 USES = (
-    ("rules, an AI that tries many shots, a test's truth", "ghostball"),
-    ("a game in the plane that may move its balls itself", "pymunk:contact_steps=exact,dt=0.02"),
-    ("a game in the plane, in steps of 1 ms", "pymunk:dt=0.001"),
-    ("the same, with a newcomer's settings", "pymunk:config=naive,dt=0.016666666666666666"),
-    ("a game in space that may move its balls itself", "pybullet:contact_steps=exact,dt=0.02"),
-    ("a game in space, in steps of 1 ms", "pybullet:dt=0.001"),
-    ("the same, with a newcomer's settings", "pybullet:config=naive,dt=0.004166666666666667"),
+    ("game rules, an AI that tries many shots, reference results", "ghostball"),
+    ("2D game; your code moves the balls between contacts", "pymunk:contact_steps=exact,dt=0.02"),
+    ("2D game, time steps of 1 ms", "pymunk:dt=0.001"),
+    ("the same, with the settings of a beginner", "pymunk:config=naive,dt=0.016666666666666666"),
+    ("3D game; your code moves the balls between contacts", "pybullet:contact_steps=exact,dt=0.02"),
+    ("3D game, time steps of 1 ms", "pybullet:dt=0.001"),
+    ("the same, with the settings of a beginner", "pybullet:config=naive,dt=0.004166666666666667"),
 )
-"""What an engine is wanted for, and the label that was measured for it."""
+"""Each use of an engine, and the label that was measured for this use."""
 
 ASKED = ("half-ball-1", "slide-to-rest", "throw")
-"""The scenes of the board that decide for billiards."""
+"""The scenes of the board that matter most for billiards."""
 
 
 def board() -> str:
-    """Return a row for each engine that the last run measured: scenes by class, error and time."""
+    """Return a table of the engines that the last run measured: scenes by class, error and time."""
     stored = measured(BoardMeasurement)
     rows = ((_linked(label), *cells) for label, *cells in stored.rows())
     said = [
@@ -48,8 +48,9 @@ def board() -> str:
     ]
     if earlier := dict.fromkeys(_linked(one) for one in stored.earlier if ":" not in one):
         said.append(
-            "Earlier runs measured other engines, with steps of 1 ms (in `half-ball-1` the worst "
-            f"of eight starts); their pages show that: {', '.join(earlier)}."
+            "Earlier runs measured more engines, with time steps of 1 ms (in `half-ball-1`, the "
+            "largest error of eight initial positions). Their pages show the results: "
+            f"{', '.join(earlier)}."
         )
     return "\n\n".join(said)
 
@@ -59,7 +60,7 @@ def _linked(label: str) -> str:
 
 
 def other_engines() -> str:
-    """Return what the board says of engines that the precision measurement has not."""
+    """Return results of the board for engines that the precision measurement lacks."""
     stored = measured(BoardMeasurement)
     left_out = {label.partition(":")[0] for _, label in USES}
     left_out |= {name for name, package in PACKAGE_OF.items() if package == "ghostball"}
@@ -73,7 +74,7 @@ def other_engines() -> str:
 
 
 def choice() -> str:
-    """Return which engine with which settings is how right, and what it costs."""
+    """Return the rest error and run time of each engine and its settings, by use."""
     stored = measured(PrecisionMeasurement)
     rows = []
     for use, label in USES:
@@ -87,13 +88,14 @@ def choice() -> str:
                 format_time(median(one.call_seconds for one in points)),
             )
         )
-    heads = ("for", "engine and settings", "error: median (largest)", "time of a shot")
+    heads = ("use", "engine and settings", "rest error: median (largest)", "time for a shot")
     scenes = ", ".join(f"`{name}`" for name in sorted({one.scene for one in stored.points}))
-    return f"{table(heads, rows)}\n\nOver those of {scenes} that each can play; {stored.where}."
+    said = f"Over the scenes that the engine supports of {scenes}. Measured on {stored.where}."
+    return f"{table(heads, rows)}\n\n{said}"
 
 
 def _shortened(label: str) -> str:
-    """Return a label with its step as one writes it."""
+    """Return a label with its time step as people write it."""
     return label.replace("0.016666666666666666", "1/60").replace("0.004166666666666667", "1/240")
 
 
@@ -112,17 +114,17 @@ def pymunk_recipe_reaches() -> str:
         found.append((format_length(off), step.call_count, frame.call_count))
     (own, own_steps, _), (exact_off, exact_steps, frames) = found
     return (
-        f"As printed, the program takes {own_steps} steps of 1 ms, and the rest error of the cut "
-        f"is {own}. With steps that end at contacts, the rest error is {exact_off}, with "
+        f"The program takes {own_steps} time steps of 1 ms, and the rest position error of the cut "
+        f"is {own}. With time steps that end at contacts, the error is {exact_off}, with "
         f"{exact_steps} calls of `space.step` in {frames} frames."
     )
 
 
 def steps() -> str:
-    """Return a table for each scene; errors are those of the worst phase of a step."""
+    """Return a table for each scene; an error is the largest of all phases of the time step."""
     stored = measured(PrecisionMeasurement)
-    parts = [f"Measured on {stored.where}; a machine's speed changes neither errors nor steps."]
-    heads = ("engine", "recommended step", "error there", "longest step", "shortest step")
+    parts = [f"Measured on {stored.where}. The speed of the machine changes no error."]
+    heads = ("engine", "recommended step", "its error", "longest step", "shortest step")
     points = [one for one in stored.points if one.step is not None]
     for scene, title in dict.fromkeys((one.scene, one.title) for one in points):
         mine = [one for one in points if one.scene == scene]
@@ -133,7 +135,7 @@ def steps() -> str:
 
 
 def _steps_of(points: Sequence[PrecisionPoint]) -> tuple[str, ...]:
-    """Return a row of the table; `points`: of one engine on one scene, the longest step first."""
+    """Return a row of the table for the points of one engine on one scene, longest step first."""
     ends = (f"{_error(one)} at {format_time(one.step)}" for one in (points[0], points[-1]))
     knee = knee_of(points)
     if knee is None:
@@ -150,19 +152,19 @@ def rebounds(engine: str = "") -> str:
     """Return the difference of each engine, or of a named one, from the measured rebounds."""
     best = measured(ReboundsMeasurement).best
     rows = [one.row for one in best if engine in ("", one.engine)]
-    heads = ("engine", "law of cushions", "best coefficients", "typical", "most")
+    heads = ("engine", "cushion law", "best coefficients", "rms", "largest")
     return table(heads, rows) if rows else ""
 
 
 def made() -> str:
-    """Return how often breaks make a ball."""
+    """Return how often a break pockets a ball."""
     stored = measured(MadeMeasurement)
-    return table(("a break", f"of {stored.breaks} here", "published"), stored.rows)
+    return table(("result of a break", f"{stored.breaks} simulated", "published"), stored.rows)
 
 
 def fits() -> str:
-    """Return how often the errors of fits hold."""
+    """Return how often the true value lies within the stated errors of a fit."""
     stored = measured(FitsMeasurement)
-    heads = ("field", "tables", "within 1.96 standard errors", "most")
+    heads = ("field", "tables", "within 1.96 standard errors", "largest")
     rows = ((f"`{name}`", *cells) for name, *cells in stored.rows)
     return f"{table(heads, rows)}\n\n{stored.extent} {stored.sought}"

@@ -1,4 +1,4 @@
-"""Tables of measured billiards, as Markdown: see `real-tables.md`."""
+"""Tables of `real-tables.md` that compare measurements with simulations, as Markdown."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SYMBOLS = {"cushion_restitution": "e", "cushion_restitution_loss": "c"}
 
 
 def rebounds() -> str:
-    """Return the measured rebounds, and what the preset `carom` makes of them."""
+    """Return the measured rebounds, and those of the preset `carom`."""
     carom = Physics(preset="carom")
     fixed = carom.model_copy(update={"cushion_restitution": 0.87, "cushion_restitution_loss": 0.0})
     columns = [
@@ -42,7 +42,7 @@ def rebounds() -> str:
 
 
 def pool_rolling() -> str:
-    """Return how cloth slowed cue balls of matches, and what the preset `pool` makes of it."""
+    """Return measured decelerations of cue balls, and those of the preset `pool`."""
     facts = facts_of("rolling-pool")
     pool = Physics(preset="pool")
     nearest = best_cloth("rolling-pool", make_engine("ghostball").capabilities)
@@ -59,7 +59,7 @@ def pool_rolling() -> str:
 
 
 def snooker_rebounds() -> str:
-    """Return square rebounds of snooker: measured, of the preset, and of the best of other laws."""
+    """Return square rebounds of snooker: measured, of the preset, and of other laws."""
     measured = facts_of("cushion-snooker").rows
     engines = ("ghostball", "pybullet")  # one whose restitution falls, and one where it can't
     best = [
@@ -78,7 +78,7 @@ def snooker_rebounds() -> str:
     ]
     after = np.array([[one.speed_after for one in contacts] for contacts in columns])
     off = np.sqrt(np.mean((after - [row.value for row in measured]) ** 2, axis=1))
-    rows.append(("typical difference", "", *(f"{x:.3f}" for x in off)))
+    rows.append(("rms difference", "", *(f"{x:.3f}" for x in off)))
     falls, fixed = (
         ", ".join(f"{symbol} = {one[name]:g}" for name, symbol in _SYMBOLS.items() if one[name])
         for one in best
@@ -88,7 +88,7 @@ def snooker_rebounds() -> str:
 
 
 def hits() -> str:
-    """Return what the preset `snooker` makes of five oblique hits."""
+    """Return five oblique hits: measured, and of the preset `snooker`."""
     rows = []
     for row in facts_of("hits-snooker").rows:
         speed, cut = row.given["speed"], row.place
@@ -100,12 +100,12 @@ def hits() -> str:
         )
         cells = (f"{measured:.{n}f}, {played:.{n}f}" for measured, played, n in pairs)
         rows.append((f"{speed:.3f} m/s, {cut:.1f}°", *cells))
-    heads = ("speed, cut", "cue ball [m/s]", "object ball [m/s]", "cue ball's way [°]")
+    heads = ("speed, cut", "cue ball [m/s]", "object ball [m/s]", "cue ball's direction [°]")
     return table(heads, rows)
 
 
 def banks() -> str:
-    """Return slid banks: five tables, the preset `pool`, and what speed makes of it."""
+    """Return banks of sliding balls: five tables, and the preset `pool` at several speeds."""
     best = best_cushion("banks-pool", "ghostball", make_engine("ghostball").capabilities) or {}
     rows = facts_of("banks-pool").rows
     through = partial(through_points, _PLAY, aims=[row.place for row in rows])
@@ -127,7 +127,7 @@ def banks() -> str:
 
 
 def throws() -> str:
-    """Return throw: measured, of the preset `pool`, and where a contact sticks."""
+    """Return throw: measured, of the preset `pool`, and of a contact that sticks."""
     rows = []
     for row in facts_of("throw-pool").rows:
         for cut, value in ((30.0, row.value), (45.0, row.also["at_45_degrees"])):
@@ -135,7 +135,7 @@ def throws() -> str:
             sticks = math.degrees(math.atan(math.tan(math.radians(cut)) / 7.0))
             cells = (f"{one:.1f}°" for one in (value, played, sticks))
             rows.append((f"{row.place:g} m/s, {cut:g}°", *cells))
-    return table(("speed, cut", "measured", "`pool`", "no friction throws farther"), rows)
+    return table(("speed, cut", "measured", "`pool`", "largest throw of any friction"), rows)
 
 
 def _plus_minus(row: Row, digits: int) -> str:
@@ -143,7 +143,7 @@ def _plus_minus(row: Row, digits: int) -> str:
 
 
 def _errors_off(row: Row, found: Iterable[float], digits: int) -> Iterable[str]:
-    """Return each figure with how many standard errors it is above the measurement."""
+    """Return each value, with its difference from the measurement in standard errors."""
     error = row.uncertainty
     assert error is not None
     return (f"{one:.{digits}f} ({(one - row.value) / error:+.1f})" for one in found)

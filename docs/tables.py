@@ -1,4 +1,4 @@
-"""Tables of the documentation that are made from the code; each function returns Markdown."""
+"""Tables of the documentation that show the code; each function returns Markdown."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def scenes() -> str:
     """Return the shipped scenes."""
     rows = ((f"`{scene.name}`", scene.title, ", ".join(scene.tags)) for scene in select())
-    return table(("scene", "what it probes", "tags"), rows)
+    return table(("scene", "what it tests", "tags"), rows)
 
 
 def fields(part: type[Ball | Physics | Strike | Table]) -> str:
@@ -75,12 +75,12 @@ def metrics() -> str:
 def classes() -> str:
     """Return the classes of accuracy, from the best to the worst."""
     rows = ((f"**{kind}**", look.meaning) for kind, look in CLASSES.items())
-    return table(("class", "what it says of a run"), rows)
+    return table(("class", "meaning"), rows)
 
 
 def engines() -> str:
-    """Return what each engine represents of each part of the physics."""
-    marks = {"exact": "exact", "approximate": "nearly", "none": ""}
+    """Return how each engine supports each feature of the physics."""
+    marks = {"exact": "exact", "approximate": "approx.", "none": "–"}
     shipped = [any_engine(name).capabilities for name in engine_names()]
     rows = (
         (feature.value, *(marks[known.get(feature, NONE).support] for known in shipped))
@@ -90,34 +90,34 @@ def engines() -> str:
 
 
 def any_engine(name: str) -> ReferenceEngine:
-    """Return an engine, be it here or not: what it says of itself is the same everywhere."""
+    """Return an engine, installed or not: its declarations are the same everywhere."""
     make: Any = engine_class(name)
     made: ReferenceEngine = make()
     return made
 
 
 def shapes() -> str:
-    """Return what each engine makes of pockets, polygons and posts."""
+    """Return how each engine supports pockets, polygons and posts."""
     rows = []
     for name in engine_names():
         known = any_engine(name).capabilities[Feature.POCKETS]
-        said = {"exact": "exact", "approximate": "nearly", "none": "refuses them"}
+        said = {"exact": "exactly", "approximate": "approximately", "none": "unsupported"}
         rows.append((f"`{name}`", said[known.support], known.how))
-    return table(("engine", "plays them", "how"), rows)
+    return table(("engine", "support", "how"), rows)
 
 
 def laws() -> str:
-    """Return the laws of impacts: what each uses, and where it comes from."""
+    """Return the impact laws: the parameters and the source of each."""
     rows = (
         (f"`{law.name}`", what, law.source, ", ".join(f"`{name}`" for name in law.uses))
-        for what, laws in (("two balls", BALL_LAWS), ("a cushion", CUSHION_LAWS))
+        for what, laws in (("ball-ball", BALL_LAWS), ("ball-cushion", CUSHION_LAWS))
         for law in laws
     )
-    return table(("law", "of", "source", "parameters"), rows)
+    return table(("law", "collision", "source", "parameters"), rows)
 
 
 def fitted_example(path: str) -> str:
-    """Return what was fitted to the example's tracks beside what they were made with."""
+    """Return the values fitted to the example's tracks, and the true values."""
     text = Path(path).read_text(encoding="utf-8")
     errors = dict(re.findall(r"^(\w+) = .* # \+- (\S+)$", text, re.MULTILINE))
     rows = []
@@ -126,7 +126,7 @@ def fitted_example(path: str) -> str:
             true, error = getattr(EXAMPLE_PHYSICS, name), float(errors[name])
             off = f"{(value - true) / error:+.1f}"
             rows.append((f"`{name}`", f"{true:g}", f"{value:g} ± {errors[name]}", off))
-    return table(("field", "true", "found", "standard errors off"), rows)
+    return table(("field", "true value", "fitted value", "difference in standard errors"), rows)
 
 
 def command_line() -> str:
@@ -137,7 +137,7 @@ def command_line() -> str:
 
 
 def names(section: str) -> str:
-    """Return what is public in a section of the page of Python, with the first line of its help."""
+    """Return the public names of a section of `api.md`, with the first line of each docstring."""
     page = Path("docs/api.md").read_text(encoding="utf-8")
     (part,) = re.findall(rf"^## {section}\n(.*?)(?=^## |\Z)", page, re.M | re.S)
     rows = []
@@ -145,4 +145,4 @@ def names(section: str) -> str:
         module, _, name = where.rpartition(".")
         said = inspect.getdoc(getattr(import_module(module), name)) or ""
         rows.append((f"`{name}`", said.partition("\n")[0]))
-    return table(("name", "what it is"), rows)
+    return table(("name", "description"), rows)

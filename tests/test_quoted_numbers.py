@@ -138,8 +138,8 @@ QUOTED = {
     ),
     "rebounds": (
         "README.md",
-        r"Ghostball's engine is ([\d.]+) standard errors away from .*, pymunk ([\d.]+) and "
-        r"pybullet ([\d.]+)\.",
+        r"Ghostball's engine reproduces .* to ([\d.]+) standard errors, pymunk to ([\d.]+) and "
+        r"pybullet to ([\d.]+)\.",
         of_rebounds,
     ),
     "closed forms": (
