@@ -48,7 +48,7 @@ def test_the_program_runs(capsys):
     exec(compile(PROGRAM, "README.md", "exec"), names)
     assert "ball-ball" in capsys.readouterr().out
     difference = abs(names["other"].rest_positions - names["exact"].rest_positions).max()
-    assert 0.5e-3 < difference < 2e-3  # "about a millimetre"
+    assert 0.5e-3 < difference < 2e-3  # "about 1 mm"
 
 
 @pytest.mark.slow
