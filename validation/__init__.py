@@ -6,7 +6,7 @@ second, and worker processes need only a part of it.
 
 import lazy_loader
 
-if not __name__.startswith("ghostball."):  #   # otherwise each class would exist twice
+if not __name__.startswith("ghostball."):  # otherwise each class would exist twice
     raise ImportError(
         f"this package is part of ghostball: import `ghostball.{__name__}`, or "
         "`from ghostball import Scene, simulate`"

@@ -14,7 +14,7 @@ class ExitStatus(enum.IntEnum):
     HARNESS_FAILED = 3
     NOT_JUDGED = 4
     INTERRUPTED = 130  # 128 + SIGINT, as shells expect
-    OUTPUT_CLOSED = 141  #   # 128 + SIGPIPE: the reader of the output, such as `head`, has stopped
+    OUTPUT_CLOSED = 141  # 128 + SIGPIPE: the reader of the output, such as `head`, has stopped
 
 
 def worst(*statuses: int) -> ExitStatus:

@@ -189,7 +189,7 @@ def _is_left(change: SceneChange, gate: Gate) -> bool:
     now = _baseline_now(change, gate)
     if now is None:
         return True
-    if change.base_hash == change.head_hash:  #   # equal hashes: only counters changed
+    if change.base_hash == change.head_hash:  # equal hashes: only counters changed
         counters = change.counters
         return not counters or any(now.record.work.get(one.name) != one.head for one in counters)
     return now.record.bits != change.head_hash

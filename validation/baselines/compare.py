@@ -159,7 +159,7 @@ def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> 
         return "changed" if was_broken else "worse"
     if after is not None and was_broken:
         return "better"
-    if one.is_own_measure != two.is_own_measure:  #   # one of the two records is the only reference
+    if one.is_own_measure != two.is_own_measure:  # one of the two records is the only reference
         return "changed"
     if before is None or after is None or one.truth != two.truth:
         return _by_proved_part(one, two)
@@ -173,7 +173,7 @@ def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> 
     if before.kind == after.kind == "exact":
         return "changed"
     rounding = 0.0
-    if explained is not None:  #   # after the horizon, rounding may move a ball by up to TOLERANCE
+    if explained is not None:  # after the horizon, rounding may move a ball by up to TOLERANCE
         rounding = TOLERANCE if explained.rest is None else float(np.max(explained.rest))
     return _by_size(before.error, after.error, rounding)
 
@@ -279,7 +279,7 @@ def _end_moved(
         return True
     if explained.rest is None:
         return False
-    #   # a baseline holds the order of all events, and the time of the last
+    # a baseline holds the order of all events, and the time of the last
     if min(before.until, after.until) < math.inf:
         late = abs((one.rest_time or 0.0) - (two.rest_time or 0.0))
         if before.sequence != after.sequence or not late <= explained.event_times[-1]:

@@ -241,7 +241,7 @@ def _many_ball_run(scene: Scene) -> Played:
     try:
         result = run_ours(scene, "events")
         check_result(result, scene, OURS, "events")
-    except Exception as error:  #   # reported with its scene, like a failure in any other shot
+    except Exception as error:  # reported with its scene, like a failure in any other shot
         return Played.of(failed(record, f"{type(error).__name__}: {error}"), None)
     events = events_of(result)
     record = replace(

@@ -121,7 +121,7 @@ class SceneChange(Model):
         `ours`: True for Ghostball's engine, which promises identical bits: a difference by rounding
             then fails too, until somebody accepts it.
         """
-        #   # no result, or none of finite numbers
+        # no result, or none of finite numbers
         lost = self.change == "worse" and not self.head_hash
         if self.broken or lost or fail_on == "limits":
             return bool(self.broken) or lost

@@ -56,7 +56,7 @@ def resolve(revision: str, root: Path) -> str:
         commit = _git(root, "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}")
     except RevisionError:
         commit = ""
-    if not re.fullmatch("[0-9a-f]{40,}", commit):  #   # "^HEAD" resolves to "^" and a hash
+    if not re.fullmatch("[0-9a-f]{40,}", commit):  # "^HEAD" resolves to "^" and a hash
         shallow = _git(root, "rev-parse", "--is-shallow-repository") == "true"
         more = (
             "This clone is shallow: `git fetch --unshallow` fetches the rest"
@@ -83,7 +83,7 @@ def checked_out(root: Path, commit: str) -> Iterator[Path]:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             for left in folder.glob(f"{mark}-{'[0-9a-f]' * 16}"):
-                with suppress(Timeout), _lock(left):  #   # locked: another run uses it
+                with suppress(Timeout), _lock(left):  # locked: another run uses it
                     shutil.rmtree(left, ignore_errors=True)
             stack.enter_context(_lock(place))
             stack.callback(shutil.rmtree, place, ignore_errors=True)

@@ -93,7 +93,7 @@ def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:
     within 32 of these deviations, so two runs are within 64 of each other.
     """
     error = roundings * UNIT_ROUNDOFF
-    least = 2.0 * error  #   # two runs, on opposite sides of the exact shot
+    least = 2.0 * error  # two runs, on opposite sides of the exact shot
     unamplified = UNAMPLIFIED * roundings / ROUNDINGS
     result = run_ours(scene)
     times = events_of(result)["t"].astype(np.float64)

@@ -83,12 +83,12 @@ def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -
         agree, parts_at = found.leading, found.parts_at(timed=bool(len(times)))
         if parts_at is None or (parts_at <= predictable and parts_at < _counted_until(truth)):
             if parts_at is not None and parts_at > truth.horizon_of(0.0):
-                return None  #   # rounding alone may change the shot earlier
+                return None  # rounding alone may change the shot earlier
             return Accuracy("another shot", at=parts_at, agree=agree, of=len(truth.collisions))
     if within is not None and math.isfinite(predictable):
         return _at_the_horizon(result, truth, within)
     if truth.kind == INTEGRATION and math.isfinite(truth.shot_horizon):
-        return None  #   # the effect of rounding on the end isn't known
+        return None  # the effect of rounding on the end isn't known
     errors = RunAndTruth(result, truth).ball_errors
     return Accuracy(_kind(errors, _rounding(result, truth, within)), error=float(np.max(errors)))
 

@@ -79,7 +79,7 @@ def compared_instants(result: Result, truth: Result, until: float = math.inf) ->
     return times[times <= until]
 
 
-@lru_cache(maxsize=1)  #   # keyed by identity: several metrics use it
+@lru_cache(maxsize=1)  # keyed by identity: several metrics use it
 def _differences(result: Result, truth: Result) -> tuple[FloatArray, FloatArray]:
     """Return all instants compared (k,) [s], and the energy errors at them, (k,) [J]."""
     times = _instants(result, truth)

@@ -93,7 +93,7 @@ def _energy_difference_factor(run: RunAndTruth) -> float:
     found, rounding, scene = run.grade, run.rounding, run.result.scene
     times, differences = _compared(run, certified_motion(run, "energy"), found.until)
     sizes = rounding.energy_at(times)
-    if scene.physics.airborne:  #   # rounding of heights may exceed the energy of a slow ball
+    if scene.physics.airborne:  # rounding of heights may exceed the energy of a slow ball
         sizes = sizes + scene.physics.gravity * float(scene.masses @ scene.positions[:, 2])
     return in_roundings(differences, sizes)
 
@@ -122,7 +122,7 @@ def _energy_rise(run: RunAndTruth) -> float:
     pressed = proof is not None and proof.ending == "sustained contact"
     gain = largest_gain(run.result, run.resolution, pressed=pressed)
     if gain > 0.0 and first_energy(run.result.scene) == 0.0:
-        return math.inf  #   # energy from nothing
+        return math.inf  # energy from nothing
     return gain / _initial(run.result)
 
 

@@ -166,7 +166,7 @@ def _quality_factor(run: RunAndTruth) -> float:
     return found.quality_factor
 
 
-@lru_cache(maxsize=1)  #   # both metrics of the path use them
+@lru_cache(maxsize=1)  # both metrics of the path use them
 def _states(run: RunAndTruth) -> tuple[FloatArray, Samples, Samples]:
     """Return times up to the horizon, (k,) [s], the states of the run, and the reference states."""
     until, right = run.grade.until, certified_motion(run, "path")

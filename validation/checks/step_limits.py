@@ -334,7 +334,7 @@ def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:
         slows = slows + slips * scene.sliding_frictions
     work = between * scene.physics.gravity * float(scene.masses @ slows)
     taken = work + more * float(delays @ lateness.energies)
-    share = taken / first if first > 0.0 else math.inf  #   # squares of tiny speeds underflow
+    share = taken / first if first > 0.0 else math.inf  # squares of tiny speeds underflow
     if math.isfinite(share):
         reason = f"{late}, which changes the energy by at most {share:.3g} of its initial value."
         yield "energy_difference_max", {"at_most": shot.rule.energy_noise + share}, reason

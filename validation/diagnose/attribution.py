@@ -341,11 +341,11 @@ def _with_exact_steps(
         exact = with_setting(engine, "contact_steps", "exact")
         result = _finished(run_with_step(exact, _until(known.scene, instant), None))
     except (NotComparedError, ValidationError):
-        return None  #   # unsupported, or incompatible with its other settings
+        return None  # unsupported, or incompatible with its other settings
     if instant is None:
         true = events_in(events_of(known.result))
         if compare_logs(true, events_in(events_of(result))).parting is not None:
-            return None  #   # final states aren't compared if collisions differ
+            return None  # final states aren't compared if collisions differ
     return largest_distance(result.rest_positions[:, :2], known.positions(instant))
 
 

@@ -213,7 +213,7 @@ def _by_the_law(
             balls=[ball_at(scene, states, index) for index in one.balls],
             t_max=end - start,
         )
-    except SceneError:  #   # in the engine's state, balls overlap
+    except SceneError:  # in the engine's state, balls overlap
         return None
     played = run_ours(shot)
     met = [two.kind for two in events_in(events_of(played))]

@@ -94,7 +94,7 @@ def _energies(
     scene: Scene, positions: FloatArray, velocities: FloatArray, spins: FloatArray
 ) -> FloatArray:
     inertia = 0.4 * scene.masses * scene.radii**2
-    with np.errstate(invalid="ignore", over="ignore"):  #   # diverged runs
+    with np.errstate(invalid="ignore", over="ignore"):  # diverged runs
         energy: FloatArray = (
             0.5 * scene.masses * np.sum(velocities**2, axis=2)
             + 0.5 * inertia * np.sum(spins**2, axis=2)
@@ -104,7 +104,7 @@ def _energies(
 
 
 def _entries(scene: Scene, motion: Motion, energy: FloatArray) -> dict[str, float]:
-    assert motion.phases is not None  #   # `ledger_of` has checked this
+    assert motion.phases is not None  # `ledger_of` has checked this
     phases = motion.phases
     # The first stored state is the one after the events at t = 0.
     before = _energies(scene, *initial_state(scene))

@@ -263,7 +263,7 @@ def _unless_ambiguous(
         return found
     diameter = 2.0 * float(scene.radii.max())
     least = min((one.length for one in margins if one.run == "truth"), default=diameter)
-    #   # otherwise an engine may treat the balls as touching
+    # otherwise an engine may treat the balls as touching
     if least > CONTACT_TOLERANCE * diameter:
         return found
     until = f"{least:.2g} m decides which collision comes first: the reference is ambiguous"
@@ -298,7 +298,7 @@ def _causes(
 
 def _compare(known: KnownShot, result: Result) -> Agreement:
     true, other = events_in(events_of(known.result)), events_in(events_of(result))
-    if not result.status.complete:  #   # later collisions can't be found by this run
+    if not result.status.complete:  # later collisions can't be found by this run
         true = [one for one in true if one.t <= result.rest_time]
     return compare_logs(true, other)
 

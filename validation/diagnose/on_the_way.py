@@ -58,7 +58,7 @@ def _events(result: Result, known: KnownShot, step: float) -> str:
             mine, right = found.get(key, []), true.get(key, [])
             what = (mine or right)[0].describe(result.scene)
             if len(mine) != len(right):
-                #   # infinitely many bounces may be reported in part
+                # infinitely many bounces may be reported in part
                 if kind is EventKind.BALL_CLOTH:
                     continue
                 return (

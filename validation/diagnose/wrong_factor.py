@@ -208,7 +208,7 @@ class _Search:
         seen = np.flatnonzero(off > VISIBLE * float(np.min(known.scene.radii)))
         first = float(times[seen[0]]) if len(seen) else end
         if agreed is not None and 0.0 < agreed < first and self.before(agreed) > CLEAR * LEAST:
-            first = agreed  #   # after a break, the motion is no smooth function of a factor
+            first = agreed  # after a break, the motion is no smooth function of a factor
         self.ends = [first]
         while self.ends[-1] < end:
             self.ends.append(min(STRETCH * self.ends[-1], end))
@@ -224,7 +224,7 @@ class _Search:
         errors = np.array([self._error(knob, scale, first) for scale in scales])
         k = int(np.argmin(errors))
         if not np.any(errors[np.isfinite(errors)] > errors[k]):
-            return None  #   # the shot doesn't depend on this coefficient
+            return None  # the shot doesn't depend on this coefficient
         # A factor of 0.95 is between two scales, and the nearest may be 1.
         low, high = scales[max(k - 1, 0)], scales[min(k + 1, len(scales) - 1)]
         nearest = self._least(knob, float(low), float(high), first)
@@ -256,7 +256,7 @@ class _Search:
     def _both(self, found: Factor, knob: _Knob, end: float) -> FloatArray:
         """Return times up to `end`, with the distances from reference and fit: (k, 3)."""
         times, ours = _instants(end), self._off(knob, found.scale, end)
-        assert ours is not None  #   # `fit` has simulated it before
+        assert ours is not None  # `fit` has simulated it before
         true = farthest(self._result, self._known.result, times)
         return np.column_stack([times, true, ours])
 
@@ -289,7 +289,7 @@ class _Search:
     def _off(self, knob: _Knob, scale: float, end: float) -> FloatArray | None:
         try:
             ours = run_ours(knob.scaled(scale).model_copy(update={"t_max": end}))
-        except GhostballError:  #   # the value is invalid in a scene
+        except GhostballError:  # the value is invalid in a scene
             return None
         if ours.rest_time < end and not ours.status.complete:
             return None

@@ -46,7 +46,7 @@ class Stepper(EngineBase):
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Run the scene; see `ReferenceEngine.simulate`."""
         self.check(scene)
-        assert scene.table is not None  #   # `check` requires cushions
+        assert scene.table is not None  # `check` requires cushions
         recorder, t, dt = Recorder(scene, record), 0.0, self.settings.dt
         x, v, radii = scene.positions, scene.velocities, scene.radii
         far = np.array([scene.table.length, scene.table.width, np.inf]) - radii[0]

@@ -55,17 +55,17 @@ class EventChange(NamedTuple):
     kind: EventKind
     t: float
     balls: tuple[int, ...]
-    segments: tuple[int, ...]  #   # of each ball after the event
-    matrix: FloatArray | None = None  #   # (7 b, 7 b), by the state at the segments before
-    late: FloatArray | None = None  #   # (7 b,) change of the state per second of late detection
-    #   # (2, 7 b) change per second of older velocities, and older surface velocities
+    segments: tuple[int, ...]  # of each ball after the event
+    matrix: FloatArray | None = None  # (7 b, 7 b), by the state at the segments before
+    late: FloatArray | None = None  # (7 b,) change of the state per second of late detection
+    # (2, 7 b) change per second of older velocities, and older surface velocities
     stale: FloatArray | None = None
-    #   # (7 b,) delay of the event by changes of the segments before
+    # (7 b,) delay of the event by changes of the segments before
     later: FloatArray | None = None
-    approach: float = 0.0  #   # [m/s] along the normal; 0 without a collision
-    meets: Meets | None = None  #   # None without a collision
-    rounded: float = 0.0  #   # [s] delay of the event by one rounding of its gap, over 2^-53
-    #   # (7, 7) of each ball: covariance of one rounding of its state
+    approach: float = 0.0  # [m/s] along the normal; 0 without a collision
+    meets: Meets | None = None  # None without a collision
+    rounded: float = 0.0  # [s] delay of the event by one rounding of its gap, over 2^-53
+    # (7, 7) of each ball: covariance of one rounding of its state
     noise: tuple[FloatArray, ...] = ()
 
 
@@ -152,7 +152,7 @@ class _Passage:
             old, surface = np.zeros((2, PARTS))
             old[VELOCITY] = -self._rates[m][VELOCITY]
             surface[PLACE.stop :] = -self._rates[m][PLACE.stop :] - old[PLACE.stop :]
-            if slides:  #   # slip is the velocity minus the surface velocity
+            if slides:  # slip is the velocity minus the surface velocity
                 old[SLIP] = old[VELOCITY]
                 surface[SLIP] -= old[VELOCITY]
             self.change[here, _OLD], self.change[here, _OLD_SURFACE] = old, surface
@@ -267,7 +267,7 @@ class _Passage:
         """Shift changes back to the time of the event, along the motion after it."""
         for m, (ball, k) in enumerate(zip(self._balls, self._after, strict=True)):
             rows = self.change[PARTS * m : PARTS * (m + 1)]
-            if not self._slides:  #   # a rolling ball's velocity determines its spin
+            if not self._slides:  # a rolling ball's velocity determines its spin
                 rows[SLIP] = 0.0
             ball.hold(k, rows)
             _, rate = ball.rates(k, 0.0)

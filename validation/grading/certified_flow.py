@@ -383,7 +383,7 @@ class ProvedBall:
             v, slip = 2 + x, 4 + x
             of_speed = 0.0 if self._stands(k) else speed * speed
             noise[v, v] = of_speed
-            if slides:  #   # slip is the velocity minus, or plus, the surface velocity
+            if slides:  # slip is the velocity minus, or plus, the surface velocity
                 noise[v, slip] = noise[slip, v] = of_speed
                 noise[slip, slip] = of_speed + (radius * turns[1 - x]) ** 2
         noise[SPIN, SPIN] = spin * spin

@@ -119,7 +119,7 @@ class CertifiedGrowth:
     balls: tuple[ProvedBall, ...]
     events: tuple[EventChange, ...]
     _covariances: tuple[FloatArray, ...]
-    _moved: FloatArray  #   # (events,) [s]: shift of each by rounding, over 2^-53
+    _moved: FloatArray  # (events,) [s]: shift of each by rounding, over 2^-53
 
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return the rms displacement of each ball by rounding, over 2^-53: (k, n) [m].
@@ -195,7 +195,7 @@ class CertifiedGrowth:
         return self.t_end + max(spins, default=0.0)
 
 
-@lru_cache(maxsize=4)  #   # keyed by identity: a case from another process has its own
+@lru_cache(maxsize=4)  # keyed by identity: a case from another process has its own
 def growth_of_proof(
     scene: Scene, certificate: Certificate, *, gaps: bool = True
 ) -> CertifiedGrowth:

@@ -76,7 +76,7 @@ class FlightGrowth:
         energies = first * (1.0 + beside / float(np.min(scene.radii)))
         events = np.array(self._moved)
         marks, places = places_between(self.sizes, self.times, self.t_end)
-        unknown = np.full_like(places, np.inf)  #   # widths exist for positions only
+        unknown = np.full_like(places, np.inf)  # widths exist for positions only
         return Rounding(events, self._end, at, energies, marks, places, unknown)
 
 

@@ -98,7 +98,7 @@ def gradable(
     if isinstance(growth, FlightGrowth):
         sizes = width_sizes(certificate)
         if last < float(certificate.t_end):
-            sizes[:] = math.inf  #   # certified widths exist at the end only
+            sizes[:] = math.inf  # certified widths exist at the end only
         return Gradable(extent, why, last, at_last, sizes)
     compared_at = min(at_last, math.nextafter(growth.derivative_ends, 0.0))
     sizes = growth.sizes([min(compared_at, float(certificate.t_end))])[0]
@@ -146,7 +146,7 @@ def _extent(certificate: Certificate, until: float, low_bounce: float) -> tuple[
     return "whole", "", math.inf
 
 
-@lru_cache(maxsize=4)  #   # keyed by identity: a case from another process has its own
+@lru_cache(maxsize=4)  # keyed by identity: a case from another process has its own
 def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
     """Return the end of the first bounce that stays below `LOWEST_BOUNCE` [s]; inf if none does.
 
@@ -180,7 +180,7 @@ def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
             _, across[k] = scene.table.facing(int(b[k]), x, y)
         if in_space:
             above = places[rows, a, 2] - scene.physics.cushion_height
-            across = np.hypot(across, np.where(b < FIRST_POST, above, 0.0))  #   # a post is as tall
+            across = np.hypot(across, np.where(b < FIRST_POST, above, 0.0))  # a post is as tall
         across -= radii[a]
         gaps = np.where(pair, gaps, across)
     # Simultaneous collisions are no bounce: a ball pushed against a cushion returns at once.

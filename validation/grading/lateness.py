@@ -73,7 +73,7 @@ def lateness_of(growth: CertifiedGrowth, scene: Scene, motion: ExactTrajectory) 
         for e in reversed(range(len(growth.events))):
             event, rows = growth.events[e], rows_of(growth.events[e].balls)
             if event.matrix is None or event.late is None:
-                break  #   # earlier events have no derivative of the end
+                break  # earlier events have no derivative of the end
             moved[e] = end[:, rows] @ event.late
             end[:, rows] = end[:, rows] @ event.matrix
     places = np.hypot(moved[:, ::2], moved[:, 1::2])
@@ -143,7 +143,7 @@ def _followed(
                 strays = np.maximum(strays, beside)
                 more = np.sum(np.abs(slopes[i][k] @ own), axis=0)
                 energies[i] = np.maximum(energies[i], more)
-    if not many or growth.events[-1].t < growth.t_end:  #   # a ball that spins in place is the last
+    if not many or growth.events[-1].t < growth.t_end:  # a ball that spins in place is the last
         for i, ball in enumerate(growth.balls):
             if ball.spins_by > 0.0 and ball.segments[-1, WZ] != 0.0:
                 spins = np.sum(np.abs(changes[:, PARTS * i + SPIN]), axis=0)

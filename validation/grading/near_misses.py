@@ -52,9 +52,9 @@ class NearMiss:
     gap: float
     normal: FloatArray
     ball: int
-    other: int | None  #   # index if the body is a ball
-    closing: float = 0.0  #   # [m/s] approach speed just before
-    since: float = 0.0  #   # [s] time at which it came near
+    other: int | None  # index if the body is a ball
+    closing: float = 0.0  # [m/s] approach speed just before
+    since: float = 0.0  # [s] time at which it came near
 
 
 def things_of(scene: Scene) -> list[Side | Obstacle]:

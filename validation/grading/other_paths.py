@@ -167,7 +167,7 @@ class _Late:
 
     def apply(self, event: EventChange, e: int) -> None:
         """Apply an event, which may itself be detected late."""
-        #   # `margins_along` stops at the first event without a matrix
+        # `margins_along` stops at the first event without a matrix
         assert event.matrix is not None
         rows = rows_of(event.balls)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -198,7 +198,7 @@ class _Rows:
         balls = (near.ball,) if near.other is None else (near.ball, near.other)
         moves = min(self._moves[i] for i in balls)
         if math.isinf(moves):
-            return  #   # a ball at rest isn't displaced
+            return  # a ball at rest isn't displaced
         moved = np.abs(near.normal @ late.between(near.ball, near.other, near.t))
         if e is not None:
             moved[e] += max(near.closing, 0.0)

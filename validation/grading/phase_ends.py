@@ -98,7 +98,7 @@ def first_contact(events: Sequence[Event], end: float) -> float:
 def _times(leg: _Leg, true: Event, found: Sequence[Event]) -> list[float]:
     """Return the times at which a run has the end of a phase, or may have it [s]."""
     kinds = PHASE_ENDS[PHASE_ENDS.index(true.kind) :]
-    for kind in kinds:  #   # if a ball stops as its slide ends, a run may report only the rest
+    for kind in kinds:  # if a ball stops as its slide ends, a run may report only the rest
         times = [
             one.t
             for one in found

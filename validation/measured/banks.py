@@ -33,9 +33,9 @@ BEFORE: Final = 0.2
 
 _WAY: Final = 4.0
 """Path of a ball at its initial speed during the simulation [m]; banks need 2.8 to 3.6."""
-_RATE: Final = 500.0  #   # sampling rate [1/s]
-_FAR: Final = 4.0  #   # coordinate of the aim, from the lower end of the table [m]
-_BEYOND: Final = 0.5  #   # distance of the other cushion behind its groove [m]
+_RATE: Final = 500.0  # sampling rate [1/s]
+_FAR: Final = 4.0  # coordinate of the aim, from the lower end of the table [m]
+_BEYOND: Final = 0.5  # distance of the other cushion behind its groove [m]
 _FIRST: Final = 0.8
 """First estimate of the path back, divided by the path there, along the cushion; real tables have
 1/1.2.

@@ -38,7 +38,7 @@ def best_cloth(facts: str, capabilities: Capabilities) -> dict[str, float]:
     If the engine's rolling friction can't depend on speed, only a constant is fitted.
     """
     rows = facts_of(facts).rows
-    #   # equal weights without errors
+    # equal weights without errors
     weights = np.array([1.0 / (row.error or 1.0) for row in rows])
     grows = has_feature(capabilities, Feature.QUADRATIC_ROLLING)
     columns = [np.ones(len(rows))] + [np.array([row.place**2 for row in rows])] * grows

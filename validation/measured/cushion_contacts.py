@@ -48,7 +48,7 @@ class CushionContact:
     """One free contact with a cushion."""
 
     ball: str
-    time: float  #   # of the nearest sample [s]
+    time: float  # of the nearest sample [s]
     axis: int  # 0: a cushion across x, 1: across y
     speed_before: float  # towards the cushion [m/s]
     speed_after: float  # away from it [m/s]

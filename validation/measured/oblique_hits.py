@@ -28,7 +28,7 @@ _COMES: Final = 0.2
 """Time before the hit at which a rolling cue ball starts [s]."""
 _SEEN: Final = 0.6
 """Time after a hit in which balls are observed [s]: slides end within 0.3 s at snooker speeds."""
-_RATE: Final = 200.0  #   # sampling rate [1/s]
+_RATE: Final = 200.0  # sampling rate [1/s]
 _ROLLS: Final = 0.2
 """Time after the end of its slide in which each ball's rolling is observed [s]."""
 _GAP: Final = 1e-3

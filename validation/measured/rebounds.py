@@ -21,8 +21,8 @@ from ghostball.validation.measured.play import (
 )
 from ghostball.validation.measured.tracks import Surface, Track
 
-_ROLLS = 0.6  #   # time from the start to the contact [s]
-_PLAYED = 1.45  #   # duration that covers the window after the contact [s]
+_ROLLS = 0.6  # time from the start to the contact [s]
+_PLAYED = 1.45  # duration that covers the window after the contact [s]
 
 _ANY = Windows(slowest=0.0, straight=math.inf)
 """The windows of the measurement for a contact that is known to be free; slides and slow balls
@@ -34,7 +34,7 @@ _COMES: Final = 0.1
 _AT_IMPACT: Final = (0.005, 0.035)
 """Times before and after a perpendicular contact between which the speed is read [s]: contacts with
 the soft cushion of an engine have ended, and even the slowest ball still slides."""
-_RATE: Final = 1000.0  #   # sampling rate [1/s]
+_RATE: Final = 1000.0  # sampling rate [1/s]
 
 
 def rebounds(play: Play, physics: Physics, degrees: float) -> list[Measured]:

@@ -43,8 +43,8 @@ class Rolling:
     """A window in which a ball rolled freely."""
 
     ball: str
-    time: float  #   # of the middle [s]
-    speed: float  #   # at that time [m/s]
+    time: float  # of the middle [s]
+    speed: float  # at that time [m/s]
     deceleration: float  # [m/s^2]
 
 

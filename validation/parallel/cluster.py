@@ -93,7 +93,7 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
         logger.setLevel(logging.CRITICAL)
     try:
         try:
-            with ThreadPoolExecutor(1) as thread:  #   # this thread may have an event loop
+            with ThreadPoolExecutor(1) as thread:  # this thread may have an event loop
                 found = thread.submit(asyncio.run, _what_answers(address)).result()
             if found != "Scheduler":
                 raise ValueError(f"a {found.lower()} answers")
@@ -108,7 +108,7 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
         try:
             yield Cluster(client, address)
         finally:
-            with suppress(Exception):  #   # the cluster may be gone
+            with suppress(Exception):  # the cluster may be gone
                 client.close(timeout=WAKE)
     finally:
         for logger, level in levels.items():
@@ -221,7 +221,7 @@ class Cluster:
                     f"a worker of the cluster at {self._address} has a different version of the "
                     f"code: {error}. Install the same version there"
                 ) from error
-            #   # such as a module of Ghostball that the worker can't import
+            # such as a module of Ghostball that the worker can't import
             while error.__cause__ is not None:
                 error = error.__cause__
             why = " ".join(str(error).split())

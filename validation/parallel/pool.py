@@ -85,7 +85,7 @@ class Done(Generic[T, R]):
         """Return the result; after a crash, the value of `crashed` for the task and the reason."""
         if self.crashed:
             return crashed(self.task, self.crashed)
-        given: Any = self.given  #   # None may also be the result
+        given: Any = self.given  # None may also be the result
         return given  # type: ignore[no-any-return]
 
 
@@ -246,14 +246,14 @@ class Process:
 
     def give(self, pickled: bytes, limit: float | None) -> None:
         """Start a task with a time limit [s]; the one before must have been answered."""
-        os.ftruncate(self._output.fileno(), 0)  #   # remove the output of the task before
+        os.ftruncate(self._output.fileno(), 0)  # remove the output of the task before
         self._pickled, self._limit = pickled, limit
         if self._is_ready:
             self._send()
 
     def answer(self) -> Done[None, bytes] | None:
         """Return the answer of the task, with a pickled result; None while the task is running."""
-        #   # checked first: an answer sent before a crash is still in the pipe
+        # checked first: an answer sent before a crash is still in the pipe
         is_alive = self._process.is_alive()
         try:
             if not self._is_ready and self._pipe.poll():
@@ -327,7 +327,7 @@ class Process:
             watch.cancel()
 
     def _send(self) -> None:
-        with suppress(OSError):  #   # if the process is dead, its answer reports this
+        with suppress(OSError):  # if the process is dead, its answer reports this
             self._pipe.send_bytes(self._pickled)
         self._since = time.monotonic()
 
@@ -342,10 +342,10 @@ def wait(processes: Iterable[Process]) -> None:
 def _serve(pipe: Connection, output: str, pickled: bytes) -> None:
     """Run tasks in this process: report that it is ready, then run one task after another."""
     divert(output)
-    faulthandler.enable(all_threads=False)  #   # a crash then writes a traceback into the output
+    faulthandler.enable(all_threads=False)  # a crash then writes a traceback into the output
     end_with_parent()
     process = os.getpid()
-    _, prepare = pickle.loads(pickled)  #   # also imports what the work needs
+    _, prepare = pickle.loads(pickled)  # also imports what the work needs
     if prepare is not None:
         prepare()
     end_if_forked(process)

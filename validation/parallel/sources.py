@@ -115,7 +115,7 @@ def versions() -> dict[str, str | None]:
     }
 
 
-@cache  #   # reading metadata takes milliseconds, and every results folder needs it
+@cache  # reading metadata takes milliseconds, and every results folder needs it
 def version_of(package: str) -> str | None:
     """Return the version of a distribution; None if it isn't installed."""
     try:
@@ -203,7 +203,7 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
     files: dict[str, Path] = {}
     distributions: set[str] = set()
     names = [module]
-    for name in names:  #   # the list grows in the loop
+    for name in names:  # the list grows in the loop
         if name in sys.stdlib_module_names or name == "ghostball":
             continue
         own = dict(_files_of(name))
@@ -225,7 +225,7 @@ def _files_of(name: str) -> Iterator[tuple[str, Path]]:
     """Yield the files of code of a top-level module or package, each with its relative path."""
     try:
         spec = find_spec(name)
-    except (ImportError, ValueError):  #   # ValueError: a module that was created, not imported
+    except (ImportError, ValueError):  # ValueError: a module that was created, not imported
         return
     if spec is None:
         return
@@ -242,7 +242,7 @@ def _imports(path: Path) -> Iterator[str]:
         return
     try:
         tree = ast.parse(path.read_bytes())
-    except (SyntaxError, ValueError):  #   # running the file will report it
+    except (SyntaxError, ValueError):  # running the file will report it
         return
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -251,7 +251,7 @@ def _imports(path: Path) -> Iterator[str]:
             yield node.module.partition(".")[0]
 
 
-@cache  #   # reads the file lists of all distributions, which takes 0.2 s
+@cache  # reads the file lists of all distributions, which takes 0.2 s
 def _owners(path: tuple[str, ...]) -> Mapping[str, list[str]]:  # noqa: ARG001
     """Return the distributions that own each top-level module found on a path."""
     return packages_distributions()
@@ -261,7 +261,7 @@ def _owners(path: tuple[str, ...]) -> Mapping[str, list[str]]:  # noqa: ARG001
 def _required(distribution: str) -> frozenset[str]:
     """Return a distribution and all its installed requirements, direct and indirect."""
     names = [distribution]
-    for name in names:  #   # the list grows in the loop
+    for name in names:  # the list grows in the loop
         try:
             needed = requires(name) or ()
         except PackageNotFoundError:

@@ -145,7 +145,7 @@ class Place:
     def task(self) -> Task:
         """Return the measurement task; the first step of each engine is run once before."""
         step, duration = self.at_step.step, self.truth.rest_time
-        assert duration is not None  #   # every independent reference has it
+        assert duration is not None  # every independent reference has it
         slow = step is not None and duration > MANY_STEPS * step
 
         def prepare() -> Sampler:
@@ -250,7 +250,7 @@ def measure_precision(
             elif why:
                 left_out.append(LeftOut(scene=scene.name, engine=label, why=why))
             else:
-                assert truth.rest_time is not None  #   # every independent reference has it
+                assert truth.rest_time is not None  # every independent reference has it
                 level = 0
                 for at_step in ladder_of(label, engine, truth.rest_time):
                     horizon = truth.horizon_of(resolution_of(at_step.engine, scene))

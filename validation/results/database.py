@@ -303,7 +303,7 @@ def _explained(path: Path) -> Iterator[None]:
     """Replace errors of SQLite by a `ResultsError` with one line that explains the problem."""
     try:
         yield
-    except UnicodeDecodeError as error:  #   # in a name that SQLite quotes in its message
+    except UnicodeDecodeError as error:  # in a name that SQLite quotes in its message
         raise _damaged(path, error) from None
     except sqlite3.Error as error:
         # For text that isn't UTF-8, Python itself raises an error without a code.
@@ -318,7 +318,7 @@ def _explained(path: Path) -> Iterator[None]:
             raise ResultsError(
                 f"{path}: can't be read or written: {error}. Make room, or choose another `--out`"
             ) from None
-        raise  #   # a bug of Ghostball
+        raise  # a bug of Ghostball
 
 
 def _damaged(path: Path, why: object) -> ResultsError:

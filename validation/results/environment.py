@@ -55,6 +55,6 @@ def git_state(root: Path) -> dict[str, Any] | None:
     try:
         revision = run_git(root, "rev-parse", "HEAD")
         changes = run_git(root, "status", "--porcelain")
-    except GitError:  #   # git isn't installed, or there is no commit yet
+    except GitError:  # git isn't installed, or there is no commit yet
         return None
     return {"revision": revision, "dirty": bool(changes)}

@@ -18,7 +18,7 @@ from ghostball.model import Scene, SceneError
 
 def _array_from_json(value: Any) -> NDArray[np.float64]:
     try:
-        return np.array(value, dtype=np.float64)  #   # null stands for a number that isn't finite
+        return np.array(value, dtype=np.float64)  # null stands for a number that isn't finite
     except (TypeError, ValueError, OverflowError):
         raise ValueError("must be numbers in rows of one length") from None
 
@@ -49,7 +49,7 @@ def _as_scene(definition: dict[str, Any]) -> dict[str, Any]:
     return definition
 
 
-@lru_cache(maxsize=256)  #   # all cases of a scene have the same definition
+@lru_cache(maxsize=256)  # all cases of a scene have the same definition
 def _refused(definition: str) -> str:
     try:
         Scene.model_validate_json(definition)

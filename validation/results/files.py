@@ -99,7 +99,7 @@ def write_all_whole(contents: Mapping[Path, str | bytes]) -> None:
             part.replace(path)
     except BaseException:  # also Ctrl-C
         for part in parts.values():
-            with suppress(OSError):  #   # the first error is the one to report
+            with suppress(OSError):  # the first error is the one to report
                 part.unlink(missing_ok=True)
         raise
 

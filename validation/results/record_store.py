@@ -114,7 +114,7 @@ class RecordStore(Generic[W, R]):
         Raises `ResultsError` if another run holds the lock, or if the results can't be read.
         """
         with reserved(self.path):
-            documents_in(self.path)  #   # unreadable results are refused before anything runs
+            documents_in(self.path)  # unreadable results are refused before anything runs
             self._is_reserved = True
             try:
                 yield
@@ -264,7 +264,7 @@ class RecordStore(Generic[W, R]):
             # the user's.
             probe = self.path / _PROBE
             probe.touch()
-            probe.unlink(missing_ok=True)  #   # another run may have removed it
+            probe.unlink(missing_ok=True)  # another run may have removed it
         except OSError as error:
             raise cannot_write(self.path, error) from error
 

@@ -38,7 +38,7 @@ NOT_BLAMED = (
     UnsupportedSceneError,
     EngineUnavailableError,
     EngineFailedError,
-    NoCompilerError,  #   # its message states what to install
+    NoCompilerError,  # its message states what to install
 )
 """Errors that explain themselves, so they don't count as failures of an engine."""
 
@@ -60,7 +60,7 @@ def blamed_on_engine(name: str) -> Iterator[None]:
 def failure_of(name: str, error: BaseException) -> EngineFailedError:
     """Return an exception of an engine, or the refusal of its result, as `EngineFailedError`."""
     if isinstance(error, ResultRefusedError) and name != OURS:
-        return EngineFailedError(name, str(error))  #   # a traceback of the check doesn't help
+        return EngineFailedError(name, str(error))  # a traceback of the check doesn't help
     trace = "".join(traceback.format_exception(error))
     return EngineFailedError(name, f"{type(error).__name__}: {error}", trace)
 
@@ -71,7 +71,7 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
     Raises `UnsupportedSceneError` if the engine doesn't support the scene; `EngineFailedError` if
     it raises anything else, or if its result breaks the contract of `Result`.
     """
-    if isinstance(engine, _Remote):  #   # checked in the other process
+    if isinstance(engine, _Remote):  # checked in the other process
         return engine.simulate(scene, record=record)
     with blamed_on_engine(engine.name):
         result = engine.simulate(scene, record=record)
@@ -88,7 +88,7 @@ def first_played(engine: ReferenceEngine, scenes: Sequence[Scene]) -> str:
     try:
         known = engine.capabilities
         played = [scene for scene in scenes if not missing_features(known, scene)]
-    except Exception:  #   # the cases of this engine report the error
+    except Exception:  # the cases of this engine report the error
         return ""
     return min(played, key=lambda scene: len(scene.balls)).name if played else ""
 
@@ -105,7 +105,7 @@ def differs_by_record(engine: ReferenceEngine, result: Result) -> str:
         return ""
     records: tuple[Record, ...] = ("rest", "events")
     for record in records:
-        with captured():  #   # its output was reported with the first run
+        with captured():  # its output was reported with the first run
             found = _difference(result, run_engine(engine, result.scene, record))
             found = "" if found and _difference(result, run_engine(engine, result.scene)) else found
         if found:
@@ -158,7 +158,7 @@ def in_other_process(
     Engines created from the yielded one with other settings run there too. The process ends with
     the block. Ghostball's engine always runs in this process, because it is trusted.
     """
-    if type(engine) is GhostballEngine:  #   # another class may have the same `name`
+    if type(engine) is GhostballEngine:  # another class may have the same `name`
         yield engine
         return
     base: Any = type(engine)

@@ -134,7 +134,7 @@ def run(
                 begin()
             state = "complete"
         except KeyboardInterrupt:
-            pass  #   # the returned value says so
+            pass  # the returned value says so
         finally:
             store.finish(state)
     has_begun = store.begun

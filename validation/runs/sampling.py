@@ -92,7 +92,7 @@ def energy_at(result: Result, times: FloatArray) -> Energy:
     return Energy(*(np.interp(times, frames.times, part) for part in at_frames))
 
 
-#   # keyed by identity; the accuracy class and the limits of a run both need it
+# keyed by identity; the accuracy class and the limits of a run both need it
 @lru_cache(maxsize=1)
 def energy_series(result: Result) -> FloatArray:
     """Return the total energy over a whole run, (k,) [J], at every recorded frame.
@@ -132,7 +132,7 @@ def largest_cushion_overlap(result: Result) -> float:
     return _largest_overlaps(result)[1]
 
 
-#   # keyed by identity; the accuracy class and the limits of a run both need it
+# keyed by identity; the accuracy class and the limits of a run both need it
 @lru_cache(maxsize=1)
 def _largest_overlaps(result: Result) -> tuple[float, float]:
     """Return the largest overlap of two balls, and of a ball with a cushion [m]; 0 for none."""

@@ -49,7 +49,7 @@ def packed_gas(
     )
 
 
-@cache  #   # each comparison with baselines needs them many times
+@cache  # each comparison with baselines needs them many times
 def many_balls() -> tuple[Scene, ...]:
     """Return scenes with more balls than shipped ones, which the grid scheduler runs."""
     gas = packed_gas(256, 0.4, FRICTIONLESS, t_max=0.5)

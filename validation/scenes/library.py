@@ -24,7 +24,7 @@ BOARD = "board"
 """The tag, and the folder in `FOLDER`, of scenes that show how engines differ."""
 
 
-@cache  #   # a run calls it hundreds of times
+@cache  # a run calls it hundreds of times
 def shipped_scenes() -> tuple[Path, ...]:
     """Return the files of the shipped scenes, sorted by name; those of the board come last."""
     return (*_scenes_in(FOLDER), *_scenes_in(FOLDER / BOARD))

@@ -140,7 +140,7 @@ def _not_asked_for(options: Options) -> Draft:
     for field in ("rolling_friction_quadratic", "cushion_restitution_loss"):
         if field in preset:
             without[field] = 0.0
-    #   # keeps balls on the cloth, even on a table without cushions
+    # keeps balls on the cloth, even on a table without cushions
     if any_integrated(preset.get("cushion", "")):
         without["cushion"] = "mirror"
     return without
@@ -191,7 +191,7 @@ def table_of(
     if kind == "none":
         return chance.choice((None, Table(length=SPREAD[0], width=SPREAD[1], cushions=())))
     if kind == "narrow":
-        flies = options["flight"] != "no"  #   # then also at the height of the noses
+        flies = options["flight"] != "no"  # then also at the height of the noses
         widest = 2.0 * max(ball["radius"] if flies else reach(ball, physics) for ball in sizes)
         least = 0.125 if flies or _is_elastic(options, physics) else 0.0
         return Table(length=_CHANNEL, width=widest * (1.0 + chance.choice((least, 0.0625, 0.5))))

@@ -88,7 +88,7 @@ def _lift(chance: random.Random, flight: str, place: _Places, movers: list[Draft
         beside = chance.choice((0.0, chance.uniform(0.0, 1.0))) * min(radius, below["radius"])
         dx, dy = (part * beside for part in _direction(chance))
         if place.table is not None and min(place.room) < 4.0 * radius:
-            dy = 0.0  #   # a narrow table has no room beside a ball
+            dy = 0.0  # a narrow table has no room beside a ball
         x, y = below["position"][0] + dx, below["position"][1] + dy
         x, y = place.within(ball, x, y)
         dx, dy = x - below["position"][0], y - below["position"][1]
@@ -199,7 +199,7 @@ class _Places:
             spots = self._touching(balls, x, y)
             if self._lay_all(balls, spots):
                 return balls
-        spots = [(0.5 * self.room[0], 0.5 * self.room[1])]  #   # in a row, if no cluster fits
+        spots = [(0.5 * self.room[0], 0.5 * self.room[1])]  # in a row, if no cluster fits
         for before, ball in itertools.pairwise(balls):
             spots.append((spots[-1][0] + self._apart(before, ball), spots[-1][1]))
         return balls if self._lay_all(balls, spots) else []

@@ -84,7 +84,7 @@ def _galperins() -> Iterator[Shot]:
                 claiming="rounding",
                 at_most=1e-3 * RADIUS,
             ),
-            #   # certifying so many collisions takes minutes
+            # certifying so many collisions takes minutes
             truth=None if digits <= 2 else "none",
             stepped=digits <= 2,
             collisions=count,

@@ -78,7 +78,7 @@ def _pairs(shots: Sequence[Shot], labels: Sequence[str]) -> set[Name]:
     for label in labels:
         try:
             engine = make_engine(label)
-        except EngineUnavailableError:  #   # its cases report this
+        except EngineUnavailableError:  # its cases report this
             engine = None
         pairs |= {(one.scene.name, label) for one in shots if _is_asked(one, engine)}
     return pairs
@@ -89,5 +89,5 @@ def _is_asked(shot: Shot, engine: ReferenceEngine | None) -> bool:
         return shot.stepped
     try:
         return engine.name == OURS or resolution_of(engine, shot.scene) in (0.0, "proved")
-    except Exception:  #   # an engine of a user: its case fails later and reports the error
+    except Exception:  # an engine of a user: its case fails later and reports the error
         return True

@@ -65,7 +65,7 @@ def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
     computed = USUAL if planned.metrics is None else planned.metrics
     parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
     if "accuracy" in computed or any(planned.asked[pair].rule is not None for pair in pairs):
-        parts |= {"proof"}  #   # limits of a time step are computed along the certified motion
+        parts |= {"proof"}  # limits of a time step are computed along the certified motion
     if "accuracy" in computed:
         parts |= {"events", "conditioning"}
     for scene in planned.scenes_of(pairs):
@@ -123,13 +123,13 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
                 unstated=is_unstated(judged, case.scene),
             )
         result = run_engine(engine, case.scene)
-        if result.status is Status.FAILED:  #   # its numbers may be invalid
+        if result.status is Status.FAILED:  # its numbers may be invalid
             return failed(record, f"the engine reports a failure: {result.reason}"), None
         if case.every_record and (differs := differs_by_record(engine, result)):
             return failed(record, differs), None
         return judge(record, case, truth, result, resolution, limits, engine)
     except EngineUnavailableError as error:
-        #   # planned as installed, so this process, for example on a cluster, lacks it
+        # planned as installed, so this process, for example on a cluster, lacks it
         if case.is_here:
             return failed(record, str(error)), None
         return replace(record, outcome="unavailable", reason=str(error)), None
@@ -198,5 +198,5 @@ def truth_or_failure(
     """Return the reference result of a scene, or why it could not be computed."""
     try:
         return truth_of(scene, criteria.truth, parts, least=criteria.least_proved)
-    except Exception as error:  #   # a bug of Ghostball; the run continues and reports it
+    except Exception as error:  # a bug of Ghostball; the run continues and reports it
         return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())

@@ -43,11 +43,11 @@ class Plan:
     criteria: Mapping[str, Criteria]  # by scene name
     given: frozenset[str]  # scenes whose criteria were given, not shipped
     asked: Mapping[Name, Asked]  # by scene name and label
-    inputs: Mapping[Name, str]  #   # hashes; "": can't be reused
+    inputs: Mapping[Name, str]  # hashes; "": can't be reused
     metrics: tuple[str, ...] | None  # None: all
-    #   # names of perturbed scenes: the name of the scene they came from
+    # names of perturbed scenes: the name of the scene they came from
     origins: Mapping[str, str]
-    firsts: Mapping[str, str]  #   # by label, the scene that is also run with less recorded
+    firsts: Mapping[str, str]  # by label, the scene that is also run with less recorded
     keeps_motion: bool = True
 
     @property
@@ -106,11 +106,11 @@ def plan(
     known = tuple(dict.fromkeys((*engine_names(), *names.values())))
     for scene in scenes:
         own[scene.name].check_engines(known, f'limits of scene "{scene.name}"')
-        #   # shipped criteria are checked when the reference result is computed
+        # shipped criteria are checked when the reference result is computed
         if scene.name in criteria:
             check_truth(scene, own[scene.name].truth)
     of_others = tuple(e for e, values in settings.items() if values is not None and not is_ours(e))
-    firsts: dict[str, str] = {}  #   # not for shipped engines: the tests of Ghostball check those
+    firsts: dict[str, str] = {}  # not for shipped engines: the tests of Ghostball check those
     for label in of_others:
         given = [one for one in scenes if only is None or (one.name, label) in only]
         mine = [one for one in given if one.name not in origins]

@@ -109,7 +109,7 @@ def code_with_engines(code: str) -> Callable[[Name], str]:
         try:
             kind = code_kind(label)
             return hash_of([code, engine_code(kind)]) if kind and code else code
-        except (EngineError, SourcesError):  #   # the engine may no longer be installed
+        except (EngineError, SourcesError):  # the engine may no longer be installed
             return ""
 
     return lambda name: of_engine(name[-1])
@@ -131,7 +131,7 @@ def describe_code() -> dict[str, Any]:
     }
 
 
-@cache  #   # modules stay in memory as loaded, even if their files change
+@cache  # modules stay in memory as loaded, even if their files change
 def _loaded_sources() -> str:
     return hash_sources(source_folders())
 

@@ -197,7 +197,7 @@ def _motion_of(ball: Ball, rolls: bool, drawn: NDArray[np.float64]) -> dict[str,
     if ball.angular_velocity is None:
         return {"velocity": velocity}
     spin = turned(ball.angular_velocity)
-    if rolls:  #   # exactly: the rounding errors of a rotation would be slip
+    if rolls:  # exactly: the rounding errors of a rotation would be slip
         spin = rolling_spin(velocity, ball.radius, spin[2])
     return {"velocity": velocity, "angular_velocity": spin}
 
@@ -225,7 +225,7 @@ def _places(
             x, y = places[i][0] + sweep[k][0], places[i][1] + sweep[k][1]
             if room.has(i, x, y, places):
                 places[i] = [x, y]
-        order.reverse()  #   # so that neither end of a line of balls has an advantage
+        order.reverse()  # so that neither end of a line of balls has an advantage
     return places
 
 

@@ -51,7 +51,7 @@ class Collocation:
     def __init__(self, points: int, part: arb) -> None:
         self._points, self._part = points, part
         every = range(points)
-        with working_precision(4 * BITS):  #   # the inverse loses three quarters of the digits
+        with working_precision(4 * BITS):  # the inverse loses three quarters of the digits
             nodes = [(1 - arb.legendre_p_root(points, j)) / 2 for j in every]
             powers = arb_mat([[node**m for m in every] for node in nodes]).inv()
             up_to = arb_mat([[node ** (m + 1) / (m + 1) for m in every] for node in nodes])

@@ -98,7 +98,7 @@ def known_shot(scene: Scene) -> KnownShot:
         )
     if closed_form(scene) is not None:
         truth = truth_of(scene, "closed-form", parts={"rest"})
-        assert truth.rest_positions is not None  #   # a closed form always has them
+        assert truth.rest_positions is not None  # a closed form always has them
         return KnownShot("closed form", ours, truth.rest_positions, why)
     if may_be_integrated(scene):
         integration, _ = integrated(scene)

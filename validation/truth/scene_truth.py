@@ -223,7 +223,7 @@ def truth_of(
     proof, no_proof = (None, "it was not asked for")
     if needed and (wanted != "engine" or "proof" in parts):
         proof, no_proof = proof_of(scene, settings)
-    proved = None  #   # certified motion of the whole shot
+    proved = None  # certified motion of the whole shot
     if proof is not None and proof.proved:
         proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
     partial = no_proof if proof is None else f"{proof.ending}: {proof.reason}"
@@ -240,7 +240,7 @@ def truth_of(
             "criteria if no more can be proved"
         )
     integration, no_integration = None, ""
-    #   # an integration takes seconds for each slide
+    # an integration takes seconds for each slide
     asked = wanted in ("integration", "closed-form")
     if needed and asked and proved is None and may_be_integrated(scene):
         integration, no_integration = integrated(scene)

@@ -24,7 +24,7 @@ SIDE = 1.0
 """Typical side of a ball: the speed of its equator about the vertical axis, divided by its speed.
 """
 _GUESSES = (-1.2, -0.4, 0.0, 0.4, 1.2)
-_STEP = 0.02  #   # step of derivatives with respect to the side
+_STEP = 0.02  # step of derivatives with respect to the side
 SIZE = 20.0
 """Side length of the table part of each event [m]; events don't affect each other."""
 
@@ -96,9 +96,9 @@ class CushionEvent(Event):
         the cushion and along it [m/s].
     """
 
-    before: Curve  #   # straight lines; times from the first sample before the contact
+    before: Curve  # straight lines; times from the first sample before the contact
     after: Curve
-    gap: float  #   # gap to the cushion, on the line at time 0 [m]
+    gap: float  # gap to the cushion, on the line at time 0 [m]
 
     def balls(self, physics: Physics, given: FloatArray) -> list[Ball]:
         """Return a ball that rolls to a cushion across x."""
@@ -124,7 +124,7 @@ class HitEvent(Event):
     `seen`: for each ball, position and velocity in the middle of its samples.
     """
 
-    before: Curve  #   # a straight line; times from the first sample
+    before: Curve  # a straight line; times from the first sample
     after: tuple[Curve, Curve]
 
     count: ClassVar[int] = 2

@@ -123,7 +123,7 @@ class _Fitting:
         self._base = Physics(preset=preset, **self._lacking)
         self._held = {} if law is None else {"cushion": law}
         self._not_told: dict[str, str] = {}
-        self._assumed: Assumptions = {}  #   # including the results of earlier families
+        self._assumed: Assumptions = {}  # including the results of earlier families
         self._values: dict[str, float] = {}
         self._solutions: dict[str, Solution] = {}
         self._errors: dict[str, float] = {}
@@ -357,7 +357,7 @@ class _Fitting:
         problem = Problem(events, [*fields, *beside], build, self._player.predict, self._assumed)
         begin = {name: one.mean for name, one in self._assumed.items()} | self._values
         found = problem.solve(np.array([begin[name] for name in names]), befores)
-        count = len(fields)  #   # assumed fields have already widened the errors of these
+        count = len(fields)  # assumed fields have already widened the errors of these
         return replace(
             found,
             values=found.values[:count],

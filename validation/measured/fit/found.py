@@ -26,7 +26,7 @@ class Fit:
     """The fitted events, by family."""
     counts: dict[str, int]
     """Number of clean events in each family, including those with too few for a fit."""
-    noise: float  #   # of a coordinate of a sample [m]
+    noise: float  # of a coordinate of a sample [m]
     laws: dict[str, float]
     """The goodness of each tested cushion law; empty if the law was given."""
     laws_alike: list[str]

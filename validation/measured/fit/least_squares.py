@@ -45,8 +45,8 @@ class Field:
     name: str
     low: float
     high: float
-    step: float  #   # for derivatives
-    felt_by: frozenset[str]  #   # families of events that it affects
+    step: float  # for derivatives
+    felt_by: frozenset[str]  # families of events that it affects
 
 
 @dataclass(frozen=True)
@@ -280,7 +280,7 @@ class Problem:
         """Return the derivatives of the residuals by the fields."""
         room = values + self._steps <= self._high
         moves = np.where(room, self._steps, -self._steps)
-        #   # computed with the same accuracy as the shifted ones
+        # computed with the same accuracy as the shifted ones
         here = _left(self._beside(values, found))
         changes = [
             (_left(self._beside(values + move, found)) - here) / np.sum(move)

@@ -78,7 +78,7 @@ class ClosedForm:
     rest_time_conditioning: float
 
 
-@lru_cache(maxsize=64)  #   # requested more than once for a scene; many balls take seconds
+@lru_cache(maxsize=64)  # requested more than once for a scene; many balls take seconds
 def closed_form(scene: Scene) -> ClosedForm | None:
     """Return the closed form of `scene`, or None if it has none.
 

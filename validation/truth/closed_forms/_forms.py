@@ -90,7 +90,7 @@ def _separate_pairs(setup: Setup) -> Outcome:
     )
 
 
-#   # a nudge for the conditioning changes one pair, or all pairs by one number
+# a nudge for the conditioning changes one pair, or all pairs by one number
 @lru_cache(maxsize=256)
 def _solve_pair(setup: Setup) -> _Pair:
     shot = Shot(setup)

@@ -44,7 +44,7 @@ def ball_impact(
     between = along(state_b.position, mp.mpf(-1), state_a.position)
     normal = scaled(1 / length_of(between), between)
     closing = dot(state_a.velocity, normal) - dot(state_b.velocity, normal)
-    #   # push, rub and lift are impulses over the reduced mass [m/s]
+    # push, rub and lift are impulses over the reduced mass [m/s]
     push = (1 + setup.ball_restitution) * closing
     rub, lift = _rubbing(setup, normal, push, (a, state_a), (b, state_b))
     mass_a, mass_b = setup.masses[a], setup.masses[b]

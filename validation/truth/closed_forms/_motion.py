@@ -22,7 +22,7 @@ class State(NamedTuple):
 
     position: Vector
     velocity: Vector
-    spin: Spin  #   # for a rolling or resting ball, only the third component is meaningful
+    spin: Spin  # for a rolling or resting ball, only the third component is meaningful
     rolls: bool
 
 

@@ -160,7 +160,7 @@ def numbers_of(scene: Scene) -> dict[Key, mpf]:
         found |= {("length",): table.length, ("width",): table.width}
         found |= {(name,): getattr(physics, name) for name in _OF_CUSHIONS}
         if physics.cushion_restitution_loss == 0.0:
-            #   # without loss it is a different law, not a value with an error
+            # without loss it is a different law, not a value with an error
             del found["cushion_restitution_loss",]
     return {key: mp.mpf(value) for key, value in found.items()}
 

@@ -164,7 +164,7 @@ class Shot:
                 -sign * velocity[axis],
                 -sign * segment.acceleration[axis] / 2,
             )
-            if end == mp.inf:  #   # at rest, or at constant velocity
+            if end == mp.inf:  # at rest, or at constant velocity
                 if gap[1] < 0 and gap[0] > -TOUCHING * radius:
                     return segment.start + max(-gap[0] / gap[1], mp.mpf(0))
                 continue
@@ -180,7 +180,7 @@ class Shot:
         for start, end in zip(starts, [*starts[1:], mp.inf], strict=True):
             gap = self._gap_from(start, a, b, reach)
             duration = end - start
-            #   # constant relative velocity: until they have passed each other
+            # constant relative velocity: until they have passed each other
             if duration == mp.inf:
                 duration = max(-gap[1] / gap[2] / 2, mp.mpf(0)) if gap[2] else mp.mpf(0)
             dt = first_fall_below_zero(gap, duration, TOUCHING * reach**2)
