@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from ghostball.engine.core import state as st
 from ghostball.engine.core.rows import OBSTACLE
 from ghostball.engine.running.from_scene import layout_of
-from ghostball.engine.running.skips import has_drag
+from ghostball.engine.running.skips import is_lean
 from ghostball.engine.sensitivity.carried import Carried
 from ghostball.engine.sensitivity.motion import PARTS, FloatArray
 from ghostball.engine.sensitivity.replayed import Replayed
@@ -170,7 +170,7 @@ def tangent_of(
         raise GhostballError("`directions` must be finite, got NaN or infinity")
     _check_recorded(scene, trajectory, events)
     given = given.transpose(1, 2, 0)
-    changes = (Carried if has_closed_form(scene) else Replayed)(scene, trajectory, events, given)
+    changes = (Carried if is_lean(scene) else Replayed)(scene, trajectory, events, given)
     return TangentMap(given.shape[2], trajectory.t_end, changes)
 
 
@@ -187,15 +187,10 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
     """
     _check_recorded(scene, trajectory, events)
     segments = sum(len(one) for one in trajectory.segments)
-    closed = has_closed_form(scene)
-    runs = max(1, min(_RUNS if closed else _RUNS_PLAYED, _MOST_SEGMENTS // segments))
-    changes = (Carried if closed else Replayed)(scene, trajectory, events, None, runs)
+    lean = is_lean(scene)
+    runs = max(1, min(_RUNS if lean else _RUNS_PLAYED, _MOST_SEGMENTS // segments))
+    changes = (Carried if lean else Replayed)(scene, trajectory, events, None, runs)
     return TangentMap(LANES * runs, trajectory.t_end, changes)
-
-
-def has_closed_form(scene: Scene) -> bool:
-    """Whether balls move in closed form: where no air slows them, nor may they leave the cloth."""
-    return not (has_drag(scene) or scene.physics.airborne)
 
 
 def _chunks(segments: FloatArray, t_end: float) -> Iterator[FloatArray]:
@@ -242,10 +237,8 @@ def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -
             "trajectory and events of one result"
         )
     shapes = {segments.shape for segments in trajectory.segments}
-    if any(
-        rows == 0 or (has_closed_form(scene) and columns != st.SEGMENT_COLUMNS)
-        for rows, columns in shapes
-    ):
+    lean = is_lean(scene)
+    if any(rows == 0 or (lean and columns != st.SEGMENT_COLUMNS) for rows, columns in shapes):
         raise GhostballError(
             f'`trajectory` must be that of scene "{scene.name}", with {st.SEGMENT_COLUMNS} numbers '
             f"for each segment of each ball, got arrays of shapes {sorted(shapes)}. "
