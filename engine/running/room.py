@@ -5,6 +5,7 @@ One shot, a batch and a sweep differ in who makes the shots and who asks for the
 
 from __future__ import annotations
 
+from threading import Event
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.block import END
 from ghostball.engine.event_loop.play import START_COLUMNS, play
 from ghostball.engine.library.entry import COMPILED, Code, Needed
-from ghostball.engine.running.from_scene import Layout
+from ghostball.engine.running.from_scene import Layout, log_of
 from ghostball.engine.running.variants import Variant
 from ghostball.model.events import Status
 
@@ -63,6 +64,9 @@ _NO_STARTS = np.empty((0, 0, START_COLUMNS))
 
 Log = tuple[st.FloatArray, st.IntArray, st.IntArray, st.FloatArray]
 
+NO_LOG: Log = log_of(0, 0)
+"""The log of shots of which only the ends are kept."""
+
 
 class Room:
     """Arrays in which shots are played one after the other, of one scene at a time.
@@ -101,6 +105,29 @@ class Room:
         if not COMPILED:
             return int(play(*arrays, *numbers, *self._layout.arguments))
         return int(_code_of(self._layout).call(arrays, numbers, self._layout.fixed)())
+
+    def play_all(
+        self,
+        shots: Shots,
+        which: st.IntArray,
+        limits: Limits,
+        *,
+        who: int = 0,
+        stop: Event | None = None,
+    ) -> None:
+        """Play the shots `which` to their ends, without a log; the results are put in `shots`.
+
+        `who`: the ball that the first of `shots.starts` belongs to.
+        `stop`: when another thread sets this event, the loop ends after its next return from the
+            kernel, and the remaining shots aren't played.
+        """
+        first, continues = 0, False
+        while first < len(which) and not (stop is not None and stop.is_set()):
+            first = self.play(shots, which, first, continues, NO_LOG, limits, who=who)
+            # The kernel also returns between two shots; then the next one has no status yet.
+            continues = (
+                first < len(which) and shots.counts[which[first], st.STATUS] == st.RUN_PAUSED
+            )
 
 
 def needed(layout: Layout, name: str) -> Needed:

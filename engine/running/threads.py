@@ -11,7 +11,7 @@ import numpy as np
 from ghostball.engine.core import state as st
 from ghostball.engine.event_loop import play
 from ghostball.engine.running.driver import warm_up
-from ghostball.engine.running.from_scene import Layout, log_of, phases_of
+from ghostball.engine.running.from_scene import Layout, phases_of
 from ghostball.engine.running.room import Limits, Room, Shots
 from ghostball.model import Scene
 from ghostball.model.scene.contents import rolling
@@ -55,7 +55,7 @@ def run_tasks(
     """
     for variant in {layout.variant for share in shares for layout, _ in share}:
         warm_up(variant)
-    stop, no_log = Event(), log_of(0, 0)
+    stop = Event()
 
     def play_share(share: Sequence[Task]) -> None:
         room: Room | None = None
@@ -63,11 +63,7 @@ def run_tasks(
             if room is None or not room.fits(layout):
                 room = Room(layout)
             room.turn_to(layout)
-            first, continues = 0, False
-            while first < len(which) and not stop.is_set():
-                first = room.play(shots, which, first, continues, no_log, limits, who=who)
-                paused = first < len(which) and shots.counts[which[first], st.STATUS]
-                continues = paused == st.RUN_PAUSED
+            room.play_all(shots, which, limits, who=who, stop=stop)
 
     with ThreadPoolExecutor(threads) as pool:
         try:

@@ -46,7 +46,7 @@ class Motion:
 
     @cached_property
     def replay(self) -> Replay:
-        """What plays the balls from other states."""
+        """The simulation of the balls from other states."""
         return Replay(self.scene)
 
     @cached_property

@@ -1,10 +1,11 @@
-"""Small changes of a shot in air or in flight, found by runs begun a little aside.
+"""Small changes of a shot in air or in flight, followed by central differences.
 
-From one instant to the next, each soon after an
-event, the balls are played on from their recorded states with the changes added and taken away,
-made so small that what becomes of them is proportional to them: half the difference is what becomes
-of the change. Where it isn't, the two are not on both sides of what was recorded: there is no
-derivative, and nothing is known of the ball from then on.
+The shot is cut at instants soon after its events. From each instant to the next one, the balls are
+simulated twice: once from their recorded states plus the changes, once from these states minus the
+changes. The changes are scaled down first, until the motion's response is proportional to them;
+then half the difference between the two final states is the change at the next instant. If the
+recorded final state isn't midway between the two, the response isn't proportional: no derivative
+exists, and the changes of the ball are unknown from that instant on.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from ghostball.engine.core import state as st
 from ghostball.engine.core.state import FloatArray
 from ghostball.engine.event_loop import play
-from ghostball.engine.running.from_scene import phases_of
+from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.sensitivity.passages import collisions_at_once
 from ghostball.engine.sensitivity.replay import Replay
 from ghostball.engine.sensitivity.rounding import LANES
@@ -26,40 +27,49 @@ from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.events import EventKind, Events
 
 STATE = 9
-"""Numbers of a ball's state: position, velocity and angular velocity, three of each."""
+"""Numbers in a ball's state: three each for position, velocity and angular velocity."""
 
 _KNOWN = [0, 1, 3, 4, 6, 7, 8]
-"""Those of a change that is given, or asked for: on the cloth the others are 0."""
+"""Numbers of a state whose changes a caller gives and gets: all but height and vertical velocity,
+which don't change on the cloth."""
 
 _STEP = 2.0**-20
-"""Of changes that are played, over radii and speeds. What is neglected grows with its square, and
-rounding is divided by it."""
+"""Size of the changes that are simulated, in units of `_scales`. The neglected terms grow with its
+square; the rounding errors of the result are divided by it."""
 
 _STILL = 2.0**-20
-"""Part of the largest speed below which a ball counts as at rest: changes much smaller than what
-rounding leaves of a ball that stops would be rounding themselves."""
+"""Fraction of the largest speed below which a ball counts as at rest.
+
+A ball that stops keeps a small speed by rounding. Changes in proportion to that speed would be
+smaller than their rounding errors.
+"""
 
 _NEAR = 2.0**-16
-"""Within so much of an event [s] changes aren't played up to an instant, for some have come to the
-event and others haven't, but up to beyond it, and taken back by their velocity."""
+"""Duration before and after an event within which no simulation ends [s].
+
+There, some changed balls have passed the event already, and the others haven't. The simulation ends
+outside of this duration, and the changes of velocity carry the result to the instant asked for.
+"""
 
 _SOON, _LEAST_GAP = 2.0**-10, 2.0**-14
-"""How long after an event changes are measured [s], and how long no other may come for that."""
+"""Delay from an event to the instant at which the changes are measured [s], and the least time
+between two events for which changes are measured between them [s]."""
 
 _CURVED = 0.1
-"""Part of a change by which the mean of both runs may be off the recorded one."""
+"""Largest distance of the mean of both simulations from the recorded state, over the change."""
 
 _PUSHED = 2.0**-20
-"""Part of the acceleration by which that of a ball that nothing pushes may be off."""
+"""Largest relative difference between the recorded acceleration of a ball and the acceleration by
+cloth and air alone, for a ball that touches nothing else."""
 
 _ROUNDING = 2.0**-40
-"""The same, in radii, of a change that is hardly more than rounding."""
+"""Addition to the limit `_CURVED`, in radii: the rounding error of the mean."""
 
 
 class Replayed:
-    """What becomes of changes of a shot's state at an instant, (n, STATE, m); see the module.
+    """The changes of a shot's states that follow from m changes of its first state.
 
-    `at` (c,) float64 [s]: instants between which they are played.
+    `at` (c,) float64 [s]: the instants between which the changes are simulated.
     """
 
     def __init__(
@@ -70,10 +80,11 @@ class Replayed:
         given: FloatArray | None,
         runs: int = 0,
     ) -> None:
-        """Play changes on.
+        """Follow changes to the end of the shot.
 
-        `given` (n, 7, m): those of the first state; None: they are those of rounding.
-        `runs`: how often LANES ways of rounding are played.
+        `given` (n, 7, m): the changes of the first state; None: rounding errors of the first state
+            and of the state after each event.
+        `runs`: without `given`, the number of samples of rounding errors is LANES times this.
         """
         n, rounds = len(scene.balls), given is None
         changes = np.zeros((n, STATE, LANES * runs if given is None else given.shape[2]))
@@ -89,11 +100,10 @@ class Replayed:
         self._instants = np.unique(events["t"])
         self.at = np.array([0.0, *self._measured()])
         self._states, self._phases = _states(trajectory, self.at), trajectory.phases(self.at)
-        # What is recorded of the start is after the impacts of balls that touch there.
+        # The recorded first state is that after the impacts of balls that touch at the start.
         vectors = (scene.positions, scene.velocities, scene.angular_velocities)
         self._states[0] = np.concatenate(vectors, axis=1)
-        rises = (scene.positions[:, 2] > scene.radii) | (scene.velocities[:, 2] > 0.0)
-        self._phases[0] = phases_of(scene.rolls, rises, scene.physics.motion == "sliding")
+        self._phases[0] = layout_of(scene).state[:, st.PHASE]
         moves = np.any(scene.velocities != 0.0, axis=1)
         self._phases[0, (self._phases[0] == st.ROLLING) & ~moves] = st.RESTING
         self._kept = np.full((len(self.at), *changes.shape), np.nan)
@@ -123,7 +133,7 @@ class Replayed:
             self._kept[j] = changes
 
     def sample(self, times: FloatArray) -> FloatArray:
-        """Return the changes at some instants, (k, n, STATE, m); NaN where there is none."""
+        """Return the changes at k instants, (k, n, STATE, m); NaN where no derivative exists."""
         found = np.empty((len(times), *self._kept.shape[1:]))
         for k, t in enumerate(times.tolist()):
             j = int(np.searchsorted(self.at, t, side="right")) - 1
@@ -131,20 +141,20 @@ class Replayed:
         return found
 
     def known(self, times: FloatArray) -> FloatArray:
-        """Return the changes at some instants as they are given, (k, n, 7, m)."""
+        """Return the changes at k instants, (k, n, 7, m), of the numbers in `given`."""
         return self.sample(times)[:, :, _KNOWN]
 
     def moved(self, times: FloatArray) -> Iterator[FloatArray]:
-        """Yield changes of places, (3, k, n, m) [m]."""
+        """Yield the changes of the positions at k instants, (3, k, n, m) [m]."""
         yield np.moveaxis(self.sample(times)[:, :, :3], 2, 0)
 
     @property
     def event_shifts(self) -> FloatArray:
-        """How much later each event comes [s], (events, m): from the changes just before and after.
+        """The delay of each event [s], (events, m), from the changes just before and after it.
 
-        A change of the place jumps by what the velocity does, times the delay; where it goes on as
-        it is, that of the velocity by what the acceleration does. NaN where a ball has another
-        event soon.
+        The change of the position jumps by the delay times the jump of the velocity. Where the
+        velocity doesn't jump, the change of the velocity jumps by the delay times the jump of the
+        acceleration. NaN where a ball has another event soon.
         """
         shifts = np.full((len(self._events), self._kept.shape[3]), np.nan)
         for k, (t, kind, a, b) in enumerate(self._events.tolist()):
@@ -167,7 +177,10 @@ class Replayed:
         return shifts
 
     def _measured(self) -> Iterator[float]:
-        """Yield when changes are measured: soon after events, where the state is known."""
+        """Yield the instants at which changes are measured: soon after events.
+
+        An instant is left out while a ball makes low bounces, when its state isn't known.
+        """
         ends = np.append(self._instants, self._trajectory.t_end)[1:]
         unknown = self._low_bounces()
         for t, end in zip(self._instants.tolist(), ends.tolist(), strict=True):
@@ -176,9 +189,9 @@ class Replayed:
                 yield at
 
     def _low_bounces(self) -> FloatArray:
-        """Return when balls make bounces that the engine doesn't follow one by one, (k, 2) [s].
+        """Return the intervals of bounces that the engine doesn't follow one by one, (k, 2) [s].
 
-        They end with an event on the cloth, to which the ball doesn't fly.
+        Each interval ends with an event on the cloth, before which the ball isn't in flight.
         """
         found = [(0.0, 0.0)]
         for event in self._events[self._events["kind"] == EventKind.BALL_CLOTH]:
@@ -189,10 +202,11 @@ class Replayed:
         return np.array(found)
 
     def _free_until_of(self, i: int) -> float:
-        """Return when a ball is first in contact that lasts [s]; inf: never.
+        """Return the start of the first resting contact of ball i [s]; inf if it has none.
 
-        It moves otherwise then than cloth and air alone have it move. A gap of h that opens there
-        has the ball bounce at speeds of the order of sqrt(h): no derivative exists.
+        The contact shows in the acceleration, which differs from that by cloth and air alone. From
+        there on no derivative exists: if the contact opens to a gap h, the ball bounces at speeds
+        of the order of sqrt(h).
         """
         scene, rows = self._scene, self._trajectory.segments[i]
         physics, radius = scene.physics, float(scene.radii[i])
@@ -201,7 +215,7 @@ class Replayed:
         turning = radius * rows[:, [st.WY, st.WX]] * (-1.0, 1.0)
         slip = velocity + np.where(slides[:, np.newaxis], turning, 0.0)
         speed, slipping = np.linalg.norm(velocity, axis=1), np.linalg.norm(slip, axis=1)
-        # Of the air's drag the cloth's friction takes 2/7 where balls may slide.
+        # Where balls may slide, friction of the cloth cancels 2/7 of the air's drag.
         felt = physics.air_drag * (5.0 / 7.0 if physics.motion == "sliding" else 1.0)
         rolling = scene.rolling_frictions[i] * physics.gravity
         rolling += (felt + physics.rolling_friction_quadratic) * speed * speed
@@ -209,7 +223,8 @@ class Replayed:
         free = -(slow / np.where(slipping > 0.0, slipping, 1.0))[:, np.newaxis] * slip
         free -= np.where(slides, physics.air_drag * speed, 0.0)[:, np.newaxis] * velocity
         off = np.linalg.norm(rows[:, st.AX : st.AY + 1] - free, axis=1)
-        # The last piece of a slide in air is a parabola, as if the air's drag didn't turn the slip.
+        # The last piece of a slide in air is a parabola: its acceleration neglects that the air's
+        # drag turns the slip.
         drag = physics.air_drag * speed * speed
         powers = self._trajectory.powers(rows)[0]
         straight = slides & ~np.any(powers, axis=0) & (len(powers) > 0)
@@ -219,7 +234,7 @@ class Replayed:
         return float(np.min(starts[pushed], initial=math.inf))
 
     def _side(self, j: int, t: float) -> float:
-        """Return up to when changes are played for an instant: not where an event is near."""
+        """Return the instant at which the simulation for an instant t ends, away from events."""
         k = int(np.searchsorted(self._instants, t, side="right"))
         if k > 0 and t - self._instants[k - 1] < _NEAR:
             return float(self._instants[k - 1] + _NEAR)
@@ -228,7 +243,7 @@ class Replayed:
         return t
 
     def _beside(self, j: int, t: float, side: float) -> FloatArray:
-        """Return the changes at an instant t, as they are at another one, `side`, but for that."""
+        """Return the changes at an instant t, extrapolated from the changes at `side`, near t."""
         if side <= self.at[j]:
             changes = self._kept[j].copy()
             side = self.at[j]
@@ -244,9 +259,11 @@ class Replayed:
     def _played(
         self, j: int, duration: float, end: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return what becomes of the changes at instant j in a time, (n, STATE, m).
+        """Return the changes a duration after instant j, and for which balls they are unknown.
 
-        And of which balls none is known. `end` (n, STATE): how the balls move then.
+        `end` (n, STATE): the recorded state then.
+
+        Returns (n, STATE, m) float64 and (n,) bool.
         """
         state, kept = self._states[j], self._kept[j]
         lost = ~np.all(np.isfinite(kept), axis=(1, 2))
@@ -274,7 +291,11 @@ class Replayed:
         return changes, curved
 
     def _scales(self, j: int) -> FloatArray:
-        """Return of what size changes must be small, (n, STATE): radii, and speeds that turn."""
+        """Return the scale of each number at instant j, (n, STATE).
+
+        Changes must be small compared to it. The scale of a velocity is the speed that gives
+        friction its direction: the slip of a ball that slides, the speed of a ball that rolls.
+        """
         state, phase, radius = self._states[j], self._phases[j], self._scene.radii
         speed = np.linalg.norm(state[:, 3:6], axis=1)
         fastest = np.max(np.maximum(speed, radius * np.linalg.norm(state[:, 6:], axis=1)))
@@ -291,7 +312,7 @@ class Replayed:
         return scales
 
     def _noise(self, j: int, balls: NDArray[np.intp], changes: FloatArray) -> FloatArray:
-        """Return changes with what rounding the states of balls at instant j might add to them."""
+        """Return the changes plus random rounding errors of the states of balls at instant j."""
         state, radius = self._states[j, balls], self._scene.radii[balls]
         size = np.abs(state)
         place = size[:, :3] + radius[:, np.newaxis] + self.at[j] * size[:, 3:6]
@@ -308,23 +329,24 @@ class Replayed:
 
 
 def _has(events: Events, balls: Sequence[int]) -> NDArray[np.bool_]:
-    """Return which events are of some of the balls."""
+    """Return which events involve at least one of the balls, (events,) bool."""
     pairs = events["kind"] == EventKind.BALL_BALL
     found: NDArray[np.bool_] = np.isin(events["a"], balls) | (pairs & np.isin(events["b"], balls))
     return found
 
 
 def _states(trajectory: ExactTrajectory, times: FloatArray) -> FloatArray:
-    """Return the recorded states at some instants, (k, n, STATE)."""
+    """Return the recorded states at k instants, (k, n, STATE)."""
     sampled = trajectory.sample(np.clip(times, 0.0, trajectory.t_end))
     states: FloatArray = np.concatenate(sampled, axis=2)
     return states
 
 
 def _lose(events: Events, lost: NDArray[np.bool_]) -> None:
-    """Note of which balls nothing is known after some events, as of those that they meet then.
+    """Mark the balls whose changes are unknown after some events, in `lost`.
 
-    Of one that has two collisions at one instant: any change decides their order.
+    These are the balls with two collisions at one instant, whose order any change decides, and the
+    balls that collide with a marked ball.
     """
     counts = collisions_at_once(events)
     for t, kind, a, b in events.tolist():
