@@ -157,8 +157,8 @@ class Laws(NamedTuple):
     outer: int  # first row of `obstacles` from which on all lie outside of the frame, see below
     frame_x: float  # the frame: a rectangle from (0, 0) to here [m], along whose sides cushions lie
     frame_y: float
-    # What balls bounce off, or are taken out by; `running.from_scene.obstacles_of` lists it. Python
-    # sees a matrix (k, OBSTACLE_COLUMNS), kernels (k,) of `ObstacleRow`.
+    # What balls bounce off, or fall into; `running.obstacle_rows` makes the rows. Python sees a
+    # matrix (k, OBSTACLE_COLUMNS), kernels (k,) of `ObstacleRow`.
     obstacles: Any
 
 

@@ -1,9 +1,9 @@
 """When a ball meets what stands still on the table: lines, segments and discs.
 
-Each is a row of `Laws.obstacles`: `running.from_scene.obstacles_of` lists them, a scene's cushions
-as lines. Each is convex, so that a ball must cross the line through its nearest point, across the
-way there, before it can touch: a bound of when it does is found as for two balls, and from there
-another one. What a ball in the air meets is in `motion.flight`.
+Each is a row of `Laws.obstacles`, made by `running.obstacle_rows`; a scene's cushions are lines.
+Each is convex, so that a ball must cross the line through its nearest point, across the way there,
+before it can touch: a bound of when it does is found as for two balls, and from there another one.
+What a ball in the air meets is in `motion.flight`.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
 """Lays a scene out as the arrays that the kernels work on; once per scene, copied for each run.
 
-Balls, laws, what balls bounce off (`obstacles_of`), and room for schedulers, contacts and the log.
+Balls, laws, and room for schedulers, contacts and the log; obstacles are made by `obstacle_rows`.
 """
 
 from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -17,7 +16,7 @@ import numpy as np
 from ghostball.engine.capabilities import CAPABILITIES
 from ghostball.engine.core import state as st
 from ghostball.engine.core.block import Block
-from ghostball.engine.core.rows import OBSTACLE_COLUMNS, STATE_COLUMNS
+from ghostball.engine.core.rows import STATE_COLUMNS
 from ghostball.engine.core.state import (
     Air,
     Balls,
@@ -29,28 +28,12 @@ from ghostball.engine.core.state import (
     Pairs,
 )
 from ghostball.engine.library.entry import Last
-from ghostball.engine.running.skips import (
-    Skip,
-    balls_rub,
-    has_frame,
-    is_uniform,
-    uses_cells,
-)
+from ghostball.engine.running.obstacle_rows import obstacles_of, outer_of
+from ghostball.engine.running.skips import Skip, balls_rub, is_uniform, uses_cells
 from ghostball.engine.running.variants import Variant, variant_of
-from ghostball.model import (
-    CUSHIONS,
-    INWARD,
-    Disc,
-    Hole,
-    Obstacle,
-    Physics,
-    Scene,
-    Segment,
-    Table,
-    UnsupportedSceneError,
-)
+from ghostball.model import CUSHIONS, Scene, UnsupportedSceneError
 from ghostball.model.features import Feature, check_supported, has_feature
-from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
+from ghostball.model.impact_laws import BALL_LAW_NAMES
 from ghostball.model.scene import check_whole
 from ghostball.model.scene.contents import rolling
 from ghostball.model.scene.starts import starts_of
@@ -296,91 +279,10 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         gravity=float(physics.gravity),
         table_restitution=float(physics.table_restitution),
         roll_quadratic=float(physics.rolling_friction_quadratic),
-        outer=_outer_of(scene, len(obstacles), off),
+        outer=outer_of(scene, len(obstacles), off),
         frame_x=0.0 if scene.table is None else scene.table.length,
         frame_y=0.0 if scene.table is None else scene.table.width,
         obstacles=obstacles,
-    )
-
-
-_FAR = 1e150
-"""Where a cushion lies that no ball reaches [m]: a number, so that nothing becomes NaN by it, whose
-square is one, too."""
-
-
-def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray:
-    """Return what balls bounce off, or fall into: a line for each cushion, through its nose.
-
-    A side without a cushion has none; with the skip of cushions switched off, one that is too far
-    away to be met. Posts follow, then what lies along the sides and behind them, in the table's
-    order.
-    """
-    return _rows_of(scene.table, scene.physics, Skip.CUSHIONS in off)
-
-
-@lru_cache(maxsize=32)
-def _rows_of(table: Table | None, physics: Physics, everywhere: bool) -> FloatArray:
-    """Return a table's obstacles, and with `everywhere` a cushion on each side; not to be changed.
-
-    Kept for the tables asked about last: with pockets there are dozens.
-    """
-    law, coefficients = CUSHION_LAW_NAMES.index(physics.cushion), coefficients_of(physics)
-    rows: list[tuple[float, ...]] = []
-    sides = {} if table is None else {side.name: side for side in table.sides}
-    for index, name in enumerate(CUSHIONS):
-        normal = INWARD[name]
-        if name in sides:
-            point = sides[name].point
-        elif everywhere:
-            point = (-_FAR * normal[0], -_FAR * normal[1])
-        else:
-            continue
-        rows.append((st.LINE, *point, *normal, 0.0, law, index, *coefficients))
-    posts, others = _obstacles_in_order(table)
-    rows += [(*_place_of(one, law), *coefficients) for one in (*posts, *others)]
-    found = np.array(rows, dtype=np.float64).reshape(-1, OBSTACLE_COLUMNS)
-    found.flags.writeable = False
-    return found
-
-
-def _obstacles_in_order(table: Table | None) -> tuple[Sequence[Obstacle], Sequence[Obstacle]]:
-    """Return a table's posts, and what else there is besides lines."""
-    obstacles = () if table is None else table.obstacles
-    posts = [one for one in obstacles if isinstance(one, Disc) and one.inward is None]
-    return posts, [one for one in obstacles if one not in posts]
-
-
-def _outer_of(scene: Scene, count: int, off: frozenset[Skip]) -> int:
-    """Return from which row on obstacles lie outside of a table's rectangle, of so many.
-
-    All of a table with pockets but its posts do: noses lie along the sides, the rest behind them.
-    """
-    if not has_frame(scene) or Skip.FAR_OBSTACLES in off:
-        return count
-    _, others = _obstacles_in_order(scene.table)
-    return count - len(others)
-
-
-def _place_of(one: Obstacle, law: int) -> tuple[float, ...]:
-    """Return the first numbers of an `ObstacleRow`, as far as `index`."""
-    if isinstance(one, Segment):
-        return (st.SEGMENT, *one.start, *one.end, 0.0, law, one.obstacle)
-    normal = one.inward or (0.0, 0.0)
-    if isinstance(one, Hole):
-        return (st.DISC, *one.centre, *normal, one.radius, st.TAKES_OUT, one.pocket)
-    return (st.DISC, *one.centre, *normal, one.radius, law, one.obstacle)
-
-
-def coefficients_of(physics: Physics) -> tuple[float, ...]:
-    """Return the last numbers of a cushion's `ObstacleRow`, from `turns` on."""
-    mirror = physics.cushion == "mirror"
-    return (
-        CUSHION_LAWS[CUSHION_LAW_NAMES.index(physics.cushion)].turns,
-        1.0 if mirror else physics.cushion_restitution,
-        0.0 if mirror else physics.cushion_restitution_loss,
-        1.0 if mirror else physics.cushion_tangential_restitution,
-        physics.cushion_friction,
-        physics.cushion_height,
     )
 
 

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from ghostball.engine import simulate
-from ghostball.engine.running import from_scene
+from ghostball.engine.running import from_scene, obstacle_rows
 from ghostball.model import Result, Scene
 
 Play = Callable[..., Result]
 
-_OWN = from_scene.obstacles_of
+_OWN = obstacle_rows.obstacles_of
 
 
 def add_obstacles(monkeypatch: pytest.MonkeyPatch, *rows: Sequence[float]) -> None:
     """Let every table have these rows too, with the coefficients of the scene's cushions."""
 
     def obstacles_of(scene, *more):
-        coefficients = from_scene.coefficients_of(scene.physics)
+        coefficients = obstacle_rows.coefficients_of(scene.physics)
         return np.vstack([_OWN(scene, *more), *((*row, *coefficients) for row in rows)])
 
     monkeypatch.setattr(from_scene, "obstacles_of", obstacles_of)

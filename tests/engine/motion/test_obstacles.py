@@ -18,7 +18,7 @@ from side_pocket import into_side_pocket
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
-from ghostball.engine.running import from_scene
+from ghostball.engine.running import from_scene, obstacle_rows
 from ghostball.model import Ball, EventKind, Hole, Physics, Result, Scene, Status, Table, event_dict
 from ghostball.model.scene.obstacles import gap_to, is_inside
 from ghostball.validation.scenes.random_scenes import random_scene
@@ -117,7 +117,7 @@ def test_a_bounce_has_the_coefficients_of_its_own_row(
     wanted = simulate(shot(0.6, 0.4), record="events")
     assert cushion_collisions(wanted)[0][1] == 1
     assert wanted.collision_counts["ball-cushion"] == 1
-    own, rows = from_scene.coefficients_of(wanted.scene.physics), from_scene.obstacles_of
+    own, rows = obstacle_rows.coefficients_of(wanted.scene.physics), obstacle_rows.obstacles_of
 
     def right_one_differs(scene: Scene, *more: Any) -> Any:
         found = rows(scene, *more).copy()
