@@ -54,7 +54,7 @@ class Balls(NamedTuple):
     counters: IntArray  # (COUNTERS,) those of the `Log`: every loop counts its turns in WORK
     higher: FloatArray | None  # (n, HIGHER + 2 k): what pieces of a degree above 2 have beyond it
     air: Air | None  # what else is needed where something slows balls by more the faster they are
-    height: FloatArray | None  # (n, HEIGHT_COLUMNS): columns BASE ... below, where balls may fly
+    height: FloatArray | None  # (n, HEIGHT_COLUMNS): columns BASE ... below
 
 
 # Columns of `Balls.higher`: first how fast the acceleration may change along x and along y [m/s^3],
@@ -309,9 +309,11 @@ class Log(NamedTuple):
 class World(NamedTuple):
     """All that a run works on.
 
-    Of `pairs` and `cells` one is empty, the other the scheduler's. The compiler leaves out what
-    follows `x is not None` where the type of an argument x is None: but not of a
-    field, which is therefore passed along where a kernel asks that.
+    The scheduler works with `pairs` or with `cells`; the arrays of the other one are empty. In the
+    lean kernel, `higher`, `air` and `height` of `balls` are None. The compiler leaves out what
+    follows `x is not None` if x is an argument whose type is None, but not if x is a field: so
+    these fields are passed as arguments to the kernels that ask this. In the full kernel, laws such
+    as `airborne` and `air_drag` decide at run time.
     """
 
     balls: Balls

@@ -24,7 +24,8 @@ def run(world: World, limit: int) -> int:
     RUN_PAUSED, where its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where
     more balls touch at once than the arrays have room for.
 
-    One of `pairs` and `cells` is None: which scheduler works, `scheduling.scheduler` says.
+    The scheduler works with `pairs` or with `cells`, whichever isn't empty; see
+    `scheduling.scheduler`.
 
     Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
     the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT or RUN_PAUSED continues

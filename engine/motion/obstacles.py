@@ -76,9 +76,10 @@ def _across(rx: float, ry: float, dx: float, dy: float) -> tuple[float, float, f
 
 @kernel(inline=True)
 def nose_reach(balls: Balls, i: int, laws: Laws, k: int) -> float:
-    """Return how far from obstacle k ball i touches it, on the cloth [m]; see `motion.flight`.
+    """Return how far from obstacle k the centre of ball i on the cloth is when they touch [m].
 
-    A hole takes it when its centre is there.
+    Balls that may fly (`Laws.airborne`) touch a nose below or above their centres; see
+    `motion.flight`. A hole takes a ball out when the ball's centre reaches the hole's edge: 0.
     """
     if laws.obstacles[k].law == st.TAKES_OUT:
         return 0.0
@@ -94,9 +95,9 @@ def is_post(laws: Laws, k: int) -> bool:
 
 @kernel(inline=True)
 def above_nose(height: FloatArray, i: int, laws: Laws, k: int) -> float:
-    """Return how far above the nose of obstacle k ball i's centre is, at its epoch [m].
+    """Return how far above the nose of obstacle k the centre of ball i is, at its epoch [m].
 
-    A post meets a ball at the height where that is.
+    A post touches a ball at the height of the ball's centre: 0.
     """
     above: float = height[i, st.BASE] + height[i, st.RISE] - laws.obstacles[k].height
     return 0.0 if is_post(laws, k) else above

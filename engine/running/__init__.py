@@ -1,5 +1,5 @@
-"""Python around the kernels: from a scene to arrays, which variant, a run and its logs.
+"""Python around the kernels: arrays of a scene, the choice of the kernel, runs and their logs.
 
-`from_scene` makes the arrays, `driver` and `threads` run a shot, and many; `skips` and
-`variants` decide what is left out of the work, and of the compiled code.
+`from_scene` and `obstacle_rows` make the arrays; `driver` runs one shot, `threads` many. `skips`
+decides which work is left out, `variants` which of the two compiled kernels plays a scene.
 """

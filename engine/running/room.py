@@ -152,7 +152,7 @@ _NO_INTEGERS, _NO_NUMBERS = np.empty(0, dtype=np.int64), np.empty(0)
 
 
 def _code_of(layout: Layout) -> Code:
-    """Return the variant of the kernel that plays a scene."""
+    """Return the compiled kernel that plays a scene."""
     code = _CODES.get(layout.variant)
     if code is None:
         code = _CODES[layout.variant] = needed(layout, "shots").load().code
