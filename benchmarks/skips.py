@@ -169,9 +169,14 @@ def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
 
 
 def _task(name: str, scene: Scene, *off: Skip) -> Task:
-    """Return a scene without some skips as something to be timed, compiled beforehand."""
+    """Return the measurement of a scene without some skips, whose kernel is compiled beforehand.
+
+    Each sample begins with a run that isn't timed. The run before it may have used the other
+    kernel: then caches hold nothing of this one, and the first run is slower than the next.
+    """
 
     def sample() -> dict[str, float]:
+        run(scene, no_skip=off)
         result = run(scene, no_skip=off)
         return {"seconds": result.wall_time, **{name: result.work[name] for name in COUNTERS}}
 
