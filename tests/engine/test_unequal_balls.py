@@ -2,8 +2,7 @@
 
 A kernel that takes the radius or the mass of one ball for the other's is right as long as all balls
 are alike, and gives another shot where their order changes. Radii and places are sums of powers of
-two, so that a mirror image rounds nothing. Interpreted, for their options would ask for a dozen
-variants of the kernels.
+two, so that a mirror image rounds nothing.
 """
 
 from __future__ import annotations
@@ -11,15 +10,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from islands import pushing_pair
-from kernels import interpreted
 from same import differences
 from same.images import MAPS, image, is_promised, shuffled
 from shots import ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Scene, Table
-
-pytestmark = interpreted
 
 R, S = 2.0**-5, 0.75 * 2.0**-5
 """Radii of a large and a small ball [m]."""

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from kernels import interpreted
 from many_balls import alike, by_both, many_balls
 from recorded import fingerprint
 from shots import R, random_shot
@@ -37,7 +36,6 @@ GASES = {
 }
 
 
-@interpreted
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("physics", GASES.values(), ids=GASES)
 def test_a_small_gas_in_cells_has_the_same_bits_and_no_overlap(physics, seed, monkeypatch):
