@@ -1,8 +1,7 @@
-"""The page of an engine: what is committed of it, gathered."""
+"""The page of an engine: its recipe, its results and its declarations."""
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,41 +10,39 @@ from benchmarks.measurements import measured
 from docs.measured_tables import rebounds
 from docs.tables import any_engine, table
 from ghostball.cli.show.engines import recipe_names, recipe_of
-from ghostball.reference_adapters import engine_class
 
 DOCS = Path(__file__).resolve().parent
 
 NAMED = {"physx": "sapien"}
-"""What findings call an engine, where that isn't its name."""
+"""The name of an engine in the files of findings, if it differs."""
 
 
 def page(name: str) -> str:
-    """Return all that is committed of an engine, as Markdown beneath its name."""
+    """Return the page of an engine beneath its introduction, as Markdown."""
     return "\n\n".join(_parts(name))
 
 
 def _parts(name: str) -> Iterator[str]:
-    paragraphs = (inspect.getdoc(inspect.getmodule(engine_class(name))) or "").split("\n\n")
-    yield "\n\n".join(paragraphs[:2])
+    if name in recipe_names():
+        yield f"## Best settings as code\n\n```python\n{recipe_of(name).rstrip()}\n```"
     yield from _on_board(name)
-    if rows := rebounds(name):
+    if measured_rows := rebounds(name):
         yield (
-            "## Beside real tables\n\nDifference from the [rebounds of a match]"
-            f"(../real-tables.md), in standard errors:\n\n{rows}"
+            "## Agreement with real tables\n\nDifference from the [rebounds of a match]"
+            f"(../real-tables.md), in standard errors:\n\n{measured_rows}"
         )
     found = sorted((DOCS / "findings").glob(f"{NAMED.get(name, name)}-*.md"))
     if found:
         links = (f"[{path.stem}](../findings/{path.name})" for path in found)
-        yield f"Found here: {', '.join(links)}."
+        yield f"## Findings\n\nFaults that Ghostball found: {', '.join(links)}."
     rows = [
-        (feature.value, {"approximate": "nearly", "none": "no"}[one.support], one.how)
+        (feature.value, {"approximate": "approximately", "none": "no"}[one.support], one.how)
         for feature, one in any_engine(name).capabilities.items()
         if one.support != "exact"
     ]
     if rows:
-        yield f"## What it doesn't represent exactly\n\n{table(('physics', '', 'how'), rows)}"
-    if name in recipe_names():
-        yield f"## Its best settings, as code\n\n```python\n{recipe_of(name).rstrip()}\n```"
+        heads = ("feature", "supported", "how, or why not")
+        yield f"## Features not supported exactly\n\n{table(heads, rows)}"
 
 
 def _on_board(name: str) -> Iterator[str]:
@@ -63,8 +60,8 @@ def _on_board(name: str) -> Iterator[str]:
     where = dict.fromkeys(said.split("; "))
     heads = ("scene", *(f"`{label}`" for label in labels))
     yield (
-        "## On the board\n\nRest error, or accuracy class, and run time in each scene of "
-        f"[the board](../leaderboard.md). Measured on {'; '.join(where)}.\n\n"
-        f"{table(heads, rows)}\n\n"
-        f"`ghostball validate board -e {name}` measures it again."
+        "## Results on the board\n\nRest error, or accuracy class, and run time in each scene of "
+        f"[the board](../leaderboard.md), measured on {'; '.join(where)}. "
+        f"`ghostball validate board -e {name}` measures them again.\n\n"
+        f"{table(heads, rows)}"
     )

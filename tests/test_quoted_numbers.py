@@ -117,7 +117,7 @@ QUOTED = {
     ),
     "exactness": (
         "docs/measured.md",
-        r"Of (\d+) events proved in (\d+) random shots it misses (\d+)\.",
+        r"Of (\d+) events certified in (\d+) random shots Ghostball's engine misses (\d+)\.",
         of_accuracy,
     ),
     "exactness in the paper": (
@@ -132,8 +132,8 @@ QUOTED = {
     ),
     "the first result": (
         "docs/measured.md",
-        r"step of 1 ms, pymunk lets a ball rest ([\d.]+) mm .* pybullet ([\d.]+) mm, .* off by "
-        r"([\d.e-]+) m\.",
+        r"step of 1 ms, pymunk has a rest error of ([\d.]+) mm and pybullet of ([\d.]+) mm\. .* "
+        r"The rest error of Ghostball's own engine is ([\d.e-]+) m\.",
         of_first_result,
     ),
     "rebounds": (
@@ -168,9 +168,9 @@ def test_parts_that_kernels_leave_out_save_what_is_said():
 
 REVISIONS = {
     "targets": r"measured at revision ([0-9a-f]{7,40})",
-    "racks": r"played each, at revision ([0-9a-f]{7,40})",
+    "racks": r"hit at 4 to 12 m/s, at revision ([0-9a-f]{7,40})",
     "precision": r"whole call, at revision ([0-9a-f]{7,40})",
-    "accuracy": r"proved at revision ([0-9a-f]{7,40})",
+    "accuracy": r"certified at revision ([0-9a-f]{7,40})",
     "breaks": r"This was measured at revision (\w+)",
 }
 
