@@ -11,7 +11,13 @@ from typing import Final
 from ghostball.reports import style
 from ghostball.reports.words import many
 from ghostball.validation.checks.verdict import Verdict, verdict_of
-from ghostball.validation.results.records import INDEPENDENT, Accuracy, AccuracyKind, CaseRecord
+from ghostball.validation.results.records import (
+    INDEPENDENT,
+    Accuracy,
+    AccuracyKind,
+    CaseRecord,
+    Check,
+)
 from ghostball.validation.results.store import Results
 
 
@@ -73,6 +79,59 @@ MARKS_KEY: Final = (
 """What the marks mean, in one line."""
 
 
+UP_TO_ROUNDING: Final = "rounding"
+"""Stands for an error that is no larger than rounding: its femtometres mean nothing."""
+
+LEAST_TIME: Final = 1e-12
+"""An exact case's error of a time is shown as rounding below this [s]."""
+
+LARGE: Final = ("millimetres", "centimetres")
+"""Classes of errors that a reader may find large: beside a pass stands the limit that allows it."""
+
+
+def is_exact(case: CaseRecord) -> bool:
+    """Return True if the final positions of a case are right up to rounding."""
+    return case.accuracy is not None and case.accuracy.kind == "exact" and case.accuracy.at is None
+
+
+def length_text(case: CaseRecord | None, error: float | None) -> str:
+    """Return an error of a case's final positions, or an overlap [m], as tables show it."""
+    if error is not None and case is not None and is_exact(case):
+        return UP_TO_ROUNDING
+    return style.format_length(error)
+
+
+def time_text(case: CaseRecord | None, error: float | None) -> str:
+    """Return an error of a case's rest time [s] as tables show it."""
+    if error is not None and case is not None and is_exact(case) and error < LEAST_TIME:
+        return UP_TO_ROUNDING
+    return style.format_time(error)
+
+
+def allowing_check(case: CaseRecord | None) -> Check | None:
+    """Return the check that lets a large error pass: the tightest limit on the rest error.
+
+    None if the case didn't pass, if its error isn't large, or if no limit is on the rest error.
+    """
+    found = None if case is None else case.accuracy
+    if case is None or found is None or found.kind not in LARGE:
+        return None
+    if verdict_of(case) is not Verdict.PASS:
+        return None
+    limits = [
+        check
+        for check in case.checks
+        if check.metric == "rest_error_max" and check.limit_kind == "at_most" and check.passed
+    ]
+    return min(limits, key=lambda check: check.limit, default=None)
+
+
+def allowed_text(case: CaseRecord | None) -> str:
+    """Return the limit that lets a large error pass: "limit 9.66 mm"; "" if there is none."""
+    check = allowing_check(case)
+    return "" if check is None else f"limit {style.format_length(check.limit)}"
+
+
 def size_of(found: Accuracy | None) -> float | None:
     """Return what a column of runs is sorted by: the class, then the error; None without one."""
     if found is None:
@@ -119,16 +178,18 @@ def meaning_text(case: CaseRecord | None) -> str:
         return (
             f"wrong collisions{since}: {_agree_text(found)}, compared with the reference{whose} f"
         )
-    off = (
-        f"the largest position error of a ball is {style.format_length(found.error)}, compared "
-        f"with the reference{whose}"
-    )
+    error = style.format_length(found.error)
+    off = f"the largest position error of a ball is {error}, compared with the reference{whose}"
+    if found.kind == "exact":
+        off = f"no position error larger than rounding, compared with the reference{whose}"
     if found.at is not None:
         off += (
             f", at t = {style.format_time(found.at)}: after that, rounding alone changes the "
             "collisions"
         )
-    return f"{'exact to rounding' if found.kind == 'exact' else found.kind}: {off}"
+    if (check := allowing_check(case)) is not None:
+        off += f"; {allowed_text(case)}: {check.reason.rstrip('.')}"
+    return f"{found.kind}: {off}"
 
 
 def cell_text(case: CaseRecord | None) -> str:
@@ -150,6 +211,7 @@ class Tally:
     `unable`, `crashed`: scenes that it can't play, and that it didn't finish.
     `compared_with`: scenes in which it is what the others are compared with, for want of a truth.
     `typical` [m]: median of its errors where collisions are the true ones.
+    `is_typical_exact`: whether that is an error no larger than rounding.
     `seconds`: median run time.
     """
 
@@ -162,11 +224,17 @@ class Tally:
     compared_with: int
     typical: float | None
     seconds: float | None
+    is_typical_exact: bool = False
 
     @property
     def played(self) -> int:
         """Scenes that have a class."""
         return sum(self.counts.values())
+
+    @property
+    def typical_text(self) -> str:
+        """The median error as tables show it."""
+        return UP_TO_ROUNDING if self.is_typical_exact else style.format_length(self.typical)
 
     @property
     def rank(self) -> float | None:
@@ -182,7 +250,8 @@ def tally(results: Results, label: str) -> Tally:
     verdicts = [verdict_of(case) for case in cases]
     found = [case.accuracy for case in cases if case.accuracy is not None]
     kinds = Counter(one.kind for one in found)
-    errors = [one.error for one in found if one.error is not None]
+    errors = sorted((one.error, one.kind) for one in found if one.error is not None)
+    middle = errors[(len(errors) - 1) // 2 : len(errors) // 2 + 1]
     times = [case.wall_time for case in cases if case.wall_time is not None]
     return Tally(
         label,
@@ -192,8 +261,9 @@ def tally(results: Results, label: str) -> Tally:
         verdicts.count(Verdict.NOT_REPRESENTABLE) + verdicts.count(Verdict.UNAVAILABLE),
         sum(case.outcome == "failed" for case in cases),
         sum(case.accuracy is None and case.is_own_measure for case in cases),
-        median(errors) if errors else None,
+        median(error for error, _ in errors) if errors else None,
         median(times) if times else None,
+        bool(middle) and all(kind == "exact" for _, kind in middle),
     )
 
 
@@ -243,5 +313,5 @@ def wrong_text(cases: Iterable[CaseRecord]) -> str:
     ]
     counts = Counter(what for what, _ in wrong)
     said = ", ".join(f"{what} in {many(counts[what], 'case')}" for what in counts)
-    unjudged = all(verdict is Verdict.LIMITS_HOLD for _, verdict in wrong)
+    unjudged = all(verdict in (Verdict.LIMITS_HOLD, Verdict.SHOWN) for _, verdict in wrong)
     return f"{said}, not judged" if said and unjudged else said

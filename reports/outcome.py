@@ -47,6 +47,8 @@ CHANGES: Final[dict[Change, tuple[str, str]]] = {
 _COLOURS = {"✗": "bold red", "△": "bold red", "▲": "cyan", "=": "green"}
 
 _SIGNS = ("✗", "!", "?", "○", "✓")
+"""Signs of answers, the worst first."""
+
 _KINDS = {"✗": "fail", "!": "fail", "?": "holds", "○": "holds", "✓": "pass"}
 
 
@@ -107,7 +109,8 @@ def overall(results: Results | None, *regressions: Regression | None) -> Overall
     why = " ".join(answer.why for answer in ([] if limits is None else [limits]) + found)
     kind = _KINDS[sign]
     if kind == "pass" and limits is not None and limits.besides:
-        kind = "holds"  # amber: no check failed, but something is wrong that no check judges
+        # No check failed, but something is wrong that no check judges: amber, and no tick.
+        sign, kind = "≈", "holds"
     return Overall(sign, word[0].upper() + word[1:], kind, why)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports import style
+from ghostball.reports.accuracy import length_text
 from ghostball.reports.shots import standing_text
 from ghostball.reports.words import many
 from ghostball.validation.results.comparisons import comparisons_of
@@ -48,7 +49,7 @@ def comparison_cells(case: CaseRecord) -> tuple[str, ...] | None:
     found = comparisons_of(case)
     if found is None:
         return None
-    rest = standing_text(case, style.format_length(found.rest_error))
+    rest = standing_text(case, length_text(case, found.rest_error))
     counts = []
     for count, true in found.counts.values():
         differs = "" if true is None or count == true else " ≠"

@@ -11,6 +11,7 @@ import numpy as np
 from ghostball.model import COLLISION_KINDS, GhostballError, Phase, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
+from ghostball.reports.accuracy import length_text
 from ghostball.reports.words import metric_of
 from ghostball.validation.checks.verdict import RestError, Verdict, rest_error_standing, verdict_of
 from ghostball.validation.results.store import CaseRecord, Motion, Results
@@ -42,7 +43,7 @@ def rest_error_text(case: CaseRecord | None) -> str:
     In brackets where no limit judges it; "" where there is none, or it would compare our engine
     with itself.
     """
-    return standing_text(case, style.format_length(metric_of(case, "rest_error_max")))
+    return standing_text(case, length_text(case, metric_of(case, "rest_error_max")))
 
 
 def standing_text(case: CaseRecord | None, error: str) -> str:

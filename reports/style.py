@@ -54,8 +54,15 @@ FAMILY_COLOURS = {
     "planck": SKY,
     "matter-js": VERMILLION,
     "cannon-es": ORANGE,
+    "dart": ORANGE,
+    "mujoco": SKY,
+    "physx": SKY,
+    "rapier": SKY,
+    "box2d": YELLOW,
+    "box2d3": YELLOW,
 }
-OTHER_COLOURS = (ORANGE, SKY, YELLOW)
+OTHER_COLOURS = (ORANGE, YELLOW)
+"""Of engines that users bring: none is blue as pymunk is, with which most users compare."""
 
 # On, off in points. An engine drawn over another leaves gaps for the one beneath.
 _VARIANTS: dict[str, tuple[LineStyle, str]] = {
@@ -65,18 +72,32 @@ _VARIANTS: dict[str, tuple[LineStyle, str]] = {
 }
 _OTHER_VARIANTS: tuple[tuple[LineStyle, str], ...] = (
     ((0.0, (6.0, 2.0, 1.2, 2.0)), "v"),
-    ((0.0, (3.0, 1.5)), "P"),
+    ((0.0, (3.0, 1.5)), "d"),
     ((0.0, (6.0, 2.0, 1.2, 2.0, 1.2, 2.0)), "X"),
 )
+# Of engines that users bring, with default settings.
+_OTHERS: tuple[tuple[LineStyle, str], ...] = (
+    ((0.0, (8.0, 2.0)), "P"),
+    ((0.0, (5.0, 1.5, 1.0, 1.5)), "<"),
+    ((0.0, (2.0, 1.0)), ">"),
+)
 _FAMILY_LINES: dict[str, tuple[LineStyle, str]] = {
-    "paper-continuous": ((0.0, (7.0, 2.0, 1.5, 2.0)), "s"),
+    "pymunk": ("-", "s"),
+    "pybullet": ("-", "h"),
+    "paper-continuous": ((0.0, (7.0, 2.0, 1.5, 2.0)), "p"),
     "paper-discrete": ((0.0, (3.5, 2.0)), "X"),
     "certified": ((0.0, (9.0, 1.5, 1.2, 1.5, 1.2, 1.5)), "*"),
     # Engines in JavaScript share colours with others, and differ by line and marker.
     "planck": ((0.0, (4.0, 1.0)), "<"),
     "matter-js": ((0.0, (4.0, 1.0, 1.2, 1.0)), ">"),
-    "cannon-es": ((0.0, (2.0, 1.0)), "h"),
+    "cannon-es": ((0.0, (2.0, 1.0)), "H"),
 }
+
+SIGNS = {
+    **{"o": "●", "s": "■", "p": "⬟", "h": "⬢", "H": "⬣", "*": "★", "P": "✚", "X": "✖"},
+    **{"D": "◆", "d": "⬧", "^": "▲", "v": "▼", "<": "◀", ">": "▶"},
+}
+"""Characters for the markers of engines, for the page."""
 
 PNG_DPI = 130
 FORMATS = ("png", "svg")
@@ -160,6 +181,8 @@ def engine_style(label: str) -> EngineStyle:
     colour = FAMILY_COLOURS.get(family) or _pick(OTHER_COLOURS, family)
     if not settings and family in _FAMILY_LINES:
         line, marker = _FAMILY_LINES[family]
+    elif not settings and family not in FAMILY_COLOURS:
+        line, marker = _pick(_OTHERS, family)
     else:
         line, marker = _VARIANTS.get(settings) or _pick(_OTHER_VARIANTS, settings)
     ours = family == "ghostball"

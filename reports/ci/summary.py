@@ -153,7 +153,7 @@ def _engine_heads(kinds: Sequence[AccuracyKind]) -> list[str]:
 def _engine_cells(results: Results, label: str, kinds: Sequence[AccuracyKind]) -> list[str]:
     found = tally(results, label)
     counts = [str(found.counts.get(kind, 0)) for kind in kinds]
-    typical = (style.format_length(found.typical), style.format_time(found.seconds))
+    typical = (found.typical_text, style.format_time(found.seconds))
     return [_code(label), *counts, *typical]
 
 

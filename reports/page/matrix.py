@@ -14,6 +14,7 @@ from ghostball.reports.accuracy import (
     MARKS,
     MARKS_KEY,
     accuracy_text,
+    allowed_text,
     kinds_of,
     meaning_text,
     size_of,
@@ -27,6 +28,10 @@ from ghostball.validation.results.store import CaseRecord, Results
 
 FAILING = {"unchanged": "bit-identical, but its work counters differ or its limits failed"}
 """What a class of changes means where it fails, if that is something else."""
+
+
+MANY_ROWS = 40
+"""More scenes than this scroll in a box of their own, below the headings."""
 
 
 def changes_html(results: Results, regression: Regression | None) -> Markup:
@@ -68,8 +73,10 @@ def matrix_html(results: Results) -> Markup:
         "matrix.html",
         labels=results.labels,
         rows=rows,
+        MANY_ROWS=MANY_ROWS,
         legend=[CLASSES[kind] for kind in kinds_of(results.cases)],
         marks=MARKS_KEY,
+        allowed=any(cell["allowed"] for _, cells in rows for cell in cells),
         reasons=list(_reasons(results)),
     )
 
@@ -84,7 +91,7 @@ def why_text(case: CaseRecord | None) -> str:
     if not case.broken and (why := unfinished_text(case)):
         return f"{verdict.words}: {' '.join(why.split())}"
     if case.broken:
-        broken = ", ".join(f"{check.metric} fails its limit" for check in case.broken)
+        broken = "; ".join(check.sentence for check in case.broken)
         return f"{meaning_text(case) or 'no reference result'}; {verdict.words}: {broken}"
     stopped = f"; stopped early: {' '.join(case.reason.split())}" if case.reason else ""
     judged = sum(check.passed is True for check in case.checks)
@@ -102,6 +109,7 @@ def _cell(case: CaseRecord | None, label: str, scene: str) -> dict[str, Any]:
     return {
         "text": accuracy_text(case) or verdict.symbol or "not run",
         "mark": MARKS.get(verdict, ""),
+        "allowed": allowed_text(case),
         "kind": kind,
         "size": size_of(found),
         "why": why_text(case),

@@ -23,9 +23,6 @@ from ghostball.validation.results.store import CLOSED_FORM, CaseRecord, Results
 SMALLEST_ERROR = 1e-17
 """Where an error of exactly 0 is drawn on an axis that has no 0 [m]."""
 
-MARKERS = {"o": "●", "D": "◆", "^": "▲", "v": "▼", "s": "■", "P": "✚", "X": "✖", "*": "★"}
-"""Signs of the page for the markers of figures."""
-
 
 def closed_forms_html(results: Results) -> Markup:
     """Return the errors in the scenes of closed form, in units of what rounding makes of them."""
@@ -65,7 +62,7 @@ def cost_html(results: Results) -> Markup:
                 f"var(--engine-{k})",
                 seconds,
                 errors,
-                marker=MARKERS.get(look.marker, "●"),
+                marker=style.SIGNS[look.marker],
                 line=False,
                 titles=titles,
             )

@@ -82,6 +82,12 @@ def page_text(
             Part(lambda: changes_html(results, regression)),
             Part(lambda: changed_html(results, regression)),
         ),
+        section(
+            "comparison",
+            "Comparison",
+            "Where engines differ most",
+            Part(lambda: most_different(scenes)),
+        ),
         section("matrix", "Matrix", "Engines by scene", Part(lambda: matrix_html(results))),
     ]
     after = [
@@ -138,7 +144,7 @@ def page_text(
             missing=failed_text(failed) if failed else "",
             styles=[asset("page.css"), asset("replay.css"), Markup(engine_css(results.labels))],
             scripts=[replay_script(), asset("page.js")],
-            before=before,
+            before=[one for one in before if one.html],
             after=[one for one in after if one.html],
             scene_list=[(name, _worst(results, name)) for name in results.scene_names],
             scenes=[scenes[name].html for name in results.scene_names],
@@ -150,6 +156,13 @@ def _made(heading: str, make: Callable[[], Markup], failed: list[FailedPart]) ->
     """Return the content of a section, or part of it; where it can't be made, what says so."""
     made = attempt(f'section "{heading}" of report.html', make, failed)
     return render("failed.html", failed=failed[-1]) if made is None else made
+
+
+def most_different(scenes: Mapping[str, ScenePart]) -> Markup:
+    """Return the comparison of the scene in which the engines differ most; "" if there is none."""
+    found = [part.comparison for part in scenes.values() if part.comparison is not None]
+    most = max(found, key=lambda one: one.difference, default=None)
+    return Markup() if most is None else most.html
 
 
 def _ledgers(results: Results, scenes: Mapping[str, ScenePart]) -> dict[str, EnergyLedger]:

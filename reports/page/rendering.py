@@ -55,6 +55,7 @@ def templates() -> Environment:
     environment = templates_of("ghostball.reports.page")
     environment.filters.update(
         codes=codes,
+        engine=style.engine_name,
         label=label_html,
         time=style.format_time,
         quantity=style.format_quantity,

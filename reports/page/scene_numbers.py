@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from ghostball.reports import style
+from ghostball.reports.accuracy import length_text, time_text
 from ghostball.reports.shared_tables import COMPARISON_HEADS, comparison_cells
 from ghostball.reports.shots import rest_error_text, standing_text
 from ghostball.reports.words import metric_of, run_time_text
@@ -53,17 +53,16 @@ def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
 
 def number_row(case: CaseRecord) -> list[str]:
     """Return what was measured of one engine, as `number_heads` says."""
-    time_error = style.format_time(metric_of(case, "rest_time_error"))
+    time_error = time_text(case, metric_of(case, "rest_time_error"))
     if rest_error_standing(case) in (RestError.CHAOTIC, RestError.OWN):
         time_error = rest_error_text(case)  # past prediction as the rest positions are
     return [
         *(comparison_cells(case) or ["–"] * len(COMPARISON_HEADS)),
-        standing_text(case, style.format_length(metric_of(case, "rest_error_rms"))) or "–",
+        standing_text(case, length_text(case, metric_of(case, "rest_error_rms"))) or "–",
         "–" if case.rest_time is None else f"{case.rest_time:.6g}",
         time_error,
-        style.format_length(metric_of(case, "overlap_max")),
-        # Dated in the run that measures it, too: the next one finds the same part of the page.
-        run_time_text(case, dated=True),
+        length_text(case, metric_of(case, "overlap_max")),
+        run_time_text(case, dated=case.reused),
     ]
 
 

@@ -11,11 +11,13 @@ from urllib.parse import quote
 import numpy as np
 from markupsafe import Markup
 
+from ghostball.model.arrays import FloatArray
 from ghostball.model.hashes import bits_hash
 from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
 from ghostball.reports.guarded import FailedPart
 from ghostball.reports.page.chart import Axis, Series, draw, linear_axis, log_axis
+from ghostball.reports.page.comparison import Comparison, comparison_of
 from ghostball.reports.page.rendering import embedded_json, render
 from ghostball.reports.page.replay_data import scene_data
 from ghostball.reports.page.scene_numbers import (
@@ -44,6 +46,10 @@ REPLAY_ID = "replay-"
 """What stands before a scene's name in the id of its replay's data."""
 
 
+MARKS = 5
+"""Markers of an engine along its curve."""
+
+
 @dataclass(frozen=True)
 class ScenePart:
     """What the page holds of one scene, and what sections of all scenes need of its motions.
@@ -51,12 +57,14 @@ class ScenePart:
     `ledger`: of our engine's run.
     `hashes`: of the events and rest positions of each run, to the bit, by label.
     `sheet`: of the picture of it that lies beside the page, relative to that.
+    `comparison`: of its engines; None if fewer than two ran.
     """
 
     html: Markup
     ledger: EnergyLedger | None
     hashes: dict[str, str]
     sheet: PurePosixPath | None = None
+    comparison: Comparison | None = None
 
 
 def scene_part(
@@ -71,6 +79,7 @@ def scene_part(
     horizon = next((one.shot_horizon for one in cases if one.shot_horizon is not None), None)
     data = scene_data(shot, horizon=horizon)
     ledgers = _ledgers(shot)
+    energy = energy_chart(shot)
     html = render(
         "scene.html",
         name=shot.scene.name,
@@ -78,7 +87,7 @@ def scene_part(
         tags=shot.scene.tags,
         truth=shot.truth or "none",
         engines=[
-            (run.label, run.style.name, colour_of(shot, run), dash_of(run.style), run)
+            (run.label, run.style.name, swatch_of(shot, run), run)
             for run in shot.runs
             if run.case is not None
         ],
@@ -98,7 +107,7 @@ def scene_part(
         entries=[e for e in ENTRIES if any(one.entries and e in one.entries for _, one in ledgers)],
         in_contact=[case.label for case in cases if case.work.get("contact_steps")],
         work=[(case.label, work_text(case)) for case in cases if case.work],
-        energy=energy_chart(shot),
+        energy=energy,
         error=error_chart(shot, horizon),
         change=change,
         sheet=None if sheet is None else quote(str(sheet)),
@@ -112,7 +121,7 @@ def scene_part(
         if run.motion is not None and run.case is not None and run.case.rest_positions is not None
     }
     ledger = None if ours is None else dict(ledgers).get(ours.label)
-    return ScenePart(html, ledger, hashes, sheet)
+    return ScenePart(html, ledger, hashes, sheet, comparison_of(shot, energy))
 
 
 def failed_scene_part(name: str, failed: FailedPart) -> ScenePart:
@@ -149,9 +158,32 @@ def dash_of(look: style.EngineStyle) -> str:
     return "" if isinstance(look.line, str) else " ".join(f"{part:g}" for part in look.line[1])
 
 
+def swatch_of(shot: Shot, run: Run) -> tuple[str, str, bool, str]:
+    """Return an engine's look in a legend: colour, dashes, whether its line is broad, sign."""
+    sign = "" if run.style.ours else style.SIGNS[run.style.marker]
+    return colour_of(shot, run), dash_of(run.style), run.style.ours, sign
+
+
 def colour_of(shot: Shot, run: Run) -> str:
     """Return an engine's colour as CSS: it differs between light and dark."""
     return f"var(--engine-{shot.runs.index(run)})"
+
+
+def marks_on(shot: Shot, run: Run, values: FloatArray) -> Series:
+    """Return an engine's markers along its curve, each engine's at other times.
+
+    `values` (k,): of the curve, at the times of the run's motion.
+    """
+    times, place = motion_of_run(run).times, shot.drawn.index(run)
+    at = (np.arange(MARKS) + (place + 0.5) / len(shot.drawn)) / MARKS * times[-1]
+    return Series(
+        run.style.name,
+        colour_of(shot, run),
+        at,
+        np.interp(at, times, values),
+        marker=style.SIGNS[run.style.marker],
+        line=False,
+    )
 
 
 def energy_chart(shot: Shot) -> Markup:
@@ -171,6 +203,11 @@ def energy_chart(shot: Shot) -> Markup:
         )
         for run in shot.drawn
     ]
+    series += [
+        marks_on(shot, run, motion_of_run(run).energy / unit)
+        for run in shot.drawn
+        if not run.style.ours
+    ]
     title = f"Total energy against time in scene {shot.scene.name}"
     return draw(title, series, _time_axis(shot), linear_axis(f"energy [{name}]", top))
 
@@ -187,6 +224,7 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
     for run, distance in curves:
         times, colour = motion_of_run(run).times, colour_of(shot, run)
         series.append(Series(run.style.name, colour, times, distance, dash_of(run.style)))
+        series.append(marks_on(shot, run, distance))
         parted = metric_of(run.case, "first_divergence_time")
         if parted is not None:
             said = f"{run.style.name}: first wrong collision at {style.format_time(parted)}"

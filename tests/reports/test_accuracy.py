@@ -8,9 +8,12 @@ from stored_records import record
 from ghostball.reports.accuracy import (
     CLASSES,
     accuracy_text,
+    allowed_text,
     cell_text,
+    length_text,
     meaning_text,
     tally,
+    time_text,
     wrong_text,
 )
 from ghostball.validation.results.records import Accuracy, Check
@@ -94,3 +97,46 @@ def test_a_wrong_case_that_fails_is_judged():
     fails = replace(HOLDS, value=1.0, passed=False)
     failing = cases("another shot", checks=(fails,))
     assert wrong_text([*failing, *cases("another shot")]) == "wrong collisions in 2 cases"
+
+
+def test_a_large_error_that_passed_says_which_limit_allows_it(case):
+    # Breaks where a tick beside millimetres leaves a reader alone with it.
+    checks = tuple(
+        Check("rest_error_max", 3e-3, "at_most", limit, "m", passed=True, reason="One step late.")
+        for limit in (0.0172, 9.66e-3)
+    )
+    large = replace(case, accuracy=Accuracy("millimetres", error=3e-3), checks=checks)
+    assert allowed_text(large) == "limit 9.66 mm"
+    assert meaning_text(large).endswith("; limit 9.66 mm: One step late")
+    small = replace(large, accuracy=Accuracy("micrometres", error=3e-6))
+    failed = replace(large, checks=tuple(replace(check, passed=False) for check in checks))
+    assert [allowed_text(one) for one in (small, failed, None)] == ["", "", ""]
+
+
+def test_femtometres_are_called_rounding(case):
+    exact = replace(case, accuracy=Accuracy("exact", error=3e-16))
+    assert length_text(exact, 3e-16) == time_text(exact, 4e-15) == "rounding"
+    assert "fm" not in meaning_text(exact)
+    # What is exact up to an instant only may end anywhere.
+    until = replace(case, accuracy=Accuracy("exact", error=3e-16, at=1.0))
+    assert length_text(until, 0.2) == "200 mm"
+    assert time_text(exact, 1e-3) == "1 ms"
+    assert length_text(exact, None) == "–"
+
+
+@pytest.mark.parametrize(
+    ("kinds", "text"),
+    [
+        (["exact"], "rounding"),
+        (["exact", "exact", "millimetres"], "rounding"),
+        (["exact", "millimetres"], "1 mm"),
+        (["exact", "millimetres", "millimetres"], "2 mm"),
+        ([], "–"),
+    ],
+)
+def test_a_median_error_of_exact_cases_is_called_rounding(results, kinds, text):
+    errors = {"exact": 0.0, "millimetres": 2e-3}
+    found = [record(accuracy=Accuracy(kind, error=errors[kind]), status="rest") for kind in kinds]
+    label = record().label
+    shown = replace(results, cases=[replace(one, label=label) for one in found])
+    assert tally(shown, label).typical_text == text

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from ghostball.reference_adapters import engine_names
 from ghostball.reports import style
 from ghostball.reports.figures import draw_sheet
 from ghostball.reports.shots import load_shot
@@ -73,6 +74,30 @@ def test_the_certified_engine_is_distinguished_from_every_other_one(sight):
 def test_variants_keep_the_colour_of_their_family():
     assert style.engine_style("pymunk:dt=1e-4").colour == style.engine_style("pymunk").colour
     assert style.engine_style("pymunk:dt=1e-4").line != style.engine_style("pymunk").line
+
+
+@pytest.mark.parametrize("label", ["my_engine:simulate", "newcomer", "theirs:Engine", "a:b"])
+def test_an_engine_of_a_user_is_told_from_those_that_it_is_compared_with(label):
+    # Breaks where both lines are blue, or both signs are dots.
+    own = style.engine_style(label)
+    for other in map(style.engine_style, DEFAULT_ENGINES):
+        assert own.marker != other.marker
+        assert own.line != other.line
+        for sight in ("normal", "protanopia", "deuteranopia", "tritanopia"):
+            assert np.linalg.norm(lab(own.colour, sight) - lab(other.colour, sight)) > 8.0
+
+
+def test_our_engine_and_pymunk_differ_in_colour_and_marker():
+    ours, other = style.engine_style("ghostball"), style.engine_style("pymunk")
+    assert ours.colour != other.colour
+    assert ours.marker != other.marker
+
+
+def test_every_marker_has_a_sign_for_the_page():
+    labels = [*engine_names(), "newcomer", "my_engine:simulate", "a:b", "c:d", "pymunk:dt=1e-4"]
+    labels += ["pymunk:dt=1e-3", "pymunk:dt=1e-2", "pymunk:iterations=3"]
+    assert {style.engine_style(label).marker for label in labels} <= {*style.SIGNS}
+    assert len({*style.SIGNS.values()}) == len(style.SIGNS)
 
 
 def test_any_label_gets_a_look_that_is_the_same_in_every_process():

@@ -33,6 +33,7 @@ from ghostball.reports.shots import rest_error_text
 from ghostball.reports.words import likeness_cell, many, reused_text, run_time_text
 from ghostball.validation.baselines.regression import Change
 from ghostball.validation.diagnose.explanation import Explanation, explain
+from ghostball.validation.results.records import Accuracy
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.spread import QUANTITIES, SceneSpread, Spread
@@ -208,6 +209,19 @@ def test_a_run_fails_on_either_answer(judged):
     }
     assert found[True, True].short == "All limits passed, baseline check failed"
     assert found[False, True].word == "Failed, baseline check failed"
+
+
+def test_wrong_collisions_that_nothing_judges_are_no_green_pass(judged):
+    # Breaks where a banner is green, or has a tick, over a run whose collisions are wrong.
+    bad = [one.case for one in failures(judged.cases)]
+    first, *rest = [case for case in judged.cases if case not in bad]
+    wrong = replace(first, accuracy=Accuracy("another shot", at=1.0, agree=1, of=2))
+    free = tuple(replace(check, metric="energy_rise", unit="1") for check in wrong.checks)
+    found = overall(with_cases(judged, [replace(wrong, checks=free), *rest]))
+    assert (found.sign, found.kind, found.short) == ("≈", "holds", "All limits passed")
+    assert found.word == "All limits passed; wrong collisions in 1 case, not judged"
+    excused = overall(with_cases(judged, [replace(wrong, checks=()), *rest]))
+    assert excused.word == found.word
 
 
 def test_what_did_not_end_or_was_not_judged_is_no_pass(judged):

@@ -172,7 +172,7 @@ def _engines(results: Results, *, broken: bool = False) -> Table:
                 *(_count(one.counts.get(kind, 0), CLASSES[kind].terminal) for kind in kinds),
                 *([str(one.unable)] * unable),
                 *([_alarming(one.crashed)] * crashed),
-                style.format_length(one.typical),
+                one.typical_text,
                 style.format_time(one.seconds),
                 str(one.expected),
                 _alarming(one.worse),

@@ -38,6 +38,9 @@
         this.view = at;
         this.mounted?.ready.then(() => this.mounted.look(at));
       },
+      key(event) {
+        this.mounted?.key(event);
+      },
       close() {
         observer.disconnect();
         this.mounted?.destroy();
@@ -117,6 +120,13 @@
     }
     found.textContent = `${names.length} of ${links.size} scenes`;
   };
+
+  // A link to a scene gives it the focus; from there, too, the keys of its replay work.
+  for (const scene of scenes) {
+    scene.addEventListener("keydown", (event) => {
+      if (event.target === scene && scene === open) replay?.key(event);
+    });
+  }
 
   const follow = () => {
     const wanted = asked();

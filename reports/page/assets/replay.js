@@ -372,7 +372,7 @@ globalThis.Ghostball ??= {};
    * Puts the replay of a scene into an element; decodes its data only now.
    *
    * `element.ghostball.ready` is kept once it is there: {seek(t), time, positions(label),
-   * orientations(label), engines, duration, look({t, engines}), view}. With
+   * orientations(label), engines, duration, look({t, engines}), view, key(event)}. With
    * `options.share(button, view)` there is a button that asks for a link.
    */
   Ghostball.mountReplay = function mountReplay(element, data, options = {}) {
@@ -382,6 +382,7 @@ globalThis.Ghostball ??= {};
     const handle = {
       seek: (t) => replay?.player.go(t),
       look: (view) => replay?.look(view),
+      key: (event) => replay?.key(event),
       get view() { return replay?.view ?? null; },
       get time() { return replay?.time ?? 0; },
       get duration() { return replay?.scene.duration ?? 0; },

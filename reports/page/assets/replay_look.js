@@ -57,11 +57,11 @@ globalThis.Ghostball ??= {};
 
   /** Draws the sign of an engine; each family has another one, so that colour isn't needed. */
   function drawMarker(context, marker, x, y, size) {
-    const polygon = (corners, turn) => {
+    const polygon = (corners, turn, wide = 1) => {
       context.beginPath();
       for (let k = 0; k < corners; k++) {
         const angle = turn + (2 * Math.PI * k) / corners;
-        context.lineTo(x + size * Math.sin(angle), y - size * Math.cos(angle));
+        context.lineTo(x + wide * size * Math.sin(angle), y - size * Math.cos(angle));
       }
       context.closePath();
       context.fill();
@@ -80,6 +80,12 @@ globalThis.Ghostball ??= {};
       case "D": return polygon(4, 0);
       case "^": return polygon(3, 0);
       case "v": return polygon(3, Math.PI);
+      case "<": return polygon(3, -Math.PI / 2);
+      case ">": return polygon(3, Math.PI / 2);
+      case "p": return polygon(5, 0);
+      case "h": return polygon(6, 0);
+      case "H": return polygon(6, Math.PI / 6);
+      case "d": return polygon(4, 0, 0.6);
       case "X": return cross(Math.PI / 4);
       case "P": return cross(0);
       case "*":

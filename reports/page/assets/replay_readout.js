@@ -13,7 +13,8 @@ globalThis.Ghostball ??= {};
     [PHASE.UNKNOWN]: "–",
     [PHASE.ABSENT]: "lost",
   };
-  const NUMBERS = ["off [mm]", "x [mm]", "y [mm]", "z [mm]", "moves"];
+  const FLAT = ["off [mm]", "x [mm]", "y [mm]", "moves"];
+  const HIGH = ["off [mm]", "x [mm]", "y [mm]", "z [mm]", "moves"]; // where a ball leaves the cloth
   const WORDS = ["rest error", "first wrong collision"];
 
   const millimetres = (metres) => (1e3 * metres).toFixed(2);
@@ -29,10 +30,11 @@ globalThis.Ghostball ??= {};
   }
 
   /** The distance of an end from the truth, as every table shows it. */
-  function standingWords(standing, metres) {
+  function standingWords({ standing, exact }, metres) {
+    const words = exact ? "rounding" : distanceWords(metres);
     switch (standing) {
-      case "judged": return distanceWords(metres);
-      case "unjudged": return `(${distanceWords(metres)})`;
+      case "judged": return words;
+      case "unjudged": return `(${words})`;
       case "chaotic": return "(unpredictable)";
       default: return "–";
     }
@@ -42,13 +44,14 @@ globalThis.Ghostball ??= {};
   class Readout {
     constructor(scene, onshow) {
       this.scene = scene;
+      this.numbers = scene.highest > 0 ? HIGH : FLAT;
       this.caption = make("caption");
       this.rows = new Map();
       this.boxes = new Map();
       this.swatches = [];
       const body = make("tbody");
       for (const engine of scene.engines) body.append(...this.rowsOf(engine, onshow));
-      const heads = ["engine", ...NUMBERS, ...WORDS].map((text) =>
+      const heads = ["engine", ...this.numbers, ...WORDS].map((text) =>
         make("th", { scope: "col", textContent: text }));
       this.element = make("table", { className: "gb-readout" },
         this.caption, make("thead", {}, make("tr", {}, ...heads)), body);
@@ -69,12 +72,12 @@ globalThis.Ghostball ??= {};
       const row = make("tr", {}, make("th", { scope: "row" }, name));
       if (!engine.motion) {
         row.append(make("td", {
-          colSpan: NUMBERS.length + WORDS.length, className: "gb-words",
+          colSpan: this.numbers.length + WORDS.length, className: "gb-words",
           textContent: this.absenceWords(engine),
         }));
         return [row];
       }
-      const cells = NUMBERS.map(() => make("td"));
+      const cells = this.numbers.map(() => make("td"));
       const end = make("td");
       row.append(...cells, end,
         make("td", { textContent: engine.divergence === null ? "–" : timeWords(engine.divergence) }));
@@ -82,8 +85,8 @@ globalThis.Ghostball ??= {};
       const fate = this.fateWords(engine);
       if (!fate) return [row];
       const words = make("td", {
-        colSpan: 1 + NUMBERS.length + WORDS.length, className: "gb-words", textContent: fate,
-      });
+        colSpan: 1 + this.numbers.length + WORDS.length, className: "gb-words",
+      }, make("div", { textContent: fate }));
       return [row, make("tr", { className: "gb-fate" }, words)];
     }
 
@@ -133,10 +136,10 @@ globalThis.Ghostball ??= {};
           off,
           place ? millimetres(place[0]) : "–",
           place ? millimetres(place[1]) : "–",
-          place ? millimetres(place[2]) : "–",
+          ...(this.numbers === HIGH ? [place ? millimetres(place[2]) : "–"] : []),
           PHASE_WORDS[track.phaseAt(t)],
           rest && truth
-            ? standingWords(engine.standing, Math.hypot(rest[0] - truth[0], rest[1] - truth[1]))
+            ? standingWords(engine, Math.hypot(rest[0] - truth[0], rest[1] - truth[1]))
             : "–",
         ];
         said.forEach((text, i) => {

@@ -11,8 +11,11 @@ from stored_records import damage_motions, edit_records
 from ghostball.model import GhostballError
 from ghostball.reports import PAGE, write_report
 
-SECTIONS = ["verdict", "matrix", "scenes", "failures", "numbers", "stress", "run"]
-ALWAYS = [name for name in SECTIONS if name != "stress"]
+SECTIONS = [
+    *("verdict", "comparison", "matrix", "scenes", "failures", "numbers"),
+    *("real-tables", "stress", "run"),
+]
+ALWAYS = [name for name in SECTIONS if name not in ("real-tables", "stress")]
 """Those that are there whatever lies beside the results."""
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(1)>"
@@ -73,9 +76,11 @@ def test_tables_have_captions_and_scopes_and_can_be_scrolled_by_keys(html):
         assert 'tabindex="0"' in region
 
 
-def test_what_is_excused_stands_beside_the_verdict_with_the_reason(html):
+def test_what_is_excused_is_one_folded_line_below_the_verdict_with_the_reason_inside(html):
     said = section(html, "verdict")
-    (listed,) = re.findall(r'<ul class="key excused">(.*?)</ul>', said)
+    (folded,) = re.findall(r'<details class="key">(.*?)</details>', said, re.DOTALL)
+    assert "<summary>Excused from common limits: pymunk, naive</summary>" in folded
+    (listed,) = re.findall(r'<ul class="excused">(.*?)</ul>', folded)
     assert listed == (
         "<li><code>pymunk:<wbr>config=naive</code> in 3 of the scenes: overlap_max, accuracy. "
         "A newcomer &lt;types&gt; this.</li>"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from page_texts import folded, page_of, read, section
 from stored_records import change_motion, edit_document, edit_records, in_database
+from written_results import write_results
 
 from ghostball.reports.page import scene_part
 from ghostball.reports.page.scene_numbers import counted_rows, number_heads, number_row, remarks
@@ -80,14 +81,48 @@ def test_every_scene_of_an_engine_is_in_its_bar(results):
 def test_the_matrix_says_why_without_colour_and_without_a_pointer(html):
     text = section(html, "matrix")
     link = "#scene=stop&amp;engine=ghostball&amp;engine=pymunk%3Aconfig%3Dnaive"
-    cell = f' class="acc-cm"><a href="#scene=stop" data-view="{link}">90 mm <span class="mark">✗'
+    cell = (
+        f' class="acc-cm"><a href="#scene=stop" data-view="{link}">90 mm&nbsp;<span class="mark">✗'
+    )
     assert f'{cell}</span><span class="why">' in text
     assert (
         "stop on pymunk:config=naive: centimetres: the largest position error of a ball is 90 mm, "
-        "compared with the reference; failed: rest_error_max fails its limit" in text
+        "compared with the reference; failed: rest_error_max must be at most 5 mm, got 90 mm"
+        in text
     )
     assert "<code>pybullet</code> unsupported: no table | with legs" in text
     assert "did not finish: division by zero" in text
+
+
+def test_a_limit_stands_below_a_large_error_that_passed(html):
+    cells = re.findall(r"<td[^>]*><a [^>]*>(.*?)<span class=\"why\">", section(html, "matrix"))
+    passed = [cell for cell in cells if " mm" in cell and "✓" in cell]
+    assert passed
+    assert all(re.search(r'<span class="allowed">limit [\d.]+ .?m</span>', one) for one in passed)
+    failed = [cell for cell in cells if "✗" in cell]
+    assert not any("allowed" in cell for cell in failed)
+
+
+def test_three_comparisons_of_the_scene_that_differs_most_stand_side_by_side(html, three_folder):
+    text = section(html, "comparison")
+    results = Results.open(three_folder)
+    most = max(
+        results.scene_names,
+        key=lambda name: scene_part(load_shot(results, name)).comparison.difference,
+    )
+    assert f'<a href="#scene={most}">' in text
+    assert re.findall("<h3>(.*?)</h3>", text) == ["Rest positions", "Collisions", "Energy"]
+    ran = [case for case in results.cases if case.scene == most and case.outcome == "ran"]
+    assert text.count('<tr><th scope="row">') == len(ran)
+    drawn = re.findall(r'<text class="marker" x="([\d.-]+)" y="([\d.-]+)"', text)
+    balls = len(ran[0].load_scene().balls)
+    assert text.count('<circle class="ring"') == balls
+    assert len(drawn) >= balls * len(ran)
+
+
+def test_an_engine_alone_is_compared_with_nothing(tmp_path):
+    folder = write_results(tmp_path / "alone", ["stop"], ["pymunk"])
+    assert 'id="comparison"' not in page_of(folder)
 
 
 def test_every_failure_is_explained_with_its_command_and_what_it_must_give(html):
