@@ -25,13 +25,18 @@ STATUSES = tuple(Status)
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """What became of k shots; where scenes have fewer balls than n, NaN fills the rest.
+    """The results of k shots, as arrays.
 
-    `status` (k,) int8: how each run ended: an index of `STATUSES`.
-    `rest_times` (k,) float64 [s]: when the last ball came to rest, or the run stopped.
-    `rest_positions` (k, n, 3) float64 [m]: centres when the run ended.
-    `ball_ball`, `ball_cushion`, `events` (k,) int64: impacts of two balls, impacts on cushions, all
-        events.
+    Attributes
+    ----------
+    status : (k,) int8
+        How each run ended: an index of `ghostball.engine.STATUSES`; see `complete`.
+    rest_times : (k,) float64 [s]
+        When the last ball came to rest, or the run stopped.
+    rest_positions : (k, n, 3) float64 [m]
+        Centres when the run ended; if a scene has fewer than n balls, NaN fills its other rows.
+    ball_ball, ball_cushion, events : (k,) int64
+        Numbers of ball-ball collisions, of cushion collisions, and of all events.
     """
 
     status: NDArray[np.int8]
@@ -40,6 +45,11 @@ class Batch:
     ball_ball: NDArray[np.int64]
     ball_cushion: NDArray[np.int64]
     events: NDArray[np.int64]
+
+    def __repr__(self) -> str:
+        """Return the number of shots and how they ended, on one line."""
+        k, n = self.rest_positions.shape[:2]
+        return f"<Batch of {k} shots with up to {n} balls, {int(self.complete.sum())} complete>"
 
     @property
     def complete(self) -> NDArray[np.bool_]:

@@ -1,4 +1,5 @@
 from .engine import (
+    Batch as Batch,
     simulate as simulate,
     simulate_many as simulate_many,
     simulate_starts as simulate_starts,
@@ -28,6 +29,7 @@ from .reference_adapters import (
     make_engine as make_engine,
     plays as plays,
 )
+from .reports.plot import film as film, plot as plot
 from .validation.results.store import Results as Results
 from .validation.scenes.library import find_scene as find_scene
 from .validation.suite.suite import run_suite as run_suite

@@ -77,6 +77,18 @@ class Result:
     trajectory: Trajectory | None = field(default=None, repr=False)
     reason: str = ""
 
+    def __repr__(self) -> str:
+        """Return what matters of the result in a few lines; arrays are named, not printed."""
+        counts = ", ".join(f"{count} {kind}" for kind, count in self.collision_counts.items())
+        events = "not recorded" if self.events is None else str(len(self.events))
+        motion = "not recorded" if self.trajectory is None else type(self.trajectory).__name__
+        reason = f", reason={self.reason!r}" if self.reason else ""
+        return (
+            f"<Result of scene {self.scene.name!r} ({len(self.scene.balls)} balls) on engine "
+            f"{self.engine!r}: status={self.status.name}{reason}, rest_time={self.rest_time:.6g} "
+            f"s, collisions: {counts or 'none'}; events: {events}; trajectory: {motion}>"
+        )
+
     @property
     def rest_positions(self) -> FloatArray:
         """Centres when the run ended, (n, 3) float64 [m]."""

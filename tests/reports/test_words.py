@@ -214,13 +214,14 @@ def test_a_run_fails_on_either_answer(judged):
 def test_wrong_collisions_that_nothing_judges_are_no_green_pass(judged):
     # Breaks where a banner is green, or has a tick, over a run whose collisions are wrong.
     bad = [one.case for one in failures(judged.cases)]
-    first, *rest = [case for case in judged.cases if case not in bad]
-    wrong = replace(first, accuracy=Accuracy("another shot", at=1.0, agree=1, of=2))
+    good = [case for case in judged.cases if case not in bad]
+    other = Accuracy("another shot", at=1.0, agree=1, of=2)
+    wrong = replace(good[0], scene="other", accuracy=other)
     free = tuple(replace(check, metric="energy_rise", unit="1") for check in wrong.checks)
-    found = overall(with_cases(judged, [replace(wrong, checks=free), *rest]))
+    found = overall(with_cases(judged, [replace(wrong, checks=free), *good]))
     assert (found.sign, found.kind, found.short) == ("≈", "holds", "All limits passed")
     assert found.word == "All limits passed; wrong collisions in 1 case, not judged"
-    excused = overall(with_cases(judged, [replace(wrong, checks=()), *rest]))
+    excused = overall(with_cases(judged, [replace(wrong, checks=()), *good]))
     assert excused.word == found.word
 
 

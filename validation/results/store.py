@@ -52,6 +52,9 @@ __all__ = [
     "has_results",
 ]
 
+LISTED = 6
+"""Labels of engines that the `repr` of results names."""
+
 Pair = tuple[str, str]
 """The name of a scene and the label of an engine."""
 
@@ -107,6 +110,15 @@ class Results:
     cases: list[CaseRecord]
     environment: dict[str, Any]
     varied: list[CaseRecord] = field(default_factory=list)
+
+    def __repr__(self) -> str:
+        """Return folder, state, and what was run, in a few lines; cases are counted."""
+        varied = f", {len(self.varied)} of perturbed initial states" if self.varied else ""
+        return (
+            f"<Results in {str(self.path)!r}: {self.environment.get('state', 'unknown')}, "
+            f"{len(self.cases)} cases{varied}: {len(self.scene_names)} scenes on "
+            f"{_few(self.labels)}>"
+        )
 
     @classmethod
     def open(cls, path: str | Path) -> Results:
@@ -250,3 +262,9 @@ def has_results(folder: Path) -> bool:
 def _case_of(what: str, text: str, reused: bool) -> CaseRecord:
     case: CaseRecord = record_of(_RECORD, text, what)
     return replace(case, reused=True) if reused else case
+
+
+def _few(labels: list[str]) -> str:
+    """Return the first labels, and how many more there are."""
+    more = len(labels) - LISTED
+    return ", ".join(labels[:LISTED]) + (f" and {more} more" if more > 0 else "")

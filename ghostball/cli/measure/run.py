@@ -22,6 +22,7 @@ from ghostball.model import EventKind, Result, partner_name
 from ghostball.model.strokes import Struck, struck_balls
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot_result
+from ghostball.reports.plot import is_film
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.runs.playing import run_engine
 from ghostball.validation.scenes.library import find_scene
@@ -62,14 +63,15 @@ def run(asked: RunOptions) -> ExitStatus:
     with busy(f"{shot.name} on {asked.engine}"), engine_process(made, asked.time_limit) as playing:
         result = run_engine(playing, shot, (record or RecordChoice.REST).value)
     if plot is not None:
-        with busy(f"drawing {plot}"):
+        with busy(f"{'filming' if is_film(plot) else 'drawing'} {plot}"):
             plot_result(result, plot)
     if asked.form is TextOrJson.JSON:
         typer.echo(result.to_json())
     else:
         stdout().print(result_table(result))
         if plot is not None:
-            stdout().print(f"written: {plot}", soft_wrap=True, markup=False)
+            what = "film" if is_film(plot) else "picture"
+            stdout().print(f"{what}: {plot}", soft_wrap=True, markup=False)
     return status_of(result, made.name) or _compare_hash(result, expect_hash)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from shots import R, ball, result_of, scene_of
 
-from ghostball.engine import simulate
+from ghostball.engine import simulate, simulate_many
 from ghostball.model import (
     EVENT_DTYPE,
     Ball,
@@ -21,9 +21,11 @@ from ghostball.model import (
     Samples,
     Scene,
     SceneError,
+    Status,
     Table,
     initial_state,
 )
+from ghostball.validation.scenes.library import find_scene
 
 SCENE = scene_of(ball((0.1, 0.2), (1.0, 0.5)), ball((0.9, 0.2)))
 EVENTS = np.array(
@@ -164,3 +166,23 @@ def test_a_result_with_the_scene_of_another_shot_has_no_next_shot():
     other = replace(result, scene=scene_of(ball((0, 0), (1, 0))))
     with pytest.raises(SceneError, match=r"must have 1 rows, .* got 2"):
         Scene.after(other)
+
+
+SCREEN = 80 * 24
+"""Characters on one screen."""
+
+
+def test_its_repr_is_one_screen_at_most_and_says_what_happened():
+    # Breaks where a result prints its arrays, or the scene with all its balls.
+    found = simulate(find_scene("break-16"), record="trajectory")
+    said = repr(found)
+    assert len(said) < SCREEN / 2
+    for part in ("break-16", "16 balls", "'ghostball'", "status=REST", "ball-ball", "Trajectory"):
+        assert part in said
+    batch = repr(simulate_many([find_scene("break-16"), find_scene("stop")]))
+    assert batch == "<Batch of 2 shots with up to 16 balls, 2 complete>"
+
+
+def test_the_repr_of_a_run_that_stopped_says_why():
+    said = repr(result_with(status=Status.FAILED, reason="it fell"))
+    assert "status=FAILED, reason='it fell'" in said

@@ -9,12 +9,15 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+import ghostball
+from ghostball.engine import simulate
 from ghostball.model import Ball, GhostballError, Scene, Table
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot, plot_explanation, plot_result, style
 from ghostball.reports.figures._table import aspect_of, draw_discs, draw_table, view_of
 from ghostball.reports.figures.fitted import draw_fit
 from ghostball.reports.parting_figure import draw_explanation
+from ghostball.reports.plot import film
 from ghostball.validation import find_scene
 from ghostball.validation.diagnose.explanation import explain
 
@@ -117,6 +120,47 @@ def test_a_film_shows_the_shot_to_its_end_and_no_longer_than_it_may(result, tmp_
         first = np.asarray(shot.convert("RGB"))
         shot.seek(shot.n_frames - 1)
         assert np.any(first != np.asarray(shot.convert("RGB")))
+
+
+def frames_of(path):
+    """Return each frame of a film, (height, width, 3)."""
+    with Image.open(path) as shot:
+        for k in range(shot.n_frames):
+            shot.seek(k)
+            yield np.asarray(shot.convert("RGB")).astype(int)
+
+
+def test_the_clock_of_a_film_hides_nothing_of_the_table(tmp_path, monkeypatch):
+    # Breaks where the clock lies over a pocket: nothing but balls may move on the table.
+    monkeypatch.setattr(plot, "LONGEST", 0.4)
+    shot = simulate(find_scene("pocket-break-9"), record="trajectory")
+    frames = np.array(list(frames_of(film(shot, tmp_path / "shot.gif"))))
+    strip = round(100 * plot.STRIP)
+    assert (np.ptp(frames, axis=0)[:strip] > 60).any()
+    pockets = [(frame.max(axis=2) < 60)[strip:] for frame in frames[:2]]
+    assert pockets[0][:strip].any()  # those at the upper cushion, under where the clock stood
+    # Each frame of a GIF has its own palette, so edges may differ.
+    assert (pockets[0] & pockets[1]).sum() > 0.97 * pockets[0].sum()
+
+
+def test_a_picture_is_no_film_and_the_error_names_the_other_function(result, tmp_path):
+    assert film(result, tmp_path / "shot.gif").stat().st_size > 5_000
+    with pytest.raises(GhostballError, match=r"must end in \.gif, \.mp4.*Call `plot`"):
+        film(result, tmp_path / "shot.png")
+    with pytest.raises(GhostballError, match=r"must end in \.png.*Call `film`"):
+        plot.plot(result, tmp_path / "shot.gif")
+
+
+@pytest.mark.parametrize("draw", [film, plot.plot])
+def test_a_result_without_a_motion_is_refused_with_what_to_call(draw, tmp_path):
+    still = simulate(find_scene("stop"), record="rest")
+    with pytest.raises(GhostballError, match=r'Call simulate\(scene, record="trajectory"\)'):
+        draw(still, tmp_path / "shot")
+
+
+def test_plot_and_film_are_names_of_the_package():
+    assert ghostball.plot is plot.plot
+    assert ghostball.film is plot.film
 
 
 def test_a_film_as_mp4_without_ffmpeg_says_what_to_do(result, tmp_path, monkeypatch):
