@@ -52,10 +52,12 @@ $(READY): pyproject.toml $(CONSTRAINTS)
 	@$(INSTALL) --editable '.[$(EXTRAS)]'
 	@touch $@
 
-smoke: $(READY)  ## a first result, within a minute once installed: three scenes, three engines, a picture, the page
+smoke: $(READY)  ## a first result, in minutes: three scenes on three engines, a picture, the page
 	$(BIN)/ghostball validate half-ball-cut thin-cut break-7 -e ghostball -e pymunk -e paper-continuous \
 		--jobs $(JOBS) --out $(OUT)/smoke
 	$(BIN)/ghostball run break-7 --plot $(OUT)/smoke/break-7.png
+	@echo "Next: open $(OUT)/smoke/report.html in a browser. \`make validate\` runs every scene;" \
+		"\`. $(BIN)/activate && ghostball init\` writes an engine to begin with"
 
 engines: $(READY)  ## install the optional engines to compare with, some 500 MB
 	$(INSTALL) --editable '.[engines]'

@@ -18,11 +18,11 @@ from ghostball.model.scene.sides import CUSHIONS
 class Feature(enum.Enum):
     """A piece of physics that a scene may need; the value is how a report names it.
 
-    `ROLLING` is the paper's model, in which a ball rolls from the first instant and after every
-    impact. An engine whose balls slide until they roll has `SLIDING`, not `ROLLING`.
+    `ROLLING` is the paper's model: a ball always rolls and never slides, from the first instant and
+    after every impact. An engine whose balls slide until they roll has `SLIDING`, not `ROLLING`.
     """
 
-    ROLLING = "balls that roll and never slide"
+    ROLLING = "balls that always roll, never slide"
     SLIDING = "sliding that turns into rolling"
     FRICTIONLESS_CLOTH = "cloth without rolling resistance"
     VERTICAL_SPIN = "spin about the vertical axis"

@@ -21,6 +21,7 @@ from ghostball.validation.checks.criterion import StepRule
 from ghostball.validation.grading.lateness import Lateness
 from ghostball.validation.grading.phase_ends import PHASE_ENDS
 from ghostball.validation.grading.tolerances import TIE
+from ghostball.validation.results.quantities import scaled
 from ghostball.validation.truth.scene_truth import Truth
 
 _BRANCH = 16.0
@@ -82,7 +83,7 @@ class SteppedShot:
         if late == 0.0:
             return "Contacts are found in time"
         if late < self.longest:
-            return f"Time steps end within {self.resolution:.3g} m of touching"
+            return f"Time steps end within {scaled(self.resolution, 'm')} of touching"
         return f"Contacts are detected up to one time step, {1e3 * self.longest:.3g} ms, late"
 
     @property

@@ -82,6 +82,7 @@ from ghostball.validation.grading.gradable import proved_motion
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact
 from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.results.quantities import scaled
 from ghostball.validation.results.records import INTEGRATION
 from ghostball.validation.runs.ladder import step_of
 from ghostball.validation.truth.scene_truth import Truth
@@ -193,8 +194,8 @@ def _outcome(shot: SteppedShot) -> Iterator[_Limit]:
     yield (
         "rest_error_max",
         {"at_most": LEAST + between + moved},
-        f"{late}, which moves the rest positions of this shot by at most {moved:.3g} m; "
-        f"the motion between contacts adds {between:.3g} m.",
+        f"{late}, which moves the rest positions of this shot by at most {scaled(moved, 'm')}; "
+        f"the motion between contacts adds {scaled(between, 'm')}.",
     )
     yield from _on_the_way(shot, float(np.max(more)))
     if own:
@@ -219,7 +220,7 @@ def _integrated(shot: SteppedShot) -> Iterator[_Limit]:
     truth = shot.truth
     if truth.kind != INTEGRATION or math.isfinite(shot.longest) or truth.collisions:
         return
-    reason = f"The engine states that balls are off by at most {shot.resolution:.3g} m."
+    reason = f"The engine states that balls are off by at most {scaled(shot.resolution, 'm')}."
     yield "rest_error_max", {"at_most": LEAST + shot.resolution}, reason
 
 
@@ -257,7 +258,7 @@ def _before_contacts(shot: SteppedShot) -> Iterator[_Limit]:
     if off < shot.smallest:
         reason = (
             f"No ball has a contact before t = {until:.3g} s; until then the time steps of this "
-            f"engine displace a ball by at most {off:.3g} m."
+            f"engine displace a ball by at most {scaled(off, 'm')}."
         )
         yield "early_path_error", {"at_most": LEAST + off}, reason
 
@@ -279,8 +280,8 @@ def _of_landing(shot: SteppedShot) -> Iterator[_Limit]:
     if speed > 0.0 and off < shot.smallest:
         reason = (
             f"Until the first landing, time steps of {1e3 * dt:.3g} ms change the height of a ball "
-            f"by at most {off:.3g} m, which shifts the landing by {off / speed:.3g} s; the engine "
-            "detects the landing up to one step later."
+            f"by at most {scaled(off, 'm')}, which shifts the landing by "
+            f"{scaled(off / speed, 's')}; the engine detects the landing up to one step later."
         )
         yield "first_landing_error", {"at_most": LEAST + off / speed + dt}, reason
 
@@ -306,7 +307,7 @@ def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:
         yield "event_time_error", {"at_most": LEAST + shifted}, reason
     beside = between + more * float(delays @ lateness.strays)
     if math.isfinite(beside) and beside < shot.smallest:
-        reason = f"{late}, which displaces a ball by at most {beside:.3g} m from its path."
+        reason = f"{late}, which displaces a ball by at most {scaled(beside, 'm')} from its path."
         yield "path_error", {"at_most": LEAST + beside}, reason
     if shot.fastest == 0.0:
         return
@@ -357,7 +358,9 @@ def _of_motion(shot: SteppedShot) -> Iterator[_Limit]:
     reason = f"Two balls approach at no more than {closing:.3g} m/s, for one time step."
     if 2.0 * resolution < shot.longest * shot.fastest:
         overlap = OVERLAP_MARGIN * resolution
-        reason = f"Time steps end within {resolution:.3g} m of touching; the next one continues."
+        reason = (
+            f"Time steps end within {scaled(resolution, 'm')} of touching; the next one continues."
+        )
     if overlap < shot.smallest:
         yield "overlap_max", {"at_most": touching(scene, shot.truth) + overlap}, reason
 

@@ -17,7 +17,12 @@ from rich.text import Text
 from ghostball.cli.measure.commands import ExplainOptions
 from ghostball.cli.options import TextOrJson
 from ghostball.cli.shared.config import load_config
-from ghostball.cli.shared.single_shots import check_plot, engine_process, status_of
+from ghostball.cli.shared.single_shots import (
+    check_plot,
+    compile_first,
+    engine_process,
+    status_of,
+)
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import busy, stdout
 from ghostball.model import Status, energy_of, initial_state
@@ -71,6 +76,7 @@ def run(asked: ExplainOptions) -> ExitStatus:
         engine = config.engines[0]
     made = make_engine(engine)
     shot = find_scene(_worst_scene(config.out, engine) if asked.scene is None else asked.scene)
+    compile_first([shot], engine)
     what = "three steps" if asked.attribute else "one run"
     with (
         busy(f"explaining {shot.name} on {engine}: the reference, and {what}"),

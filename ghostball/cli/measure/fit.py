@@ -14,7 +14,12 @@ from rich.console import Group, RenderableType
 from ghostball.cli.measure.commands import FitOptions
 from ghostball.cli.options import TextOrJson
 from ghostball.cli.shared.progress import counting
-from ghostball.cli.shared.single_shots import check_plot, check_writable, engine_process
+from ghostball.cli.shared.single_shots import (
+    check_plot,
+    check_writable,
+    compile_first,
+    engine_process,
+)
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.model import GhostballError, Physics
@@ -82,6 +87,7 @@ def run(asked: FitOptions) -> ExitStatus:
         check_writable(asked.out, "--out")
     made = make_engine(asked.engine)
     found = harvest(read_tracks(tracks, surface), surface)
+    compile_first((), asked.engine)
     with (
         counting(f"fitting {made.name}") as count,
         engine_process(made, asked.time_limit) as playing,

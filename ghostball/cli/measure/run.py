@@ -15,7 +15,12 @@ from rich.text import Text
 
 from ghostball.cli.measure.commands import RunOptions
 from ghostball.cli.options import RecordChoice, TextOrJson
-from ghostball.cli.shared.single_shots import check_plot, engine_process, status_of
+from ghostball.cli.shared.single_shots import (
+    check_plot,
+    compile_first,
+    engine_process,
+    status_of,
+)
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import busy, say, stdout
 from ghostball.model import EventKind, Result, partner_name
@@ -60,6 +65,7 @@ def run(asked: RunOptions) -> ExitStatus:
     shot = find_scene(asked.scene)
     if record is None and shot.table is not None and shot.table.holes:
         record = RecordChoice.EVENTS  # the events tell which balls were pocketed
+    compile_first([shot], asked.engine)
     with busy(f"{shot.name} on {asked.engine}"), engine_process(made, asked.time_limit) as playing:
         result = run_engine(playing, shot, (record or RecordChoice.REST).value)
     if plot is not None:

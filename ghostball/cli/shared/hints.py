@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from rich.markup import escape
 
 from ghostball.reference_adapters import EngineError, make_engine, names_class
+from ghostball.reports.accuracy import allowed_text, allowing_check
+from ghostball.reports.style import format_length
 from ghostball.validation.checks.verdict import Verdict, few_ends_judged, is_unfinished, verdict_of
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes import commands
@@ -23,6 +25,7 @@ def hints(cases: Sequence[CaseRecord], labels: Sequence[str]) -> Iterator[str]:
         if said := few_ends_judged(own):
             yield f"{escape(label)}: {said}"
         yield from _failures(own, label)
+        yield from _largest_passed(own, label)
         if names_class(label):  # an engine of the user, given as module:name
             yield from coverage(own, label)
 
@@ -61,6 +64,21 @@ def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
         yield f"next: `{escape(commands.explain(one.scene, label))}` shows what is wrong"
     elif (one := simplest(crashed)) is not None:
         yield f"next: `{escape(commands.simulate(one.scene, label))}` shows where it stopped"
+
+
+def _largest_passed(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
+    """Yield why the largest error that passed did so, and what shows its cause."""
+    found = [(case.accuracy, case, allowing_check(case)) for case in own]
+    errors = [(one.error or 0.0, case, check) for one, case, check in found if one and check]
+    if not errors:
+        return
+    error, case, check = max(errors, key=lambda one: one[0])
+    largest = f"its largest error, {format_length(error)} in {case.scene}, passed"
+    yield escape(f"{label}: {largest} the {allowed_text(case)}: {check.reason}")
+    failed = any(one.broken or is_unfinished(one) for one in own)
+    if names_class(label) and not failed:  # else a failure comes first
+        command = escape(commands.explain(case.scene, label))
+        yield f"next: `{command}` shows what causes this error"
 
 
 def _listed(names: Sequence[str]) -> str:

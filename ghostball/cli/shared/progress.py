@@ -13,8 +13,16 @@ from datetime import timedelta
 from typing import TYPE_CHECKING
 
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Column
+from rich.text import Text
 
 from ghostball.cli.shared.terminal import say, stderr
 
@@ -29,6 +37,22 @@ SPEED_PERIOD = 600.0
 
 COMPILING, RUNNING, DRAWING = "compiling", "running", "drawing"
 """Steps of several commands. COMPILING is skipped if all kernels are compiled."""
+
+UNKNOWN_PACE = {COMPILING: "takes a few minutes, once"}
+"""Said in place of the time left in steps whose parts differ too much for an estimate.
+
+One kernel is compiled in seconds, the next one in minutes.
+"""
+
+
+class _LeftColumn(TimeRemainingColumn):
+    """The time left of a step; in its place, what is said of a step without an estimate."""
+
+    def render(self, task: Task) -> Text:
+        """Return the text of the column."""
+        if pace := task.fields["pace"]:
+            return Text(pace, style="dim")
+        return Text("left: ").append_text(super().render(task))
 
 
 class Steps:
@@ -55,8 +79,7 @@ class Steps:
             BarColumn(bar_width=20),
             TextColumn("{task.completed:.0f} of {task.fields[planned]}"),
             TimeElapsedColumn(),
-            TextColumn("left:"),
-            TimeRemainingColumn(),
+            _LeftColumn(),
             TextColumn(
                 "{task.fields[last]}",
                 style="dim",
@@ -74,7 +97,7 @@ class Steps:
         )
         with nullcontext() if logged else bar:
             begun = self._title(first or self._names[0])
-            task = bar.add_task(begun, total=None, planned="?", last="")
+            task = bar.add_task(begun, total=None, planned="?", last="", pace="")
             shown = begun
             spoke = time.monotonic()
 
@@ -93,12 +116,15 @@ class Steps:
                         total=planned,
                         planned=planned,
                         last=last,
+                        pace=UNKNOWN_PACE.get(name, ""),
                     )
                     now = time.monotonic()
-                    if logged and (done == planned or now - spoke >= LOG_INTERVAL):
+                    begins = done == 0 and name in UNKNOWN_PACE
+                    if logged and (begins or done == planned or now - spoke >= LOG_INTERVAL):
                         spoke = now
                         seconds = bar.tasks[0].time_remaining
                         left = f"{timedelta(seconds=round(seconds))} left" if seconds else ""
+                        left = UNKNOWN_PACE.get(name, left) if done < planned else ""
                         parts = (
                             f"{done} of {planned} done",
                             left,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
@@ -11,11 +11,16 @@ from pathlib import Path
 import typer
 from rich.markup import escape
 
+from ghostball.cli.options import processor_count
+from ghostball.cli.shared.progress import COMPILING, counting
 from ghostball.cli.shared.terminal import say, say_printed
-from ghostball.model import GhostballError, Result
+from ghostball.engine.needed_kernels import kernels_of
+from ghostball.model import GhostballError, Result, Scene
 from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters.stepping.kernels import adapter_kernels
 from ghostball.reports.plot import ENDINGS, FILMS
 from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.runs.playing import in_other_process
 
 
@@ -30,6 +35,18 @@ def engine_process(engine: ReferenceEngine, time_limit: float) -> Iterator[Refer
     said_once = cache(partial(say_printed, engine.name))
     with in_other_process(engine, time_limit, said_once) as found:
         yield found
+
+
+def compile_first(scenes: Iterable[Scene], *labels: str) -> None:
+    """Compile the kernels that shots of these scenes on these engines need, with a bar.
+
+    An engine that runs in another process would compile them there, unseen.
+    """
+    scenes = tuple(scenes)
+    needed = kernels_of(scenes) + adapter_kernels(labels)
+    if not all(one.is_made for one in needed):
+        with counting(COMPILING) as count:
+            compile_kernels(scenes, processor_count(), labels=labels, compiling=count)
 
 
 def status_of(result: Result, engine: str) -> ExitStatus:

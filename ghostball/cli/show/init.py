@@ -57,8 +57,8 @@ def run(asked: InitOptions) -> ExitStatus:
     _write(files)
     if not begun:
         say(
-            "Next: `ghostball validate` measures its errors, and `ghostball explain` finds their "
-            'cause; `ghostball regress` and `ghostball accept --reason "..."` detect changes'
+            "Next: `ghostball validate` measures its errors, and says which command finds their "
+            'cause. Later, `ghostball regress` and `ghostball accept --reason "..."` detect changes'
         )
     if ci:
         say(f"{WORKFLOW} compares each push with the baselines of `ghostball accept`: commit both")

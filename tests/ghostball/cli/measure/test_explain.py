@@ -3,11 +3,13 @@
 import inspect
 import json
 from functools import partial
+from types import SimpleNamespace
 
 import pytest
 from stored_records import record, written
 
 from ghostball.cli.measure.explain import _worst_scene
+from ghostball.cli.shared import single_shots
 from ghostball.validation.results.records import Accuracy, Check
 
 
@@ -114,3 +116,21 @@ def test_a_scene_that_breaks_a_limit_is_worse_than_one_that_breaks_none(tmp_path
     held = record("pymunk", "stop", accuracy=Accuracy("millimetres", 2e-3), checks=(BROKEN_LIMIT,))
     written(tmp_path, held, record("pymunk", "draw", accuracy=Accuracy("another shot")))
     assert _worst_scene(tmp_path, "pymunk") == "stop"
+
+
+def test_kernels_are_compiled_before_another_process_needs_them(cli, monkeypatch):
+    # Breaks where "engine pymunk printed: compiling ..." interrupts the answer.
+    asked = []
+    missing = [SimpleNamespace(is_made=False)]
+    monkeypatch.setattr(single_shots, "adapter_kernels", lambda _: missing)
+    monkeypatch.setattr(
+        single_shots,
+        "compile_kernels",
+        lambda scenes, jobs, labels, compiling: asked.append((scenes[0].name, labels, compiling)),
+    )
+    found = cli("stop", "--engine", "pymunk", "--no-attribute")
+    assert found.exit_code == 0, found.output
+    ((scene, labels, compiling),) = asked
+    assert (scene, labels) == ("stop", ("pymunk",))
+    assert callable(compiling)
+    assert "printed" not in found.output

@@ -64,7 +64,7 @@ def test_scenes_come_back_the_same(cli, here):
 
 
 CUT = "half-ball-cut"
-NEARLY = {"balls that roll and never slide": "in steps"}
+NEARLY = {"balls that always roll, never slide": "in steps"}
 WHOLE = find_scene(CUT).model_dump(mode="json", by_alias=True)
 JUDGED = [
     ({}, 0, ""),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import sys
 
 import pytest
@@ -98,3 +99,25 @@ def test_where_an_engine_raised_is_named(twice, tmp_path):
     assert found.exit_code == 1
     assert "(raises.py:2)" in found.stdout
     assert "next: `ghostball run stop --engine raises:simulate`" in found.stdout
+
+
+def test_the_largest_error_that_passed_is_explained_and_what_shows_its_cause(in_this_process):
+    # Breaks where the first verdict on an engine is ticks alone, which teach nothing.
+    engine = f"{first_engine.__name__}:simulate"
+    found = validate("stop", "half-ball-cut", "-e", engine)
+    assert found.exit_code == 0, found.output
+    text = " ".join(found.stdout.split())
+    assert re.search(
+        r"its largest error, 3\.\d+ mm in half-ball-cut, passed the limit \d\.\d+ mm: Contacts are "
+        r"detected up to one time step, 1 ms, late, which moves the rest positions of this shot by at "
+        r"most \d\.\d+ mm; the motion between contacts adds \d+ µm\.",
+        text,
+    )
+    assert f"next: `ghostball explain half-ball-cut --engine {engine}`" in text
+
+
+def test_after_a_failure_the_largest_passed_error_names_no_next_command(twice):
+    found = validate("stop", "half-ball-cut", "restitution-head-on", "-e", twice)
+    text = " ".join(found.stdout.split())
+    assert "its largest error" in text
+    assert text.count("next: ") == 1

@@ -37,8 +37,8 @@ def test_a_log_names_the_step_counts_parts_and_says_the_time_left(logged):
         running(501, 541, "stop on [a]")
         running(521, 541, "")
     assert logged[:3] == [
-        "compiling (step 1 of 2): 0 of 5 done",
-        "compiling (step 1 of 2): 2 of 5 done, last shots",
+        "compiling (step 1 of 2): 0 of 5 done, takes a few minutes, once",
+        "compiling (step 1 of 2): 2 of 5 done, takes a few minutes, once, last shots",
         r"running (step 2 of 2): 501 of 541 done, last stop on \[a]",
     ]
     assert re.fullmatch(r"running \(step 2 of 2\): 521 of 541 done, 0:00:0[1-9] left", logged[3])
@@ -59,3 +59,26 @@ def test_a_terminal_shows_step_count_and_part(monkeypatch):
     assert "compiling (step 1 of 2)" in text
     assert "2 of 5" in text
     assert "shots" in text
+
+
+def test_compiling_promises_no_time_left(monkeypatch):
+    # Breaks where a bar says "20 s left" for minutes: the last kernel takes longest.
+    console = Console(force_terminal=True, width=160, file=io.StringIO())
+    monkeypatch.setattr(progress, "stderr", lambda: console)
+    with console.capture() as shown, Steps(COMPILING, RUNNING).bar() as step:
+        step(COMPILING)(2, 5, "shots")
+        step(RUNNING)(1, 5, "stop")
+    text = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", shown.get())
+    compiling = [
+        line for line in re.split(r"[\r\n]", text) if "compiling" in line and "2 of 5" in line
+    ]
+    assert all("takes a few minutes, once" in line and "left" not in line for line in compiling)
+    assert "left: " in text.rpartition("running")[2]
+
+
+def test_a_log_says_at_once_that_compiling_begins(logged, monkeypatch):
+    monkeypatch.setattr(progress, "LOG_INTERVAL", 1e9)
+    with Steps(COMPILING, RUNNING).bar() as step:
+        step(COMPILING)(0, 5, "")
+        step(RUNNING)(0, 5, "")
+    assert logged == ["compiling (step 1 of 2): 0 of 5 done, takes a few minutes, once"]

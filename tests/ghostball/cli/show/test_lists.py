@@ -62,7 +62,7 @@ def test_engines_lists_settings_and_capabilities(cli):
         "contact_steps=fixed (exact)",
         "dt unset",
         "unsupported",
-        "balls that roll and never slide",
+        "balls that always roll, never slide",
     ):
         assert part in shown
     assert "paper-discrete" not in shown
