@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -131,6 +130,7 @@ def _most(ran: list[Run], shot: Shot) -> int:
     An engine with far too many collisions must not flatten the bars of all others.
     """
     counts = [count for run in ran for count, _ in _counts(run, shot.truth_counts)]
-    true = [*(shot.truth_counts or {}).values()]
-    most = 2 * max(true) if true and max(true) else math.inf
-    return int(max(1, min(max(counts, default=1), most)))
+    most = max(counts, default=1)
+    if shot.truth_counts and any(shot.truth_counts.values()):
+        most = min(most, 2 * max(shot.truth_counts.values()))
+    return max(1, most)

@@ -109,8 +109,8 @@ def test_the_largest_error_that_passed_is_explained_and_what_shows_its_cause(in_
     text = " ".join(found.stdout.split())
     assert re.search(
         r"its largest error, 3\.\d+ mm in half-ball-cut, passed the limit \d\.\d+ mm: Contacts are "
-        r"detected up to one time step, 1 ms, late, which moves the rest positions of this shot by at "
-        r"most \d\.\d+ mm; the motion between contacts adds \d+ µm\.",
+        r"detected up to one time step, 1 ms, late, which moves the rest positions of this shot by "
+        r"at most \d\.\d+ mm; the motion between contacts adds \d+ µm\.",
         text,
     )
     assert f"next: `ghostball explain half-ball-cut --engine {engine}`" in text
