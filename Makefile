@@ -137,13 +137,13 @@ test-boundscheck: $(READY)  ## tests of the kernels with bounds checks
 lint: $(READY)  ## what pre-commit runs: ruff (rules, format), mypy, the direction of imports
 	$(BIN)/pre-commit run --all-files
 
-# A command that has to compile says so, and that line would be part of what it prints.
-# Material speaks of what comes after MkDocs at each build.
-docs: kernels  ## the documentation, into build/site; its commands are run: other outputs than docs/ has, or a warning, fail
+# Kernels first: a command that compiles prints a line about it, which would be part of its output.
+# Material prints an advertisement for its successor at each build.
+docs: kernels  ## the documentation, into build/site; runs the commands of changed pages; a different output or a warning fails
 	$(OUTPUTS) --check
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
-docs-outputs: kernels  ## write anew what the commands and tables of docs/ print
+docs-outputs: kernels  ## write the outputs of the commands and tables into the pages of docs/
 	$(OUTPUTS)
 
 OUTPUTS = PATH="$(abspath $(BIN)):$$PATH" COLUMNS=90 $(BIN)/python -m docs.outputs

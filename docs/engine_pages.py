@@ -63,5 +63,5 @@ def _on_board(name: str) -> Iterator[str]:
         "## Results on the board\n\nRest error, or accuracy class, and run time in each scene of "
         f"[the board](../leaderboard.md), measured on {'; '.join(where)}. "
         f"`ghostball validate board -e {name}` measures them again.\n\n"
-        f"{table(heads, rows)}"
+        f'<div class="sortable" markdown="1">\n\n{table(heads, rows)}\n\n</div>'
     )

@@ -1,11 +1,16 @@
-"""What MkDocs does with a page before it is rendered."""
+"""Changes of a page by MkDocs, before the page is rendered."""
 
 import re
 from typing import Any
 
 _HIDDEN = re.compile(r"^<!--\n(:::.*?)\n-->$", re.MULTILINE | re.DOTALL)
 
+WIDE = ("leaderboard.md", "steps.md")
+"""Pages whose tables need the width of the table of contents."""
 
-def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Show what mkdocstrings is asked for: on a forge, which has no mkdocstrings, it is hidden."""
+
+def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
+    """Uncover instructions for mkdocstrings, and hide the table of contents of wide pages."""
+    if page.file.src_uri in WIDE:
+        page.meta["hide"] = ["toc"]
     return _HIDDEN.sub(r"\1", markdown)

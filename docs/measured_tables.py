@@ -44,12 +44,12 @@ def board() -> str:
     rows = ((_linked(label), *cells) for label, *cells in stored.rows())
     said = [
         f"{len(select([BOARD]))} scenes, measured on {stored.where}:",
-        table(HEADS, rows),
+        f'<div class="sortable" markdown="1">\n\n{table(HEADS, rows)}\n\n</div>',
     ]
     if earlier := dict.fromkeys(_linked(one) for one in stored.earlier if ":" not in one):
         said.append(
             "Earlier runs measured more engines, with time steps of 1 ms (in `half-ball-1`, the "
-            "largest error of eight initial positions). Their pages show the results: "
+            "largest error of eight runs). Their pages show the results: "
             f"{', '.join(earlier)}."
         )
     return "\n\n".join(said)

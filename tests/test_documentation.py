@@ -216,10 +216,11 @@ def test_what_is_sent_to_other_projects_runs_without_this_one_and_has_a_page(pro
             imported.add(node.module.partition(".")[0])
         elif isinstance(node, ast.Import):
             imported |= {one.name.partition(".")[0] for one in node.names}
-    assert imported - {"importlib", "warnings"} == {program.stem.partition("_")[0]}
+    assert imported - {"importlib", "typing", "warnings"} == {program.stem.partition("_")[0]}
     page = program.with_name(program.stem.replace("_", "-") + ".md")
     assert f"    python {program.name}\n" in page.read_text(encoding="utf-8")
-    assert f"({program.name})" in FOUND
+    assert program.read_text(encoding="utf-8").rstrip() in page.read_text(encoding="utf-8")
+    assert f"({page.name})" in FOUND
 
 
 @pytest.mark.checkout
@@ -316,3 +317,29 @@ def test_outputs_stand_beneath_their_blocks_and_stay_where_durations_alone_diffe
         write_outputs([page], check=False)
     with pytest.raises(OutputError, match=r"^a page must be a file of docs/.* no \S+/nosuch\.md$"):
         write_outputs([page, tmp_path / "nosuch.md"], check=False)
+
+
+@pytest.mark.checkout
+def test_a_page_runs_again_only_if_it_or_its_inputs_have_changed(tmp_path, monkeypatch):
+    from docs import outputs
+
+    for name in ("docs", "code"):
+        (tmp_path / name).mkdir()
+    for name in ("pyproject.toml", "SECURITY.md", "code/module.py"):
+        (tmp_path / name).touch()
+    runs = tmp_path / "runs.txt"
+    page = tmp_path / "docs/page.md"
+    page.write_text("<!-- run shell\nprintf x >> runs.txt\n-->\n<!-- end -->\n", "utf-8")
+    monkeypatch.setattr(outputs, "DOCS", tmp_path / "docs")
+    monkeypatch.setattr(outputs, "BUILD", tmp_path / "build")
+    monkeypatch.setattr(outputs, "CHECKED", tmp_path / "build/checked.json")
+    monkeypatch.setattr(outputs, "READ", ("code",))
+    found = []
+    for change in (None, None, tmp_path / "code/module.py", page, tmp_path / "code/new.py"):
+        if change is not None:
+            with change.open("a", encoding="utf-8") as file:
+                file.write("# changed\n")
+        outputs._main(["page.md", "--check"])
+        found.append(len(runs.read_text("utf-8")))
+    outputs._main(["page.md", "--check", "--rerun"])
+    assert [*found, len(runs.read_text("utf-8"))] == [1, 1, 2, 3, 4, 5]

@@ -1,8 +1,8 @@
-"""MuJoCo: a contact that slips gets too much of both impulses. Needs `pip install mujoco`, no more.
+"""MuJoCo: a slipping contact gets too much of both impulses. Needs only `pip install mujoco`.
 
 A ball without gravity hits a plane. The contact is a pure damper, which gives it a restitution of
-0.85 in one step, and has Coulomb friction. Restitution may not depend on the friction: the ball has
-to leave at 0.85 of the speed at which it came.
+0.85 in one step, and has Coulomb friction. Restitution must not depend on friction: the ball must
+leave at 0.85 of its approach speed.
 """
 
 import mujoco
@@ -31,7 +31,7 @@ MODEL = """
 
 
 def leaves(mu: float, slip: float) -> tuple[float, float]:
-    """Return at which part of its approach speed a ball leaves, and the slip it loses [m/s]."""
+    """Return the ratio of the speeds after and before the impact, and the lost slip [m/s]."""
     damper, stop = -(1.0 + RESTITUTION) / DT, -1.0 / DT
     text = MODEL.format(dt=DT, height=R, radius=R, mass=MASS, mu=mu, damper=damper, stop=stop)
     model = mujoco.MjModel.from_xml_string(text)
@@ -42,10 +42,8 @@ def leaves(mu: float, slip: float) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Print both for some frictions and slips."""
-    print(
-        f"MuJoCo {mujoco.__version__}; expected: leaves at {RESTITUTION}, whatever mu and slip are"
-    )
+    """Print both values for several frictions and slips."""
+    print(f"MuJoCo {mujoco.__version__}; expected: leaves at {RESTITUTION}, for any mu and slip")
     print("  mu   slip [m/s]   leaves at   impulse too large by")
     for mu in (0.0, 0.06, 0.2):
         for slip in (0.2, 0.5, 1.0, 2.0):

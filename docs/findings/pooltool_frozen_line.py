@@ -1,10 +1,10 @@
-"""pooltool: a ball that hits two frozen ones in its line may raise ValueError.
+"""pooltool: a ball that hits two touching balls in line may raise ValueError.
 
-Needs pooltool alone: `pip install pooltool-billiards --extra-index-url https://archive.panda3d.org/`.
+Needs only pooltool: `pip install pooltool-billiards --extra-index-url https://archive.panda3d.org/`.
 
 Three equal balls in a line, frictionless and elastic; the second and third touch. Expected after
-the impacts: velocities 0, 0 and that of the first ball, as when one contact is resolved after
-another; wherever on the table the line lies.
+the impacts: velocities 0, 0 and that of the first ball, as if contacts are resolved one after
+another; at any position on the table.
 """
 
 from importlib import metadata
@@ -15,13 +15,13 @@ from pooltool.physics.engine import PhysicsEngine
 from pooltool.physics.resolve.ball_ball.frictionless_elastic import FrictionlessElastic
 from pooltool.physics.resolve.resolver import Resolver
 
-R, LEAST = 0.028575, 1e-9  # [m]; it refuses a friction of 0
-SPEED, AFTER = 1.5, 0.1  # [m/s], [s]: before any ball meets a cushion
+R, LEAST = 0.028575, 1e-9  # [m]; pooltool refuses a friction of 0
+SPEED, AFTER = 1.5, 0.1  # [m/s], [s]: before any ball hits a cushion
 SLIDING = 2
 
 
-def play(place):
-    """Return the velocities along the line after the impacts [m/s]; the first ball at a place."""
+def play(place: float) -> list[float]:
+    """Return the velocities after the impacts [m/s], if the first ball is at a place [m]."""
     params = BallParams(
         m=0.170097, R=R, u_s=LEAST, u_r=LEAST, u_sp_proportionality=LEAST, u_b=LEAST, e_b=1.0
     )
@@ -35,19 +35,17 @@ def play(place):
     resolver = Resolver.default()
     object.__setattr__(resolver, "ball_ball", FrictionlessElastic())
     pt.simulate(system, engine=PhysicsEngine(resolver), inplace=True, t_final=AFTER)
-    # It may go on to the event after `t_final`.
+    # The simulation may continue to the event after `t_final`.
     return [
         [state for state in ball.history if state.t <= AFTER][-1].rvw[1, 1]
         for ball in system.balls.values()
     ]
 
 
-def main():
-    """Play from many places, and print what is other than expected."""
-    print(
-        f"pooltool {metadata.version('pooltool-billiards')}; two frozen balls are hit in their line"
-    )
-    print("expected: 0, 0 and 1.5 m/s, from every place")
+def main() -> None:
+    """Simulate the shot at many places, and print unexpected results."""
+    print(f"pooltool {metadata.version('pooltool-billiards')}; two touching balls are hit in line")
+    print("expected: 0, 0 and 1.5 m/s, at every place")
     failed = []
     places = [0.2 + 0.0173 * k for k in range(60)]
     for place in places:
@@ -59,7 +57,7 @@ def main():
         else:
             if max(abs(a - b) for a, b in zip(found, (0, 0, SPEED), strict=True)) > 1e-6:
                 print(f"first ball at {place:.4f} m: {found}")
-    print(f"raised from {len(failed)} of {len(places)} places")
+    print(f"raised at {len(failed)} of {len(places)} places")
 
 
 if __name__ == "__main__":

@@ -1,12 +1,13 @@
-"""SAPIEN (PhysX 5): what its defaults do to elastic collisions.
+"""SAPIEN (PhysX 5): its default settings change the energy of elastic collisions.
 
-Needs `pip install sapien`, no more.
+Needs only `pip install sapien`.
 
-Equal balls with restitution 1, without friction, gravity or damping. Expected in every case: no
-energy is lost or gained, and a ball that hits another head-on gives it all its speed.
+Equal balls with restitution 1, without friction, gravity or damping. Expected in every case: energy
+is conserved, and a ball that hits a resting ball head-on transfers its whole speed.
 """
 
 import warnings
+from typing import Any
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
@@ -15,8 +16,17 @@ with warnings.catch_warnings():
 R, MASS = 0.028575, 0.17  # [m], [kg]
 
 
-def play(places, speed, *, threshold=None, offset=None, tgs=None, dt=1e-3, seconds=0.2):
-    """Return the velocities of balls at places (x, y) [m]; the first comes along x [m/s]."""
+def play(
+    places: list[tuple[float, float]],
+    speed: float,
+    *,
+    threshold: float | None = None,
+    offset: float | None = None,
+    tgs: bool | None = None,
+    dt: float = 1e-3,
+    seconds: float = 0.2,
+) -> list[Any]:
+    """Return the final velocities of balls at places (x, y) [m]; the first moves along x [m/s]."""
     physx = sapien.physx
     scene, shape = physx.PhysxSceneConfig(), physx.PhysxShapeConfig()
     scene.gravity = [0, 0, 0]
@@ -26,7 +36,7 @@ def play(places, speed, *, threshold=None, offset=None, tgs=None, dt=1e-3, secon
         scene.enable_tgs = tgs
     if offset is not None:
         shape.contact_offset, shape.rest_offset = offset, 0.0
-    # Of the whole process, and read as a scene and its bodies are made.
+    # These belong to the whole process and are read when a scene and its bodies are made.
     physx.set_scene_config(scene)
     physx.set_shape_config(shape)
     world = sapien.Scene([physx.PhysxCpuSystem()])
@@ -50,13 +60,13 @@ def play(places, speed, *, threshold=None, offset=None, tgs=None, dt=1e-3, secon
     return [body.linear_velocity for body in bodies]
 
 
-def energy_change(velocities, speed):
-    """Return what became of the energy, over what it was, less 1."""
+def energy_change(velocities: list[Any], speed: float) -> float:
+    """Return the relative change of the energy."""
     return float(sum(v[0] ** 2 + v[1] ** 2 + v[2] ** 2 for v in velocities)) / speed**2 - 1
 
 
-def head_on(what, speed, **settings):
-    """Print the worst of many distances, for it depends on where in a step the balls meet."""
+def head_on(what: str, speed: float, **settings: Any) -> None:
+    """Print the worst of many distances: the result depends on the phase of the time step."""
     gaps = [0.001 + 0.00097 * k for k in range(40)]
     runs = [play([(0, 0), (2 * R + gap, 0)], speed, **settings) for gap in gaps]
     worst = max(runs, key=lambda run: abs(energy_change(run, speed)))
@@ -65,8 +75,8 @@ def head_on(what, speed, **settings):
     print(f"{what:66} {first:7.4f} {second:7.4f}  energy {change:+.1e}")
 
 
-def broken_rack(what, speed, **settings):
-    """Print what becomes of the energy as a ball hits a rack of 15."""
+def broken_rack(what: str, speed: float, **settings: Any) -> None:
+    """Print the change of the energy when a ball hits a rack of 15."""
     apart = 2 * R + 1e-4
     rack = [
         (apart * row * 0.75**0.5, apart * (k - row / 2)) for row in range(5) for k in range(row + 1)
@@ -78,17 +88,15 @@ def broken_rack(what, speed, **settings):
     print(f"{what:66} {'':15}  energy {worst:+.1e}")
 
 
-def main():
-    """Print what becomes of two balls and of a rack."""
-    print(
-        f"SAPIEN {sapien.__version__}; velocities of two balls after a head-on hit, and the energy"
-    )
+def main() -> None:
+    """Print the results for two balls and for a rack."""
+    print(f"SAPIEN {sapien.__version__}; velocities after a head-on collision, and energy")
     low = {"threshold": 1e-4}
     head_on("1.5 m/s, defaults (bounce_threshold 2 m/s)", 1.5)
     head_on("1.5 m/s, bounce_threshold 1e-4", 1.5, **low)
     head_on("1.5 m/s, bounce_threshold 1e-4, enable_tgs False", 1.5, **low, tgs=False)
     head_on("1.5 m/s, the same, contact_offset 1e-7 for 1e-2", 1.5, **low, tgs=False, offset=1e-7)
-    print("a rack of 15 that is hit at 5 m/s")
+    print("a rack of 15, hit at 5 m/s")
     broken_rack("bounce_threshold 1e-4 (enable_tgs True)", 5.0, **low)
     broken_rack("bounce_threshold 1e-4, enable_tgs False", 5.0, **low, tgs=False)
     broken_rack("the same, contact_offset 1e-7", 5.0, **low, tgs=False, offset=1e-7)

@@ -1,9 +1,10 @@
-"""Billiards with DART 6 (Python's package dartpy): the settings that make it right, and why.
+"""Billiards with DART 6 (Python's package dartpy): the best settings, and the reason for each.
 
-Here in metres, seconds and kilograms; in DART a metre has `SCALE` units. Run it: it plays a
-half-ball cut, whose balls rest in truth at 1.098066915, 0.350843120 and 1.766745641, 1.077680802.
+Here in metres, seconds and kilograms; in DART a metre has `SCALE` units. Run it: it simulates
+a half-ball cut, whose exact rest positions are 1.098066915, 0.350843120 and 1.766745641,
+1.077680802.
 
-What no setting mends: DART leaves out 1e-5 of each impulse ("constraint force mixing").
+No setting helps with this: DART omits 1e-5 of each impulse ("constraint force mixing").
 """
 
 import math
@@ -14,9 +15,9 @@ import numpy as np
 
 G, ROLLING_FRICTION, BALL_RESTITUTION, CUSHION_RESTITUTION = 9.81, 0.02, 1.0, 1.0
 RADIUS, MASS, LENGTH, WIDTH = 0.028575, 0.170097, 2.54, 1.27
-DT = 1e-3  # contacts are seen up to a step late: this cut ends some millimetres off
-# Rebounds slower than 0.1 unit/s are left out, and those above 100 units/s cut: compiled in. So ten
-# units a metre, which has 1 cm/s and 10 m/s for limits; fewer for faster balls.
+DT = 1e-3  # contacts are detected up to a step late: an error of some mm in this cut
+# Compiled in: rebounds slower than 0.1 unit/s are suppressed, those above 100 units/s are limited.
+# Ten units in a metre make that 1 cm/s and 10 m/s; take fewer for faster balls.
 SCALE = 10.0
 
 
@@ -25,7 +26,7 @@ def make_world() -> Any:
     world = dartpy.simulation.World()
     world.setTimeStep(DT)
     world.setGravity([0.0, 0.0, 0.0])
-    # DART multiplies the restitutions of two bodies: a ball has the root of that of two.
+    # DART multiplies the restitutions of two bodies: a ball has the root of the pair's value.
     bounce = CUSHION_RESTITUTION / math.sqrt(BALL_RESTITUTION)
     for (nx, ny), offset in (
         ((1.0, 0.0), 0.0),
@@ -46,11 +47,11 @@ def _set_surface(node: Any, restitution: float) -> None:
     node.createCollisionAspect()
     node.createDynamicsAspect()
     node.getDynamicsAspect().setRestitutionCoeff(restitution)  # 0 by default
-    node.getDynamicsAspect().setFrictionCoeff(0.0)  # 1 by default: balls would turn each other
+    node.getDynamicsAspect().setFrictionCoeff(0.0)  # 1 by default: balls would make each other spin
 
 
 def add_ball(world: Any, x: float, y: float, vx: float = 0.0) -> Any:
-    """Add a ball that stays in the plane, and doesn't turn; return its joint."""
+    """Add a ball that moves in the plane without rotation; return its joint."""
     skeleton = dartpy.dynamics.Skeleton(f"ball at {x:g}, {y:g}")
     joint, body = skeleton.createTranslationalJoint2DAndBodyNodePair()
     sphere = dartpy.dynamics.SphereShape(SCALE * RADIUS)
@@ -64,7 +65,7 @@ def add_ball(world: Any, x: float, y: float, vx: float = 0.0) -> Any:
 
 
 def slow(ball: Any, seconds: float) -> bool:
-    """Let the cloth slow a ball that rolls; return whether it still moves."""
+    """Apply rolling friction to a ball; return whether the ball still moves."""
     velocity = ball.getVelocities()
     speed, loss = float(np.hypot(*velocity)), SCALE * ROLLING_FRICTION * G * seconds
     share = (speed - loss) / speed if speed > loss else 0.0
@@ -73,12 +74,12 @@ def slow(ball: Any, seconds: float) -> bool:
 
 
 def play() -> list[tuple[float, float]]:
-    """Play a half-ball cut to its end."""
+    """Simulate a half-ball cut until the balls rest."""
     world = make_world()
     balls = [add_ball(world, 0.5, 0.606425, 0.8), add_ball(world, 1.0, 0.635)]
     moving = True
     while moving:
-        for ball in balls:  # half the loss before the step, half after it: so a roll is exact
+        for ball in balls:  # half the loss before the step, half after it: exact rolling
             slow(ball, 0.5 * DT)
         world.step()
         still_moving = [slow(ball, 0.5 * DT) for ball in balls]

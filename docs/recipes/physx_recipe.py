@@ -1,7 +1,7 @@
-"""Billiards with PhysX 5 (through SAPIEN 3): the settings that make it right, and why.
+"""Billiards with PhysX 5 (through SAPIEN 3): the best settings, and the reason for each.
 
-In metres, seconds and kilograms. Run it: it plays a half-ball cut, whose balls rest in truth at
-1.098066915, 0.350843120 and 1.766745641, 1.077680802.
+In metres, seconds and kilograms. Run it: it simulates a half-ball cut, whose exact rest positions
+are 1.098066915, 0.350843120 and 1.766745641, 1.077680802.
 """
 
 import math
@@ -11,7 +11,7 @@ import sapien
 
 G, ROLLING_FRICTION, BALL_RESTITUTION, CUSHION_RESTITUTION = 9.81, 0.02, 1.0, 1.0
 RADIUS, MASS, LENGTH, WIDTH = 0.028575, 0.170097, 2.54, 1.27
-DT = 1e-3  # contacts are seen up to a step late: this cut ends some millimetres off
+DT = 1e-3  # contacts are detected up to a step late: an error of some mm in this cut
 BALLS, CUSHIONS = 1, 2
 
 
@@ -24,18 +24,18 @@ def make_scene() -> Any:
     )
     scene.gravity = [0.0, 0.0, 0.0]
     scene.enable_tgs = False  # SAPIEN's own solver changes the energy of every impact
-    scene.bounce_threshold = 1e-4  # 2 by default: slower impacts don't bounce
-    shape.contact_offset = 1e-7  # 1 cm by default: what is nearer is stopped before it touches
+    scene.bounce_threshold = 1e-4  # 2 by default: slower impacts are inelastic
+    shape.contact_offset = 1e-7  # 1 cm by default: closer balls are stopped before they touch
     shape.rest_offset = 0.0
     body.solver_position_iterations = 64  # with the default, 10, a break gains 1e-4 of its energy
-    body.sleep_threshold = 0.0  # else a slow ball stops before its time
-    # They are of the whole process, and read as a scene and its bodies are made.
+    body.sleep_threshold = 0.0  # otherwise a slow ball stops too early
+    # These belong to the whole process and are read when a scene and its bodies are made.
     sapien.physx.set_scene_config(scene)
     sapien.physx.set_shape_config(shape)
     sapien.physx.set_body_config(body)
     made = sapien.Scene([sapien.physx.PhysxCpuSystem()])
     made.set_timestep(DT)
-    for x, y, turned in (  # a plane's normal is along x; as a quaternion, how it is turned inward
+    for x, y, turned in (  # the normal of a plane is along x; the quaternion turns it inward
         (0.0, 0.0, (1.0, 0.0, 0.0, 0.0)),
         (LENGTH, 0.0, (0.0, 0.0, 0.0, 1.0)),
         (0.0, 0.0, (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))),
@@ -61,10 +61,10 @@ def _add(scene: Any, component: Any, x: float, y: float, turned: Any = (1, 0, 0,
 
 
 def add_ball(scene: Any, x: float, y: float, vx: float = 0.0) -> Any:
-    """Add a ball that stays in the plane, and doesn't turn."""
+    """Add a ball that moves in the plane without rotation."""
     ball = sapien.physx.PhysxRigidDynamicComponent()
-    # PhysX takes the mean of two restitutions. So a ball has a shape for balls, and one for
-    # cushions: two touch where the first number of one has a bit of the other's second.
+    # PhysX takes the mean of two restitutions. So a ball has one shape for balls and one for
+    # cushions. Two shapes collide if the first number of one has a bit of the second of the other.
     for touched, restitution, touches in (
         (BALLS, BALL_RESTITUTION, BALLS),
         (CUSHIONS, CUSHION_RESTITUTION, 8),
@@ -73,7 +73,7 @@ def add_ball(scene: Any, x: float, y: float, vx: float = 0.0) -> Any:
         shape.set_collision_groups([touched, touches, 0, 0])
         ball.attach(shape)
     ball.set_mass(MASS)
-    ball.set_inertia([0.4 * MASS * RADIUS**2] * 3)  # else that of both shapes
+    ball.set_inertia([0.4 * MASS * RADIUS**2] * 3)  # otherwise that of both shapes
     ball.set_linear_damping(0.0)
     ball.set_angular_damping(0.0)  # 0.05 by default
     _add(scene, ball, x, y)
@@ -83,7 +83,7 @@ def add_ball(scene: Any, x: float, y: float, vx: float = 0.0) -> Any:
 
 
 def slow(ball: Any, seconds: float) -> bool:
-    """Let the cloth slow a ball that rolls; return whether it still moves."""
+    """Apply rolling friction to a ball; return whether the ball still moves."""
     x, y = (float(v) for v in ball.linear_velocity[:2])
     speed, loss = math.hypot(x, y), ROLLING_FRICTION * G * seconds
     share = (speed - loss) / speed if speed > loss else 0.0
@@ -92,12 +92,12 @@ def slow(ball: Any, seconds: float) -> bool:
 
 
 def play() -> list[tuple[float, float]]:
-    """Play a half-ball cut to its end."""
+    """Simulate a half-ball cut until the balls rest."""
     scene = make_scene()
     balls = [add_ball(scene, 0.5, 0.606425, 0.8), add_ball(scene, 1.0, 0.635)]
     moving = True
     while moving:
-        for ball in balls:  # half the loss before the step, half after it: so a roll is exact
+        for ball in balls:  # half the loss before the step, half after it: exact rolling
             slow(ball, 0.5 * DT)
         scene.step()
         still_moving = [slow(ball, 0.5 * DT) for ball in balls]

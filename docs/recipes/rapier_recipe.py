@@ -1,9 +1,9 @@
-"""Billiards with Rapier (Python's package rapier3d): the settings that make it right, and why.
+"""Billiards with Rapier (Python's package rapier3d): the best settings, and the reason for each.
 
-In metres, seconds and kilograms. Run it: it plays a half-ball cut, whose balls rest in truth at
-1.098066915, 0.350843120 and 1.766745641, 1.077680802.
+In metres, seconds and kilograms. Run it: it simulates a half-ball cut, whose exact rest positions
+are 1.098066915, 0.350843120 and 1.766745641, 1.077680802.
 
-What no setting mends: balls that touch several at once, as in a break, make or take energy.
+No setting helps with balls that touch several others, as in a break: they gain or lose energy.
 """
 
 import math
@@ -13,14 +13,14 @@ import rapier3d
 
 G, ROLLING_FRICTION, BALL_RESTITUTION, CUSHION_RESTITUTION = 9.81, 0.02, 1.0, 1.0
 RADIUS, MASS, LENGTH, WIDTH = 0.028575, 0.170097, 2.54, 1.27
-DT = 1e-3  # contacts are seen up to a step late: this cut ends some millimetres off
+DT = 1e-3  # contacts are detected up to a step late: an error of some mm in this cut
 
 
 def make_world() -> Any:
     """Return a table without balls."""
     world = rapier3d.PhysicsWorld()
     world.integration_parameters.dt = DT
-    # 2 cm by default: contacts are resolved so long before balls touch, along the line of then.
+    # 2 cm by default: contacts are resolved this far before balls touch, along a wrong line.
     world.integration_parameters.normalized_prediction_distance = 1e-5
     for (x, y), normal in (
         ((0.0, 0.0), (1.0, 0.0, 0.0)),
@@ -35,16 +35,16 @@ def make_world() -> Any:
 
 
 def _add(world: Any, shape: Any, restitution: float, body: Any) -> None:
-    # By default Rapier takes the mean of two restitutions, and friction is 0.5. Multiplied, those
-    # of two balls, each with the root, are what is meant.
+    # By default Rapier takes the mean of two restitutions, and friction is 0.5. With the product of
+    # two roots, the restitution is that of the pair.
     shape = shape.restitution_combine_rule(rapier3d.CoefficientCombineRule.MULTIPLY)
     world.add_collider(shape.restitution(restitution).friction(0.0).build(), body)
 
 
 def add_ball(world: Any, x: float, y: float, vx: float = 0.0) -> Any:
-    """Add a ball that stays in the plane, and doesn't turn; return its handle."""
+    """Add a ball that moves in the plane without rotation; return its handle."""
     body = rapier3d.RigidBody.dynamic().translation((x, y, 0.0))
-    body = body.can_sleep(False)  # else a slow ball stops before its time
+    body = body.can_sleep(False)  # otherwise a slow ball stops too early
     body = body.enabled_translations((True, True, False)).enabled_rotations((False, False, False))
     handle = world.add_body(body.build())
     shape = rapier3d.Collider.ball(RADIUS).mass(MASS)
@@ -54,7 +54,7 @@ def add_ball(world: Any, x: float, y: float, vx: float = 0.0) -> Any:
 
 
 def slow(ball: Any, seconds: float) -> bool:
-    """Let the cloth slow a ball that rolls; return whether it still moves."""
+    """Apply rolling friction to a ball; return whether the ball still moves."""
     x, y, _ = tuple(ball.linvel)
     speed, loss = math.hypot(x, y), ROLLING_FRICTION * G * seconds
     share = (speed - loss) / speed if speed > loss else 0.0
@@ -63,13 +63,13 @@ def slow(ball: Any, seconds: float) -> bool:
 
 
 def play() -> list[tuple[float, float]]:
-    """Play a half-ball cut to its end."""
+    """Simulate a half-ball cut until the balls rest."""
     world = make_world()
     handles = [add_ball(world, 0.5, 0.606425, 0.8), add_ball(world, 1.0, 0.635)]
     moving = True
     while moving:
         balls = [world.rigid_bodies[handle] for handle in handles]
-        for ball in balls:  # half the loss before the step, half after it: so a roll is exact
+        for ball in balls:  # half the loss before the step, half after it: exact rolling
             slow(ball, 0.5 * DT)
         world.step()
         balls = [world.rigid_bodies[handle] for handle in handles]
