@@ -1,4 +1,4 @@
-"""Drawings of the documentation that are made from the code; each function returns SVG."""
+"""Drawings of the documentation, made by the code; each function returns SVG."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _LEFT, _RIGHT, _BELOW, _ABOVE = 1.10, 1.44, 0.19, 0.09  # what is shown round a 
 
 
 def side_pocket() -> str:
-    """Return a side pocket of a table of 9 ft to scale, with each of its numbers."""
+    """Return a drawing of a side pocket of a 9 ft table, to scale, with all dimensions."""
     table = Table.model_validate("wpa-9ft")
     assert table.pockets is not None
     pocket = table.pockets.side
@@ -68,7 +68,7 @@ def side_pocket() -> str:
 
 
 def _is_near(one: Segment | Disc | Hole, middle: float) -> bool:
-    """Whether an obstacle is one of the pocket in the middle of the bottom cushion."""
+    """Return True if an obstacle belongs to the pocket in the middle of the bottom cushion."""
     place = one.start if isinstance(one, Segment) else one.centre
     end = one.end if isinstance(one, Segment) else one.centre
     return max(place[1], end[1]) < 0.01 and (

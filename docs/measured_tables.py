@@ -90,7 +90,7 @@ def choice() -> str:
         )
     heads = ("use", "engine and settings", "rest error: median (largest)", "time for a shot")
     scenes = ", ".join(f"`{name}`" for name in sorted({one.scene for one in stored.points}))
-    said = f"Over the scenes that the engine supports of {scenes}. Measured on {stored.where}."
+    said = f"Scenes, if the engine supports them: {scenes}. Measured on {stored.where}."
     return f"{table(heads, rows)}\n\n{said}"
 
 
