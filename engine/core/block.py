@@ -25,7 +25,7 @@ STATE = 1
 OWN_KIND = 2
 CHANGED = 3
 TOUCHED = 4
-HIGHER = 5
+POWERS = 5
 HEIGHT = 6
 BOUND = 7
 LEAST = 8
@@ -43,12 +43,10 @@ SCRATCH = 19
 FORCES = 19
 TOUCHING = 20
 NEAR = 21
-TURNING = 22
-RISING = 23
-SERIES = 24
-TRACK = 25
-CONTACTS = 26
-END = 27
+SERIES = 22
+TRACK = 23
+CONTACTS = 24
+END = 25
 
 
 class Block:
@@ -60,7 +58,7 @@ class Block:
 
     def __init__(self, balls: Balls, pairs: Pairs, cells: Cells | None, contacts: int) -> None:
         """Pack the arrays, with room for a number of `contacts`."""
-        air, n = balls.air, len(balls.own_kind)
+        n = len(balls.own_kind)
         marks, integers = no_contacts(n, contacts)
         members = n * MEMBER_COLUMNS
         # An array, or a number of doubles. From SCRATCH on only the size counts.
@@ -69,7 +67,7 @@ class Block:
             balls.own_kind,
             balls.changed,
             balls.touched,
-            balls.higher,
+            balls.powers,
             balls.height,
             pairs.bound,
             pairs.least,
@@ -81,9 +79,7 @@ class Block:
             numbers_of_contacts(n, contacts) - members,
             balls.touching,
             balls.near,
-            air and air.turning,
-            air and air.rising,
-            air and air.series,
+            balls.series,
             pairs.track,
             REFERENCE_WORDS,
         ]

@@ -21,6 +21,7 @@ from ghostball.engine.core.rows import (
     MemberRow,
     StageRow,
 )
+from ghostball.model.trajectory.polynomial import PER_POWER
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -31,9 +32,9 @@ BoolArray = NDArray[np.bool_]
 class Balls(NamedTuple):
     """State of n balls, each at its own epoch; and what the event at hand does to them.
 
-    The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, and what `higher` adds,
+    The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, and what `powers` add,
     until `own_time`, when the ball's own next event changes its motion. While it slides, its
-    angular velocity changes at a constant rate, but for what `air` adds; while it rolls, the
+    angular velocity changes at a constant rate, but for what `powers` add; while it rolls, the
     velocity gives it; about the vertical the cloth takes from it. In flight it stays as it is.
     m is enough for all pairs that can touch at once and one cushion, and for two cushions.
 
@@ -52,30 +53,22 @@ class Balls(NamedTuple):
     touching: Int32Array  # (m, 2) as `Contacts.ends`: pairs that collide, or contacts to be held
     near: Int32Array  # (n,) room for a ball's neighbours
     counters: IntArray  # (COUNTERS,) those of the `Log`: every loop counts its turns in WORK
-    higher: FloatArray | None  # (n, HIGHER + 2 k): what pieces of a degree above 2 have beyond it
-    air: Air | None  # what else is needed where something slows balls by more the faster they are
+    powers: FloatArray | None  # (n, POWERS_COLUMNS): columns JERK_X ... below
+    series: FloatArray | None  # (SERIES_ROWS, SERIES_TERMS) room for the series of a piece in air
     height: FloatArray | None  # (n, HEIGHT_COLUMNS): columns BASE ... below
 
 
-# Columns of `Balls.higher`: first how fast the acceleration may change along x and along y [m/s^3],
-# as long as the piece lasts, which then has an end; how many of the powers that follow aren't 0;
-# how fast the acceleration upwards may change, and how many powers of `Air.rising` aren't 0.
-# From HIGHER on, for x and for y, what goes with the third power of the time since `epoch` [m/s^3],
-# with the fourth, and so on.
-POWERS = 2
-JERK_UP = 3
-RISES = 4
-HIGHER = 5
-
-
-class Air(NamedTuple):
-    """Room for motions whose deceleration depends on the speed; see `motion.drag`."""
-
-    turning: FloatArray  # (n, 2 k): what goes in wx, wy with the second power of the time [rad/s^3]
-    # (n, k + 1), or (n, 0) where no ball flies: what air adds to the height of one that does, with
-    # the second power of the time [m/s^2], with the third, and so on
-    rising: FloatArray
-    series: FloatArray  # (SERIES_ROWS, SERIES_TERMS) the power series of the piece at hand
+# Columns of `Balls.powers`. The acceleration changes along x, along y and upwards by at most
+# JERK_X, JERK_Y and JERK_UP [m/s^3] while the piece lasts; a piece where one of them isn't 0 ends.
+# Then come COUNT powers of the time since `epoch`, the second power first, in the columns from
+# POWERS on, with PER_POWER coefficients each: see `model.trajectory.polynomial`.
+JERK_X = 0
+JERK_Y = 1
+JERK_UP = 2
+COUNT = 3
+POWERS = 4
+MOST_POWERS = 24
+POWERS_COLUMNS = POWERS + PER_POWER * MOST_POWERS
 
 
 # Columns of `Balls.height`.
@@ -99,8 +92,6 @@ HEIGHT_COLUMNS = 16
 
 SERIES_TERMS = 26
 SERIES_ROWS = 8
-MOST_POWERS = 2 * 23
-"""Columns of `Air.turning`, and of the powers of `Balls.higher` there."""
 
 
 BALL_FIELDS = tuple(BallRow.__annotations__)
@@ -301,8 +292,8 @@ class Log(NamedTuple):
     time: FloatArray  # (m,) [s]
     what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
     ball: IntArray  # (k,)
-    # (k, SEGMENT_COLUMNS ...): the first columns of `Balls.state`; RISE, UP_SPEED and FALL; powers
-    # of `higher`, those of `turning`, and those of `rising`.
+    # (k, SEGMENT_COLUMNS ...): the first columns of `Balls.state`; RISE, UP_SPEED and FALL; and
+    # those of `Balls.powers` from POWERS on.
     motion: FloatArray
 
 
@@ -310,7 +301,7 @@ class World(NamedTuple):
     """All that a run works on.
 
     The scheduler works with `pairs` or with `cells`; the arrays of the other one are empty. In the
-    lean kernel, `higher`, `air` and `height` of `balls` are None. The compiler leaves out what
+    lean kernel, `powers`, `series` and `height` of `balls` are None. The compiler leaves out what
     follows `x is not None` if x is an argument whose type is None, but not if x is a field: so
     these fields are passed as arguments to the kernels that ask this. In the full kernel, laws such
     as `airborne` and `air_drag` decide at run time.

@@ -80,7 +80,7 @@ def play(
         kept.
     `numbers`, `start`, `offsets`: a block of arrays to work in, the same as each shot begins with,
         and what lies where in them: `core.block`. `full` is None where `Balls` has no
-        `higher`, `air` and `height`, by which numba knows what to leave out.
+        `powers`, `series` and `height`, by which numba knows what to leave out.
     `continues`: whether the shot `which[first]` continues from where it was left; else it begins.
     `max_events`, `max_work`: how many events and contact steps a shot may have; how much WORK.
     `budget`: WORK after which the kernel returns, so that an interrupt is heard. A shot that has

@@ -6,9 +6,10 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Air, Balls, FloatArray, Log, World
+from ghostball.engine.core.state import Balls, FloatArray, Log, World
 from ghostball.engine.impacts.impact import MOST_IN_CORNER
 from ghostball.model.events import EventKind
+from ghostball.model.trajectory.polynomial import PER_POWER
 
 # Plain integers for the compiler.
 BALL_BALL_EVENT = int(EventKind.BALL_BALL)
@@ -93,14 +94,8 @@ def note_motion(world: World, i: int) -> None:
         log.motion[row, st.BZ] = ball.bz
         log.motion[row, st.PHASE] = ball.phase
         _note_height(balls.height, i, log.motion, row)
-        _note_higher(balls.higher, balls.air, _columns_of(balls.height), i, log.motion, row)
+        _note_powers(balls.powers, i, log.motion, row)
         log.counters[st.LOGGED_MOTIONS] = row + 1
-
-
-@kernel(inline=True)
-def _columns_of(height: FloatArray | None) -> int:
-    """Return after how many numbers of a motion its higher powers come."""
-    return st.SEGMENT_COLUMNS if height is None else st.SEGMENT_COLUMNS + 3
 
 
 @kernel(inline=True)
@@ -111,24 +106,11 @@ def _note_height(height: FloatArray | None, i: int, motion: FloatArray, row: int
 
 
 @kernel(inline=True)
-def _note_higher(
-    higher: FloatArray | None,
-    air: Air | None,
-    first: int,
-    i: int,
-    motion: FloatArray,
-    row: int,
-) -> None:
-    if higher is not None:
-        room, count = higher.shape[1] - st.HIGHER, 2 * int(higher[i, st.POWERS])
-        for k in range(room):
-            motion[row, first + k] = higher[i, st.HIGHER + k] if k < count else 0.0
-        if air is not None:
-            for k in range(room):
-                motion[row, first + room + k] = air.turning[i, k] if k < count else 0.0
-            rises = int(higher[i, st.RISES])
-            for k in range(air.rising.shape[1]):
-                motion[row, first + 2 * room + k] = air.rising[i, k] if k < rises else 0.0
+def _note_powers(powers: FloatArray | None, i: int, motion: FloatArray, row: int) -> None:
+    if powers is not None:
+        first, size = st.SEGMENT_COLUMNS + 3, PER_POWER * int(powers[i, st.COUNT])
+        for k in range(motion.shape[1] - first):
+            motion[row, first + k] = powers[i, st.POWERS + k] if k < size else 0.0
 
 
 @kernel(inline=True)

@@ -9,7 +9,6 @@ from ghostball.engine.core.contacts import contacts_in
 from ghostball.engine.core.kernel import COMPILED, by_reference, kernel
 from ghostball.engine.core.rows import BALL, STATE_COLUMNS, BallRow, rows_of
 from ghostball.engine.core.state import (
-    Air,
     Balls,
     Cells,
     Contacts,
@@ -42,12 +41,12 @@ def balls_in(
         rows,
         numbers[offsets[at.OWN_KIND] : offsets[at.CHANGED]].view(np.int64),
         numbers[offsets[at.CHANGED] : offsets[at.TOUCHED]].view(np.bool_)[:n],
-        numbers[offsets[at.TOUCHED] : offsets[at.HIGHER]].view(np.int32)[: n + 1],
+        numbers[offsets[at.TOUCHED] : offsets[at.POWERS]].view(np.int32)[: n + 1],
         pairs.reshape(len(pairs) // 2, 2),
-        numbers[offsets[at.NEAR] : offsets[at.TURNING]].view(np.int32)[:n],
+        numbers[offsets[at.NEAR] : offsets[at.SERIES]].view(np.int32)[:n],
         counters,
-        _higher_in(numbers, offsets, full),
-        _air_in(numbers, offsets, full),
+        _powers_in(numbers, offsets, full),
+        _series_in(numbers, offsets, full),
         _height_in(numbers, offsets, full),
     )
 
@@ -67,24 +66,19 @@ def contacts_from(numbers: FloatArray, offsets: IntArray) -> Contacts:
 
 
 @kernel(inline=True)
-def _higher_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> FloatArray | None:
+def _powers_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> FloatArray | None:
     if full is None:
         return None
-    n, start, end = offsets[at.COUNT], offsets[at.HIGHER], offsets[at.HEIGHT]
-    return numbers[start:end].reshape(n, (end - start) // n)
+    return numbers[offsets[at.POWERS] : offsets[at.HEIGHT]].reshape(
+        offsets[at.COUNT], st.POWERS_COLUMNS
+    )
 
 
 @kernel(inline=True)
-def _air_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> Air | None:
+def _series_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> FloatArray | None:
     if full is None:
         return None
-    n, start, middle = offsets[at.COUNT], offsets[at.TURNING], offsets[at.RISING]
-    end = offsets[at.SERIES]
-    return Air(
-        numbers[start:middle].reshape(n, (middle - start) // n),
-        numbers[middle:end].reshape(n, (end - middle) // n),
-        numbers[end : offsets[at.TRACK]].reshape(st.SERIES_ROWS, st.SERIES_TERMS),
-    )
+    return numbers[offsets[at.SERIES] : offsets[at.TRACK]].reshape(st.SERIES_ROWS, st.SERIES_TERMS)
 
 
 @kernel(inline=True)

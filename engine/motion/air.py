@@ -8,16 +8,16 @@ from __future__ import annotations
 import math
 
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Air, Laws
+from ghostball.engine.core.state import FloatArray, Laws
 
 
 @kernel(inline=True)
-def in_air(air: Air | None, laws: Laws) -> bool:
+def in_air(powers: FloatArray | None, laws: Laws) -> bool:
     """Whether something slows balls by more the faster they are.
 
     It doesn't say whether one flies.
     """
-    if air is None:
+    if powers is None:
         return False
     return bool(laws.air_drag > 0.0 or laws.roll_quadratic > 0.0)
 
@@ -30,13 +30,13 @@ def felt_drag(laws: Laws) -> float:
 
 @kernel(inline=True)
 def slowed_by_air(
-    air: Air | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
+    powers: FloatArray | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
 ) -> tuple[float, float]:
     """Return an acceleration with that by the air, at the velocity (vx, vy) [m/s].
 
     What the cloth takes of it from a ball that rolls is left to the caller.
     """
-    if not in_air(air, laws):
+    if not in_air(powers, laws):
         return ax, ay
     drag = laws.air_drag * math.sqrt(vx * vx + vy * vy)
     return ax - drag * vx, ay - drag * vy
@@ -44,20 +44,20 @@ def slowed_by_air(
 
 @kernel(inline=True)
 def rolling_deceleration(
-    air: Air | None, laws: Laws, slowing: float, vx: float, vy: float
+    powers: FloatArray | None, laws: Laws, slowing: float, vx: float, vy: float
 ) -> float:
     """Return the deceleration by rolling friction [m/s^2]; `slowing` is its constant part, mu g."""
-    if in_air(air, laws):
+    if in_air(powers, laws):
         slowing += laws.roll_quadratic * (vx * vx + vy * vy)
     return slowing
 
 
 @kernel(inline=True)
 def slowed_while_rolling(
-    air: Air | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
+    powers: FloatArray | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
 ) -> tuple[float, float]:
     """Return the acceleration of a ball that rolls, with all of the air and of rolling friction."""
-    if not in_air(air, laws):
+    if not in_air(powers, laws):
         return ax, ay
     drag = felt_drag(laws) * laws.air_drag + laws.roll_quadratic
     drag *= math.sqrt(vx * vx + vy * vy)

@@ -27,7 +27,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Air, Balls, FloatArray, Laws
+from ghostball.engine.core.state import Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import EPS, SLIDE_ERROR, TIME_ROUNDING
 from ghostball.engine.motion.air import felt_drag
 from ghostball.engine.motion.geometry import speed_of
@@ -39,9 +39,11 @@ from ghostball.engine.motion.series import (
     WORK_OF_SERIES,
     first_zero,
     note_bend,
+    put_power,
     shorter,
     straight_series,
 )
+from ghostball.model.trajectory.polynomial import OF_WX, OF_WY, OF_X, OF_Y, OF_Z, PER_POWER
 
 _STILL = 2.0**-18
 """Speed, in units of the slip, below which air does nothing that a double could tell, as long as it
@@ -56,7 +58,7 @@ _PART_OF_SERIES = 0.5
 n powers take n^2 products, and the shorter the piece, the fewer powers: at 0.75, which flight
 takes, slides take 5 % more time. The last coefficients found say how long the piece may be."""
 
-# Rows of `Air.series`, each by power of the time: velocity, slip, its size, its direction, speed.
+# Rows of `Balls.series`, each by power of the time: velocity, slip, its size, its direction, speed.
 _VX, _VY, _UX, _UY, _SLIP, _EX, _EY, _SPEED = 0, 1, 2, 3, 4, 5, 6, 7
 
 
@@ -66,8 +68,8 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
 
     Contract: the slip isn't 0, and `own_kind` is set to what happens then.
     """
-    higher, air = balls.higher, balls.air
-    if higher is None or air is None:
+    powers, series = balls.powers, balls.series
+    if powers is None or series is None:
         return math.inf
     balls.counters[st.WORK] += WORK_OF_SERIES
     ball = balls.state[i]
@@ -77,16 +79,16 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
     balls.own_kind[i] = st.OWN_PIECE
     if friction == 0.0:
         if speed == 0.0:  # what slowed it before an impact stopped it slows it no more
-            return _go_straight(higher, air, balls, i, 1.0, 0.0, 0.0, 0.0, 0.0)
+            return _go_straight(powers, series, balls, i, 1.0, 0.0, 0.0, 0.0, 0.0)
         dx, dy = ball.vx / speed, ball.vy / speed
-        return _go_straight(higher, air, balls, i, dx, dy, speed, 0.0, laws.air_drag)
+        return _go_straight(powers, series, balls, i, dx, dy, speed, 0.0, laws.air_drag)
     if abs(ex * ball.vy - ey * ball.vx) <= _STRAIGHT * speed:
-        return _slide_straight(higher, air, balls, i, laws.air_drag, ex, ey, size)
+        return _slide_straight(powers, series, balls, i, laws.air_drag, ex, ey, size)
     duration = _last_piece(balls, i, laws.air_drag, ux, uy, size, speed)
     if duration > 0.0:
         balls.own_kind[i] = st.OWN_ROLL
         return duration
-    return _turn(higher, air, balls, i, laws.air_drag, ux, uy, size, speed)
+    return _turn(powers, series, balls, i, laws.air_drag, ux, uy, size, speed)
 
 
 @kernel
@@ -95,23 +97,23 @@ def roll_piece(balls: Balls, i: int, laws: Laws) -> float:
 
     Contract: the ball moves, and `own_kind` is set to what happens then.
     """
-    higher, air = balls.higher, balls.air
-    if higher is None or air is None:
+    powers, series = balls.powers, balls.series
+    if powers is None or series is None:
         return math.inf
     ball = balls.state[i]
     speed = speed_of(ball.vx, ball.vy)
     dx, dy = ball.vx / speed, ball.vy / speed
     drag = laws.roll_quadratic + felt_drag(laws) * laws.air_drag
-    duration = _go_straight(higher, air, balls, i, dx, dy, speed, ball.roll_slowing, drag)
-    stops = first_zero(air.series[_SPEED], duration)
+    duration = _go_straight(powers, series, balls, i, dx, dy, speed, ball.roll_slowing, drag)
+    stops = first_zero(series[_SPEED], duration)
     balls.own_kind[i] = st.OWN_REST if stops <= duration else st.OWN_PIECE
     return min(stops, duration)
 
 
 @kernel
 def _go_straight(
-    higher: FloatArray,
-    air: Air,
+    powers: FloatArray,
+    series: FloatArray,
     balls: Balls,
     i: int,
     dx: float,
@@ -121,27 +123,34 @@ def _go_straight(
     b: float,
 ) -> float:
     """Begin a piece along (dx, dy) that is slowed by a + b p^2; return how long it may be [s]."""
-    p = air.series[_SPEED]
+    p = series[_SPEED]
     duration: float = straight_series(p, speed, a, b)
     ball = balls.state[i]
     ball.ax, ball.ay = p[1] * dx, p[1] * dy
+    put_power(powers, i, 2, 0.0, 0.0, 0.0)
     for n in range(2, STRAIGHT_DEGREE + 1):
-        power, at = p[n] * OVER[n + 1], 2 * (n - 2)
-        higher[i, st.HIGHER + at], higher[i, st.HIGHER + at + 1] = power * dx, power * dy
-        air.turning[i, at], air.turning[i, at + 1] = 0.0, 0.0
+        power = p[n] * OVER[n + 1]
+        put_power(powers, i, n + 1, power * dx, power * dy, 0.0)
     ball.bx, ball.by = 0.0, 0.0
     if b > 0.0 and speed > 0.0:
         # p'' = 2 b p (a + b p^2): what slows falls off.
-        higher[i, 0], higher[i, 1] = 2.0 * abs(p[2] * dx), 2.0 * abs(p[2] * dy)
-        higher[i, st.POWERS] = STRAIGHT_DEGREE - 1
+        powers[i, st.JERK_X], powers[i, st.JERK_Y] = 2.0 * abs(p[2] * dx), 2.0 * abs(p[2] * dy)
+        powers[i, st.COUNT] = STRAIGHT_DEGREE
     else:
-        note_bend(higher, i, STRAIGHT_DEGREE - 1, duration)
+        note_bend(powers, i, STRAIGHT_DEGREE, duration)
     return duration
 
 
 @kernel
 def _slide_straight(
-    higher: FloatArray, air: Air, balls: Balls, i: int, k: float, ex: float, ey: float, size: float
+    powers: FloatArray,
+    series: FloatArray,
+    balls: Balls,
+    i: int,
+    k: float,
+    ex: float,
+    ey: float,
+    size: float,
 ) -> float:
     """Begin a piece of a slide along (ex, ey), that of the slip; return how long it lasts [s].
 
@@ -155,11 +164,11 @@ def _slide_straight(
     unseen = TIME_ROUNDING * ball.epoch * friction
     with_slip = speed > max(_STILL * size, unseen)
     drag = k if with_slip else -k
-    duration = _go_straight(higher, air, balls, i, ex, ey, speed, friction, drag)
-    p = air.series[_SPEED]
+    duration = _go_straight(powers, series, balls, i, ex, ey, speed, friction, drag)
+    p = series[_SPEED]
     spins = -2.5 * friction / ball.radius  # friction alone turns the ball, at a constant rate
     ball.bx, ball.by = spins * ey, -spins * ex
-    slip = air.series[_SLIP]
+    slip = series[_SLIP]
     slip[0], slip[1] = size, p[1] - 2.5 * friction
     for n in range(2, STRAIGHT_DEGREE + 1):
         slip[n] = p[n]
@@ -203,8 +212,8 @@ def _last_piece(
 
 @kernel
 def _turn(
-    higher: FloatArray,
-    air: Air,
+    powers: FloatArray,
+    series: FloatArray,
     balls: Balls,
     i: int,
     k: float,
@@ -215,7 +224,7 @@ def _turn(
 ) -> float:
     """Begin a piece of a slide that turns; return how long it lasts [s]."""
     ball = balls.state[i]
-    friction, row = ball.slide_slowing, air.series
+    friction, row = ball.slide_slowing, series
     slows = 3.5 * friction
     drag = k * speed * speed
     if speed <= _STILL * size:
@@ -253,13 +262,13 @@ def _turn(
     ball.ax, ball.ay = row[_VX, 1], row[_VY, 1]
     turn = 2.5 * friction / ball.radius
     ball.bx, ball.by = -turn * row[_EY, 0], turn * row[_EX, 0]
+    put_power(powers, i, 2, 0.0, 0.0, 0.0)
     for n in range(2, degree + 1):
-        at = 2 * (n - 2)
-        higher[i, st.HIGHER + at] = row[_VX, n] * OVER[n + 1]
-        higher[i, st.HIGHER + at + 1] = row[_VY, n] * OVER[n + 1]
-        air.turning[i, at] = -turn * row[_EY, n - 1] * OVER[n]
-        air.turning[i, at + 1] = turn * row[_EX, n - 1] * OVER[n]
-    note_bend(higher, i, degree - 1, longest)
+        put_power(powers, i, n + 1, row[_VX, n] * OVER[n + 1], row[_VY, n] * OVER[n + 1], 0.0)
+        at = st.POWERS + PER_POWER * (n - 2)
+        powers[i, at + OF_WX] = -turn * row[_EY, n - 1] * OVER[n]
+        powers[i, at + OF_WY] = turn * row[_EX, n - 1] * OVER[n]
+    note_bend(powers, i, degree, longest)
     return longest
 
 
@@ -306,30 +315,20 @@ def _extend(row: FloatArray, n: int, drags: bool) -> tuple[float, float]:
 @kernel
 def trim_piece(balls: Balls, i: int) -> None:
     """Leave out the last powers of ball i's piece that add nothing until its own next event."""
-    higher = balls.higher
-    if higher is None:
+    powers = balls.powers
+    if powers is None:
         return
     ball = balls.state[i]
-    duration, count = ball.own_time - ball.epoch, int(higher[i, st.POWERS])
+    duration, count = ball.own_time - ball.epoch, int(powers[i, st.COUNT])
     if count == 0 or not duration < math.inf:
         return
-    rises = higher[i, st.RISES] > 0.0
     scale = duration * duration
     allowed = 0.25 * LEFT_OUT * (abs(ball.vx) + abs(ball.vy))
-    kept = 0
-    for power in range(count):
-        size = abs(higher[i, st.HIGHER + 2 * power]) + abs(higher[i, st.HIGHER + 2 * power + 1])
-        if rises:
-            size += _rise_by(balls.air, i, power)
-        if scale * (power + 3) * size > allowed:
+    kept = 1
+    for power in range(1, count):
+        at = st.POWERS + PER_POWER * power
+        size = abs(powers[i, at + OF_X]) + abs(powers[i, at + OF_Y]) + abs(powers[i, at + OF_Z])
+        if scale * (power + 2) * size > allowed:
             kept = power + 1
         scale *= duration
-    higher[i, st.POWERS] = kept
-    if rises:
-        higher[i, st.RISES] = kept + 1
-
-
-@kernel(inline=True)
-def _rise_by(air: Air | None, i: int, power: int) -> float:
-    """Return the size of what goes with the same power of the time in ball i's height."""
-    return 0.0 if air is None else abs(air.rising[i, power + 1])
+    powers[i, st.COUNT] = kept

@@ -24,7 +24,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Air, Balls, FloatArray, Laws
+from ghostball.engine.core.state import Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import (
     CAPTURE_HEIGHT,
     EPS,
@@ -98,7 +98,7 @@ def vertical_motion(
     s = t - balls.state[i].epoch
     up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
     z = height[i, st.BASE] + height[i, st.RISE] + s * (up - 0.5 * fall * s)
-    return with_rises(balls.higher, balls.air, i, s, z, up - fall * s, -fall)
+    return with_rises(balls.powers, i, s, z, up - fall * s, -fall)
 
 
 @kernel
@@ -150,7 +150,7 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
         balls.own_kind[i] = st.OWN_NONE
         return
     height[i, st.FALL] = laws.gravity
-    duration = _time_in_air(balls.higher, balls.air, height, balls, i, laws)
+    duration = _time_in_air(balls.powers, balls.series, height, balls, i, laws)
     if duration < 0.0:
         rise, up = height[i, st.RISE], height[i, st.UP_SPEED]
         root = math.sqrt(up * up + 2.0 * laws.gravity * rise)
@@ -167,7 +167,7 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
                 balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
         away, rate = _way_over(balls, i, laws, k)
         if rate < 0.0 and away < -rate * duration:
-            s = _time_over(balls.higher, balls.air, balls, i, laws, away, rate, duration)
+            s = _time_over(balls.powers, balls.series, balls, i, laws, away, rate, duration)
             kind = _passes(height, balls, i, laws, k, s) if s < duration else st.OWN_NONE
             if kind != st.OWN_NONE:
                 duration = s
@@ -228,7 +228,7 @@ def _passes(height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, s: flo
     z, _, _ = vertical_motion(height, balls, i, ball.epoch + s)
     if z <= HIGHEST_AT_BACK * ball.radius:
         return st.OWN_CUSHION + k
-    x, y, _, _, _, _ = _in_plan(balls.higher, balls, i, s)
+    x, y, _, _, _, _ = _in_plan(balls.powers, balls, i, s)
     # In front of the hole's middle there is the table, between two facings.
     behind = row.nx * (x - row.x) + row.ny * (y - row.y) <= 0.0
     return st.OWN_OVER + k if behind else st.OWN_NONE
@@ -236,8 +236,8 @@ def _passes(height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, s: flo
 
 @kernel(inline=True)
 def _time_in_air(
-    higher: FloatArray | None,
-    air: Air | None,
+    powers: FloatArray | None,
+    series: FloatArray | None,
     height: FloatArray,
     balls: Balls,
     i: int,
@@ -245,15 +245,15 @@ def _time_in_air(
 ) -> float:
     """Begin a piece of ball i's flight in air; return how long it lasts [s], or -1 without air."""
     duration = -1.0
-    if higher is not None and air is not None and laws.air_drag > 0.0:
-        duration = flight_piece(higher, air, height, balls, i, laws)
+    if powers is not None and series is not None and laws.air_drag > 0.0:
+        duration = flight_piece(powers, series, height, balls, i, laws)
     return duration
 
 
 @kernel(inline=True)
 def _time_over(
-    higher: FloatArray | None,
-    air: Air | None,
+    powers: FloatArray | None,
+    series: FloatArray | None,
     balls: Balls,
     i: int,
     laws: Laws,
@@ -263,26 +263,26 @@ def _time_over(
 ) -> float:
     """Return when ball i passes a line within a duration [s], by which it would without air."""
     s = away / -rate
-    if higher is not None and air is not None and laws.air_drag > 0.0:
-        s = time_to_pass(higher, air, balls, i, away, rate, duration)
+    if powers is not None and series is not None and laws.air_drag > 0.0:
+        s = time_to_pass(powers, series, balls, i, away, rate, duration)
     return s
 
 
 @kernel(inline=True)
 def _in_plan(
-    higher: FloatArray | None, balls: Balls, i: int, s: float
+    powers: FloatArray | None, balls: Balls, i: int, s: float
 ) -> tuple[float, float, float, float, float, float]:
     """Return place, velocity and acceleration of a ball s seconds after its flight began."""
     ball = balls.state[i]
-    if higher is not None and higher[i, st.POWERS] > 0.0:
+    if powers is not None and powers[i, st.COUNT] > 0.0:
         return whole_motion(balls, i, ball.epoch + s)
     return ball.x + s * ball.vx, ball.y + s * ball.vy, ball.vx, ball.vy, 0.0, 0.0
 
 
 @kernel(inline=True)
-def jerk_up(higher: FloatArray | None, i: int) -> float:
+def jerk_up(powers: FloatArray | None, i: int) -> float:
     """Return how fast ball i's acceleration upwards changes at most, on its piece [m/s^3]."""
-    bent: float = 0.0 if higher is None else higher[i, st.JERK_UP]
+    bent: float = 0.0 if powers is None else powers[i, st.JERK_UP]
     return bent
 
 
@@ -303,7 +303,7 @@ def _time_to_nose(
     for _ in range(MOST_BOUNDS):
         balls.counters[st.WORK] += 4
         t = ball.epoch + s
-        x, y, vx, vy, ax, ay = _in_plan(balls.higher, balls, i, s)
+        x, y, vx, vy, ax, ay = _in_plan(balls.powers, balls, i, s)
         z, vz, az = vertical_motion(height, balls, i, t)
         nx, ny, away = facing(laws, k, x, y)
         above = z - laws.obstacles[k].height
@@ -314,7 +314,7 @@ def _time_to_nose(
         gap = max(distance - ball.radius, 0.0)
         rate = ex * (nx * vx + ny * vy) + ez * vz
         pull = ex * (nx * ax + ny * ay) + ez * az
-        bent = abs(ex) * jerk_along(balls, i, nx, ny) + abs(ez) * jerk_up(balls.higher, i)
+        bent = abs(ex) * jerk_along(balls, i, nx, ny) + abs(ez) * jerk_up(balls.powers, i)
         left = min(lasts - s, FOR_EVER)
         # The nose is a point in this plane: past it the ball goes round it; and round a nose that
         # is bent in plan.

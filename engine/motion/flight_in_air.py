@@ -22,7 +22,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Air, Balls, FloatArray, Laws
+from ghostball.engine.core.state import Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import EPS, TIME_ROUNDING
 from ghostball.engine.motion.geometry import speed_of
 from ghostball.engine.motion.series import (
@@ -35,6 +35,7 @@ from ghostball.engine.motion.series import (
     extend_speed,
     first_zero,
     note_bend,
+    put_power,
     shorter,
     straight_series,
 )
@@ -46,20 +47,20 @@ longer than the flight: air changes the time of a flight at play by a thousandth
 _UNSEEN = 64.0
 """Speed that gravity gives in so many roundings of the clock, below which a piece is a parabola."""
 
-# Rows of `Air.series`, each by power of the time: along its way, upwards, the speed, and room.
+# Rows of `Balls.series`, each by power of the time: along its way, upwards, the speed, and room.
 _ALONG, _UP, _SPEED, _ROOT = 0, 1, 2, 3
 
 
 @kernel
 def flight_piece(
-    higher: FloatArray, air: Air, height: FloatArray, balls: Balls, i: int, laws: Laws
+    powers: FloatArray, row: FloatArray, height: FloatArray, balls: Balls, i: int, laws: Laws
 ) -> float:
     """Begin a piece of ball i's flight in air; return how long it lasts [s].
 
     Contract: air drags, and `own_kind` is set to what happens then: it lands, or the piece ends.
     """
     balls.counters[st.WORK] += WORK_OF_SERIES
-    ball, row = balls.state[i], air.series
+    ball = balls.state[i]
     rise, up, gravity = height[i, st.RISE], height[i, st.UP_SPEED], laws.gravity
     along = speed_of(ball.vx, ball.vy)
     speed = speed_of(along, up)
@@ -98,7 +99,7 @@ def flight_piece(
     lands = _time_to_land(balls, row, rise, up, degree, duration, free)
     balls.own_kind[i] = st.OWN_LAND if lands <= duration else st.OWN_PIECE
     duration = min(lands, max(duration, 2.0 * TIME_ROUNDING * ball.epoch))
-    _put_piece(higher, air, balls, i, along, slowed, degree, duration)
+    _put_piece(powers, row, balls, i, along, slowed, degree, duration)
     return duration
 
 
@@ -215,8 +216,8 @@ def _falls_to_zero(balls: Balls, c: FloatArray, degree: int, longest: float, gue
 
 @kernel(inline=True)
 def _put_piece(
-    higher: FloatArray,
-    air: Air,
+    powers: FloatArray,
+    row: FloatArray,
     balls: Balls,
     i: int,
     along: float,
@@ -225,36 +226,34 @@ def _put_piece(
     duration: float,
 ) -> None:
     """Put the series of a piece in ball i's motion; air first slows its rise by `slowed`."""
-    ball, row = balls.state[i], air.series
+    ball = balls.state[i]
     dx, dy = 0.0, 0.0
     if along > 0.0:
         dx, dy = ball.vx / along, ball.vy / along
     ball.ax, ball.ay = row[_ALONG, 1] * dx, row[_ALONG, 1] * dy
-    air.rising[i, 0] = 0.5 * slowed
+    put_power(powers, i, 2, 0.0, 0.0, 0.5 * slowed)
     for n in range(2, degree + 1):
-        power, at = row[_ALONG, n] * OVER[n + 1], 2 * (n - 2)
-        higher[i, st.HIGHER + at], higher[i, st.HIGHER + at + 1] = power * dx, power * dy
-        air.turning[i, at], air.turning[i, at + 1] = 0.0, 0.0
-        air.rising[i, n - 1] = row[_UP, n] * OVER[n + 1]
+        power = row[_ALONG, n] * OVER[n + 1]
+        put_power(powers, i, n + 1, power * dx, power * dy, row[_UP, n] * OVER[n + 1])
     if degree > 1:
-        note_bend(higher, i, degree - 1, duration)
-        higher[i, st.RISES] = degree
-        bent = 0.0
-        for power in range(degree + 1, 2, -1):
-            factor = float(power * (power - 1) * (power - 2))
-            bent = bent * duration + factor * abs(air.rising[i, power - 2])
-        higher[i, st.JERK_UP] = bent
+        note_bend(powers, i, degree, duration)
 
 
 @kernel
 def time_to_pass(
-    higher: FloatArray, air: Air, balls: Balls, i: int, away: float, rate: float, duration: float
+    powers: FloatArray,
+    row: FloatArray,
+    balls: Balls,
+    i: int,
+    away: float,
+    rate: float,
+    duration: float,
 ) -> float:
     """Return when ball i passes a line on the piece that has just begun [s], or inf.
 
     It is `away` from the line [m], which it approaches at `rate` < 0 [m/s]; within `duration` [s].
     """
-    row, degree = air.series, int(higher[i, st.POWERS]) + 1
+    degree = int(powers[i, st.COUNT])
     part = rate / row[_ALONG, 0]
     row[_ROOT, 0] = away
     for n in range(degree + 1):

@@ -10,7 +10,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Air, Balls, FloatArray, Laws
+from ghostball.engine.core.state import Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
 from ghostball.engine.motion.air import in_air
 from ghostball.engine.motion.drag import roll_piece, slide_piece, trim_piece
@@ -44,7 +44,7 @@ def come_to_rest(balls: Balls, laws: Laws, i: int, t: float) -> None:
     A uniformly slowed ball covers half of what it would cover at its first speed; unlike the full
     polynomial this cancels no digits. It may spin on about the vertical.
     """
-    if in_air(balls.air, laws):
+    if in_air(balls.powers, laws):
         advance(balls, i, t)
         balls.state[i].vx, balls.state[i].vy = 0.0, 0.0
         balls.state[i].phase = st.ROLLING
@@ -68,7 +68,7 @@ def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
     The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. As above, the
     mean of both velocities gives the displacement without cancelling.
     """
-    if in_air(balls.air, laws):
+    if in_air(balls.powers, laws):
         advance(balls, i, t)
         balls.state[i].phase = st.ROLLING
         return
@@ -152,7 +152,7 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
         duration = _start_roll(balls, i, laws)
     if duration != _NO_MOTION:
         predict_obstacles(balls, i, laws, duration, 0)
-        _trim(balls.air, balls, i, laws)
+        _trim(balls.powers, balls, i, laws)
 
 
 @kernel(inline=True)
@@ -162,7 +162,7 @@ def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws
         return False
     if balls.state[i].phase == st.FLYING:
         fly(height, balls, i, laws)
-        _trim(balls.air, balls, i, laws)
+        _trim(balls.powers, balls, i, laws)
         return True
     if height[i, st.LASTS] > 0.0:
         bounce_on(balls, i)
@@ -172,20 +172,20 @@ def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws
 
 
 @kernel(inline=True)
-def _trim(air: Air | None, balls: Balls, i: int, laws: Laws) -> None:
+def _trim(powers: FloatArray | None, balls: Balls, i: int, laws: Laws) -> None:
     """Leave out powers of ball i's piece that add nothing until its own next event."""
-    if air is not None:
-        if not in_air(air, laws):
+    if powers is not None:
+        if not in_air(powers, laws):
             return
         trim_piece(balls, i)
 
 
 @kernel(inline=True)
-def _rolls_in_air(air: Air | None, balls: Balls, i: int, laws: Laws) -> float:
+def _rolls_in_air(powers: FloatArray | None, balls: Balls, i: int, laws: Laws) -> float:
     """Return how long a piece of ball i's roll in air lasts [s], or _NO_MOTION without air."""
     duration: float = _NO_MOTION
-    if air is not None:
-        if not in_air(air, laws):
+    if powers is not None:
+        if not in_air(powers, laws):
             return duration
         duration = roll_piece(balls, i, laws)
     return duration
@@ -193,12 +193,12 @@ def _rolls_in_air(air: Air | None, balls: Balls, i: int, laws: Laws) -> float:
 
 @kernel(inline=True)
 def _slides_in_air(
-    air: Air | None, balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: float
+    powers: FloatArray | None, balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: float
 ) -> float:
     """Return how long a piece of ball i's slide in air lasts [s], or _NO_MOTION without air."""
     duration: float = _NO_MOTION
-    if air is not None:
-        if not in_air(air, laws):
+    if powers is not None:
+        if not in_air(powers, laws):
             return duration
         duration = slide_piece(balls, i, laws, ux, uy, size)
     return duration
@@ -224,7 +224,7 @@ def _start_roll(balls: Balls, i: int, laws: Laws) -> float:
         return _NO_MOTION
     balls.state[i].phase = st.ROLLING
     balls.own_kind[i] = st.OWN_REST
-    slowed = _rolls_in_air(balls.air, balls, i, laws)
+    slowed = _rolls_in_air(balls.powers, balls, i, laws)
     if slowed != _NO_MOTION:
         return slowed
     if deceleration == 0.0:
@@ -243,7 +243,7 @@ def _start_slide(balls: Balls, i: int, laws: Laws) -> float:
     terms += radius * (abs(balls.state[i].wx) + abs(balls.state[i].wy))
     if size <= SLIP_ROUNDING * terms:
         return _NO_MOTION
-    slowed = _slides_in_air(balls.air, balls, i, laws, ux, uy, size)
+    slowed = _slides_in_air(balls.powers, balls, i, laws, ux, uy, size)
     if slowed != _NO_MOTION:
         return slowed
     ax, ay = friction_against(ux, uy, balls.state[i].slide_slowing)

@@ -3,9 +3,9 @@
 A piece is its motion over the cloth, as a polynomial of the time, from its `epoch` until its own
 next event; how high it is, is in `motion.flight`. Everybody else asks here. What a piece is made of
 is in `core.state.BallRow`, the polynomial in `model.trajectory.polynomial`. A piece may be of any
-degree (`core.state.Balls.higher`). Bounds of contact times take it for a quadratic, and add what
+degree (`core.state.Balls.powers`). Bounds of contact times take it for a quadratic, and add what
 its `jerk` could change: how fast its acceleration changes at most, until the piece ends.
-Where no piece of a run is of a degree above 2, `higher` is None, and the compiler leaves out all
+Where no piece of a run is of a degree above 2, `powers` is None, and the compiler leaves out all
 that is for those.
 """
 
@@ -15,9 +15,10 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Air, Balls, FloatArray
+from ghostball.engine.core.state import Balls, FloatArray
 from ghostball.engine.core.tolerances import ONE_INSTANT
 from ghostball.model.trajectory import polynomial
+from ghostball.model.trajectory.polynomial import OF_X, OF_Y, PER_POWER
 
 FOR_EVER = 1e100
 """A duration that nothing lasts [s]."""
@@ -26,6 +27,7 @@ displacement = kernel(inline=True)(polynomial.displacement)
 speed = kernel(inline=True)(polynomial.speed)
 _tails = kernel(polynomial.tails)
 _rises = kernel(polynomial.rises)
+_turns = kernel(polynomial.turns)
 
 
 @kernel(inline=True)
@@ -34,7 +36,7 @@ def position_at(balls: Balls, i: int, t: float) -> tuple[float, float]:
     ball = balls.state[i]
     s = t - ball.epoch
     x, y = ball.x + displacement(ball.vx, ball.ax, s), ball.y + displacement(ball.vy, ball.ay, s)
-    return _with_tail(balls.higher, i, s, 0, x, y)
+    return _with_tail(balls.powers, i, s, 0, x, y)
 
 
 @kernel(inline=True)
@@ -43,34 +45,35 @@ def velocity(balls: Balls, i: int, t: float) -> tuple[float, float]:
     ball = balls.state[i]
     s = t - ball.epoch
     vx, vy = speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
-    return _with_tail(balls.higher, i, s, 1, vx, vy)
+    return _with_tail(balls.powers, i, s, 1, vx, vy)
 
 
 @kernel(inline=True)
 def acceleration(balls: Balls, i: int, t: float) -> tuple[float, float]:
     """Return the acceleration of ball i at the instant t [s], x and y [m/s^2]."""
     ball = balls.state[i]
-    return _with_tail(balls.higher, i, t - ball.epoch, 2, ball.ax, ball.ay)
+    return _with_tail(balls.powers, i, t - ball.epoch, 2, ball.ax, ball.ay)
 
 
 @kernel(inline=True)
 def _with_tail(
-    higher: FloatArray | None, i: int, s: float, order: int, x: float, y: float
+    powers: FloatArray | None, i: int, s: float, order: int, x: float, y: float
 ) -> tuple[float, float]:
     """Add to x and y what a piece's powers beyond the second come to after s seconds."""
-    if higher is None:
+    if powers is None:
         return x, y
-    count = int(higher[i, st.POWERS])
+    count = int(powers[i, st.COUNT])
     if count == 0 or s == 0.0:
         return x, y
-    further = _tails(higher[i, st.HIGHER :], count, s)
+    further = _tails(powers[i, st.POWERS :], count, s)
     return x + further[2 * order], y + further[2 * order + 1]
 
 
 @kernel(inline=True)
-def neither_bends(higher: FloatArray, i: int, j: int) -> bool:
+def neither_bends(powers: FloatArray, i: int, j: int) -> bool:
     """Whether the pieces of two balls are parabolas."""
-    return bool(higher[i, 0] + higher[i, 1] + higher[j, 0] + higher[j, 1] == 0.0)
+    bent_i = powers[i, st.JERK_X] + powers[i, st.JERK_Y]
+    return bool(bent_i + powers[j, st.JERK_X] + powers[j, st.JERK_Y] == 0.0)
 
 
 @kernel(inline=True)
@@ -79,43 +82,43 @@ def bend(balls: Balls, i: int, duration: float) -> tuple[float, float]:
 
     Along x and along y; 0 for a quadratic.
     """
-    return _bend(balls.higher, i, duration)
+    return _bend(balls.powers, i, duration)
 
 
 @kernel(inline=True)
-def _bend(higher: FloatArray | None, i: int, duration: float) -> tuple[float, float]:
+def _bend(powers: FloatArray | None, i: int, duration: float) -> tuple[float, float]:
     # A piece of higher degree ends; another may last for ever.
-    if higher is None or higher[i, 0] + higher[i, 1] == 0.0:
+    if powers is None or powers[i, st.JERK_X] + powers[i, st.JERK_Y] == 0.0:
         return 0.0, 0.0
     lasts = max(duration, 0.0)
-    return higher[i, 0] * lasts, higher[i, 1] * lasts
+    return powers[i, st.JERK_X] * lasts, powers[i, st.JERK_Y] * lasts
 
 
 @kernel(inline=True)
 def jerk(balls: Balls, i: int) -> float:
     """Return how fast ball i's acceleration changes at most, until its piece ends [m/s^3]."""
-    return _jerk(balls.higher, i)
+    return _jerk(balls.powers, i)
 
 
 @kernel(inline=True)
-def _jerk(higher: FloatArray | None, i: int) -> float:
-    if higher is None:
+def _jerk(powers: FloatArray | None, i: int) -> float:
+    if powers is None:
         return 0.0
-    x, y = higher[i, 0], higher[i, 1]
+    x, y = powers[i, st.JERK_X], powers[i, st.JERK_Y]
     return math.sqrt(x * x + y * y)
 
 
 @kernel(inline=True)
 def jerk_along(balls: Balls, i: int, nx: float, ny: float) -> float:
     """Return how fast ball i's acceleration along a unit vector changes at most [m/s^3]."""
-    return _jerk_along(balls.higher, i, nx, ny)
+    return _jerk_along(balls.powers, i, nx, ny)
 
 
 @kernel(inline=True)
-def _jerk_along(higher: FloatArray | None, i: int, nx: float, ny: float) -> float:
-    if higher is None:
+def _jerk_along(powers: FloatArray | None, i: int, nx: float, ny: float) -> float:
+    if powers is None:
         return 0.0
-    most: float = abs(nx) * higher[i, 0] + abs(ny) * higher[i, 1]
+    most: float = abs(nx) * powers[i, st.JERK_X] + abs(ny) * powers[i, st.JERK_Y]
     return most
 
 
@@ -125,38 +128,39 @@ def whole_jerk_along(balls: Balls, i: int, nx: float, ny: float, duration: float
 
     Powers along x and along y that leave nothing along the vector count for nothing here.
     """
-    return _whole_jerk_along(balls.higher, i, nx, ny, duration)
+    return _whole_jerk_along(balls.powers, i, nx, ny, duration)
 
 
 @kernel(inline=True)
 def _whole_jerk_along(
-    higher: FloatArray | None, i: int, nx: float, ny: float, lasts: float
+    powers: FloatArray | None, i: int, nx: float, ny: float, lasts: float
 ) -> float:
-    if higher is None:
+    if powers is None:
         return 0.0
     size = 0.0
-    for power in range(int(higher[i, st.POWERS]) - 1, -1, -1):
-        along = nx * higher[i, st.HIGHER + 2 * power] + ny * higher[i, st.HIGHER + 2 * power + 1]
-        size = size * lasts + abs(along) * float((power + 3) * (power + 2) * (power + 1))
+    for power in range(int(powers[i, st.COUNT]) - 1, 0, -1):
+        at = st.POWERS + PER_POWER * power
+        along = nx * powers[i, at + OF_X] + ny * powers[i, at + OF_Y]
+        size = size * lasts + abs(along) * float((power + 2) * (power + 1) * power)
     return size
 
 
 @kernel
-def relative_jerk(higher: FloatArray, i: int, j: int, lasts: float) -> float:
+def relative_jerk(powers: FloatArray, i: int, j: int, lasts: float) -> float:
     """Return how fast the relative acceleration of two balls changes at most [m/s^3].
 
     Of two whose pieces began at one instant, for `lasts` [s] from then on.
     """
-    count_i, count_j = int(higher[i, st.POWERS]), int(higher[j, st.POWERS])
+    count_i, count_j = int(powers[i, st.COUNT]), int(powers[j, st.COUNT])
     size = 0.0
-    for power in range(max(count_i, count_j) - 1, -1, -1):
-        column = st.HIGHER + 2 * power
+    for power in range(max(count_i, count_j) - 1, 0, -1):
+        at = st.POWERS + PER_POWER * power
         x, y = 0.0, 0.0
         if power < count_i:
-            x, y = higher[i, column], higher[i, column + 1]
+            x, y = powers[i, at + OF_X], powers[i, at + OF_Y]
         if power < count_j:
-            x, y = x - higher[j, column], y - higher[j, column + 1]
-        bent = (abs(x) + abs(y)) * float((power + 3) * (power + 2) * (power + 1))
+            x, y = x - powers[j, at + OF_X], y - powers[j, at + OF_Y]
+        bent = (abs(x) + abs(y)) * float((power + 2) * (power + 1) * power)
         size = size * lasts + bent
     return size
 
@@ -175,14 +179,14 @@ def both_last(balls: Balls, i: int, j: int, t: float) -> float:
 @kernel(inline=True)
 def straighten(balls: Balls, i: int) -> None:
     """Begin a piece of ball i that is a quadratic."""
-    _straighten(balls.higher, i)
+    _straighten(balls.powers, i)
 
 
 @kernel(inline=True)
-def _straighten(higher: FloatArray | None, i: int) -> None:
-    if higher is not None:
-        for column in range(st.HIGHER):
-            higher[i, column] = 0.0
+def _straighten(powers: FloatArray | None, i: int) -> None:
+    if powers is not None:
+        for column in range(st.POWERS):
+            powers[i, column] = 0.0
 
 
 @kernel(inline=True)
@@ -195,14 +199,14 @@ def meets_until(balls: Balls, i: int) -> float:
 @kernel(inline=True)
 def whole_motion(balls: Balls, i: int, t: float) -> tuple[float, float, float, float, float, float]:
     """Return place, velocity and acceleration of ball i at the instant t [s], x and y each."""
-    return _whole_motion(balls.higher, balls, i, t)
+    return _whole_motion(balls.powers, balls, i, t)
 
 
 @kernel(inline=True)
 def _whole_motion(
-    higher: FloatArray | None, balls: Balls, i: int, t: float
+    powers: FloatArray | None, balls: Balls, i: int, t: float
 ) -> tuple[float, float, float, float, float, float]:
-    if higher is None:
+    if powers is None:
         (x, y), (vx, vy), (ax, ay) = (
             position_at(balls, i, t),
             velocity(balls, i, t),
@@ -210,12 +214,12 @@ def _whole_motion(
         )
         return x, y, vx, vy, ax, ay
     ball = balls.state[i]
-    s, count = t - ball.epoch, int(higher[i, st.POWERS])
+    s, count = t - ball.epoch, int(powers[i, st.COUNT])
     x, y = ball.x + displacement(ball.vx, ball.ax, s), ball.y + displacement(ball.vy, ball.ay, s)
     vx, vy = speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
     if count == 0 or s == 0.0:
         return x, y, vx, vy, ball.ax, ball.ay
-    fx, fy, fvx, fvy, fax, fay = _tails(higher[i, st.HIGHER :], count, s)
+    fx, fy, fvx, fvy, fax, fay = _tails(powers[i, st.POWERS :], count, s)
     return x + fx, y + fy, vx + fvx, vy + fvy, ball.ax + fax, ball.ay + fay
 
 
@@ -252,8 +256,8 @@ def advance(balls: Balls, i: int, t: float) -> None:
     if ball.phase == st.SLIDING:
         ball.wx += ball.bx * s
         ball.wy += ball.by * s
-        _turn_on(balls.higher, balls.air, balls, i, s)
-    _rise_on(balls.height, balls.higher, balls.air, i, s)
+        _turn_on(balls.powers, balls, i, s)
+    _rise_on(balls.height, balls.powers, i, s)
     straighten(balls, i)
     turn_about_vertical(balls, i, s)
     ball.epoch = t
@@ -307,13 +311,11 @@ def _is_free(height: FloatArray | None, balls: Balls, i: int) -> bool:
 
 
 @kernel(inline=True)
-def _rise_on(
-    height: FloatArray | None, higher: FloatArray | None, air: Air | None, i: int, s: float
-) -> None:
+def _rise_on(height: FloatArray | None, powers: FloatArray | None, i: int, s: float) -> None:
     """Let ball i rise, or fall, for s seconds. What bounces it has left go no further."""
     if height is not None:
         up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
-        z, vz, _ = with_rises(higher, air, i, s, s * (up - 0.5 * fall * s), up - fall * s, -fall)
+        z, vz, _ = with_rises(powers, i, s, s * (up - 0.5 * fall * s), up - fall * s, -fall)
         height[i, st.RISE] += z
         height[i, st.UP_SPEED] = vz
         height[i, st.LASTS] = 0.0
@@ -321,8 +323,7 @@ def _rise_on(
 
 @kernel(inline=True)
 def with_rises(
-    higher: FloatArray | None,
-    air: Air | None,
+    powers: FloatArray | None,
     i: int,
     s: float,
     z: float,
@@ -330,22 +331,19 @@ def with_rises(
     az: float,
 ) -> tuple[float, float, float]:
     """Add to ball i's height, and how fast it changes, what air makes of it after s seconds."""
-    if higher is None or air is None:
+    if powers is None:
         return z, vz, az
-    count = int(higher[i, st.RISES])
+    count = int(powers[i, st.COUNT])
     if count == 0:
         return z, vz, az
-    more, faster, pull = _rises(air.rising[i], count, s)
+    more, faster, pull = _rises(powers[i, st.POWERS :], count, s)
     return z + more, vz + faster, az + pull
 
 
 @kernel(inline=True)
-def _turn_on(higher: FloatArray | None, air: Air | None, balls: Balls, i: int, s: float) -> None:
+def _turn_on(powers: FloatArray | None, balls: Balls, i: int, s: float) -> None:
     """Add to wx and wy what their powers beyond the first come to after s seconds."""
-    if higher is not None and air is not None:
-        wx, wy = 0.0, 0.0
-        for power in range(int(higher[i, st.POWERS]) - 1, -1, -1):
-            wx = wx * s + air.turning[i, 2 * power]
-            wy = wy * s + air.turning[i, 2 * power + 1]
-        balls.state[i].wx += s * s * wx
-        balls.state[i].wy += s * s * wy
+    if powers is not None:
+        wx, wy = _turns(powers[i, st.POWERS :], int(powers[i, st.COUNT]), s)
+        balls.state[i].wx += wx
+        balls.state[i].wy += wy

@@ -13,6 +13,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import FloatArray
 from ghostball.engine.core.tolerances import EPS
+from ghostball.model.trajectory.polynomial import OF_WX, OF_WY, OF_X, OF_Y, OF_Z, PER_POWER
 
 STRAIGHT_DEGREE = 14
 """Degree of the speed in a piece that goes straight on."""
@@ -126,15 +127,28 @@ def shorter(excess: float) -> float:
     return 0.95 * root
 
 
+@kernel(inline=True)
+def put_power(powers: FloatArray, i: int, power: int, x: float, y: float, z: float) -> None:
+    """Put what ball i's x, y and z have of a power of the time > 2, with no wx, wy before it."""
+    at = st.POWERS + PER_POWER * (power - 2)
+    powers[i, at + OF_X], powers[i, at + OF_Y], powers[i, at + OF_Z] = x, y, z
+    powers[i, at + OF_WX], powers[i, at + OF_WY] = 0.0, 0.0
+
+
 @kernel
-def note_bend(higher: FloatArray, i: int, count: int, duration: float) -> None:
-    """Note how many powers a piece of ball i has, and how fast its acceleration changes at most."""
-    x, y = 0.0, 0.0
-    higher[i, st.POWERS] = 0.0
+def note_bend(powers: FloatArray, i: int, degree: int, duration: float) -> None:
+    """Note how many powers a piece of ball i has, and how fast its acceleration changes at most.
+
+    `degree`: of the velocity; the displacement has one power more.
+    """
+    x, y, z = 0.0, 0.0, 0.0
+    powers[i, st.COUNT] = 0.0
     if duration < math.inf:
-        for power in range(count - 1, -1, -1):
-            factor = float((power + 3) * (power + 2) * (power + 1))
-            x = x * duration + factor * abs(higher[i, st.HIGHER + 2 * power])
-            y = y * duration + factor * abs(higher[i, st.HIGHER + 2 * power + 1])
-        higher[i, st.POWERS] = count
-    higher[i, 0], higher[i, 1] = x, y
+        for power in range(degree - 1, 0, -1):
+            at = st.POWERS + PER_POWER * power
+            factor = float((power + 2) * (power + 1) * power)
+            x = x * duration + factor * abs(powers[i, at + OF_X])
+            y = y * duration + factor * abs(powers[i, at + OF_Y])
+            z = z * duration + factor * abs(powers[i, at + OF_Z])
+        powers[i, st.COUNT] = degree
+    powers[i, st.JERK_X], powers[i, st.JERK_Y], powers[i, st.JERK_UP] = x, y, z

@@ -260,15 +260,12 @@ class Run:
         ends = np.cumsum(np.bincount(ball, minlength=self.size))
         segments = np.split(motion[order], ends[:-1])
         spin_decelerations = self._state[:, st.SPIN_SLOWING].copy()
-        full = self.variant is Variant.FULL
         return ExactTrajectory(
             self._layout.radii,
             tuple(segments),
             self.t_end,
             spin_decelerations,
-            turns=full,
-            lifts=full,
-            rises=full,
+            lifts=self.variant is Variant.FULL,
         )
 
     def _trimmed_log(self) -> Log:

@@ -18,7 +18,6 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.block import Block
 from ghostball.engine.core.rows import STATE_COLUMNS
 from ghostball.engine.core.state import (
-    Air,
     Balls,
     BoolArray,
     Cells,
@@ -37,6 +36,7 @@ from ghostball.model.impact_laws import BALL_LAW_NAMES
 from ghostball.model.scene import check_whole
 from ghostball.model.scene.contents import rolling
 from ghostball.model.scene.starts import starts_of
+from ghostball.model.trajectory.polynomial import PER_POWER
 
 _CELL_ROOM = 2.0**-20
 """What a cell is larger than the largest ball, in units of it: room for rounding."""
@@ -173,8 +173,8 @@ def _blank_block(n: int, variant: Variant) -> Block:
 
 _COLUMNS = {
     Variant.LEAN: st.SEGMENT_COLUMNS,
-    # Heights; powers of the place, of the spin and of the height.
-    Variant.FULL: st.SEGMENT_COLUMNS + 3 + 2 * st.MOST_POWERS + st.MOST_POWERS // 2 + 1,
+    # RISE, UP_SPEED and FALL; then the powers.
+    Variant.FULL: st.SEGMENT_COLUMNS + 3 + PER_POWER * st.MOST_POWERS,
 }
 """How many numbers say how a ball moves on; see `Log.motion`."""
 
@@ -224,14 +224,8 @@ def _blank_balls(n: int, variant: Variant) -> Balls:
         np.zeros((max(_most_pairs(n) + 1, 2), 2), dtype=np.int32),
         np.zeros(n, dtype=np.int32),
         np.zeros(st.COUNTERS, dtype=np.int64),
-        np.zeros((n, st.HIGHER + st.MOST_POWERS)) if full else None,
-        Air(
-            np.zeros((n, st.MOST_POWERS)),
-            np.zeros((n, st.MOST_POWERS // 2 + 1)),
-            np.zeros((st.SERIES_ROWS, st.SERIES_TERMS)),
-        )
-        if full
-        else None,
+        np.zeros((n, st.POWERS_COLUMNS)) if full else None,
+        np.zeros((st.SERIES_ROWS, st.SERIES_TERMS)) if full else None,
         np.zeros((n, st.HEIGHT_COLUMNS)) if full else None,
     )
 

@@ -61,13 +61,13 @@ def _track(world: World, i: int) -> None:
     pairs.track[at + st.TRACK_EPOCH] = balls.state[i].epoch
     pairs.track[at + st.TRACK_RADIUS] = balls.state[i].radius
     pairs.track[at + st.TRACK_OWN_TIME] = meets_until(balls, i)
-    _track_bend(balls.higher, world, i, at)
+    _track_bend(balls.powers, world, i, at)
 
 
 @kernel(inline=True)
-def _track_bend(higher: FloatArray | None, world: World, i: int, at: int) -> None:
+def _track_bend(powers: FloatArray | None, world: World, i: int, at: int) -> None:
     """Copy from ball i how it bends, if any does."""
-    if higher is not None:
+    if powers is not None:
         world.pairs.track[at + st.TRACK_JERK] = jerk(world.balls, i)
 
 
@@ -76,7 +76,7 @@ def _update_ball(world: World, i: int, t: float) -> None:
     """Bound anew every pair of ball i; its row takes them over from the others' rows."""
     balls, pairs, contacts = world.balls, world.pairs, world.contacts
     n = len(balls.own_kind)
-    _bound_row(balls.higher, balls.height, world, i, t)
+    _bound_row(balls.powers, balls.height, world, i, t)
     pairs.bound[i * n + i] = math.inf
     if contacts.island[i] != st.FREE:
         row = contacts.first_held[i]
@@ -95,7 +95,7 @@ def _update_ball(world: World, i: int, t: float) -> None:
 
 @kernel(inline=True)
 def _bound_row(
-    higher: FloatArray | None, height: FloatArray | None, world: World, i: int, t: float
+    powers: FloatArray | None, height: FloatArray | None, world: World, i: int, t: float
 ) -> None:
     """Put in row i when, at the soonest, ball i touches each of the others after the instant t."""
     balls = world.balls
@@ -111,7 +111,7 @@ def _bound_row(
         row = world.pairs.bound[i * n + block : i * n + min(block + st.TRACK_BALLS, n)]
         if world.laws.uniform:
             _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
-        elif higher is not None and in_air(balls.air, world.laws):
+        elif powers is not None and in_air(balls.powers, world.laws):
             bent, left = jerk(balls, i), min(max(own_time - t, 0.0), FOR_EVER)
             _bent_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time, bent, left)
         else:

@@ -58,14 +58,14 @@ def first_bound(balls: Balls, laws: Laws, i: int, j: int, start: float) -> float
     """
     if one_flies(balls.height, balls, i, j):
         return start + time_to_bound_in_space(balls, i, j, start)
-    return start + _time_to_first_bound(balls.higher, balls, laws, i, j, start)
+    return start + _time_to_first_bound(balls.powers, balls, laws, i, j, start)
 
 
 @kernel(inline=True)
 def _time_to_first_bound(
-    higher: FloatArray | None, balls: Balls, laws: Laws, i: int, j: int, start: float
+    powers: FloatArray | None, balls: Balls, laws: Laws, i: int, j: int, start: float
 ) -> float:
-    if higher is not None and in_air(balls.air, laws):
+    if powers is not None and in_air(balls.powers, laws):
         return _bent_bound(balls, i, j, start)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
     rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
@@ -184,7 +184,7 @@ def touch(
     gap = distance - reach
     rate = (rx * vx + ry * vy) / distance
     pull = (rx * ax + ry * ay) / distance
-    s = _time_to_gap(balls.higher, balls, i, j, t, gap, rate, pull)
+    s = _time_to_gap(balls.powers, balls, i, j, t, gap, rate, pull)
     progress = s > TIME_ROUNDING * t
     if gap > max(GAP_ROUNDING * reach, tolerance) and progress:
         return NOT_YET, t + s, 0.0
@@ -208,14 +208,14 @@ def touch(
         return NOT_YET, t + s, 0.0
     if pulled:
         return LASTING, t, 0.0
-    bend = _bend_meanwhile(balls.higher, balls, i, j, t)
+    bend = _bend_meanwhile(balls.powers, balls, i, j, t)
     s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay, distance, bend)
     return (NOT_YET, t + s, 0.0) if s > TIME_ROUNDING * t else (LASTING, t, 0.0)
 
 
 @kernel(inline=True)
 def _time_to_gap(
-    higher: FloatArray | None,
+    powers: FloatArray | None,
     balls: Balls,
     i: int,
     j: int,
@@ -225,27 +225,27 @@ def _time_to_gap(
     pull: float,
 ) -> float:
     """Return in how long after t [s] a gap closes at the soonest, of parabolas or of what bends."""
-    if higher is None or neither_bends(higher, i, j):
+    if powers is None or neither_bends(powers, i, j):
         straight: float = first_crossing(gap, rate, pull)
         return straight
     left = both_last(balls, i, j, t)
-    bent = _jerk_between(higher, balls, i, j, t, left)
+    bent = _jerk_between(powers, balls, i, j, t, left)
     soonest: float = first_bent_crossing(gap, rate, pull, bent, left)
     return soonest
 
 
 @kernel(inline=True)
-def _bend_meanwhile(higher: FloatArray | None, balls: Balls, i: int, j: int, t: float) -> float:
+def _bend_meanwhile(powers: FloatArray | None, balls: Balls, i: int, j: int, t: float) -> float:
     """Return by how much the relative acceleration changes at most while both pieces last."""
-    if higher is None or neither_bends(higher, i, j):
+    if powers is None or neither_bends(powers, i, j):
         return 0.0
     left = both_last(balls, i, j, t)
-    change: float = _jerk_between(higher, balls, i, j, t, left) * left
+    change: float = _jerk_between(powers, balls, i, j, t, left) * left
     return change
 
 
 @kernel
-def _jerk_between(higher: FloatArray, balls: Balls, i: int, j: int, t: float, left: float) -> float:
+def _jerk_between(powers: FloatArray, balls: Balls, i: int, j: int, t: float, left: float) -> float:
     """Return how fast the relative acceleration of two balls changes at most [m/s^3].
 
     From t [s] on, for `left` [s]. Two that go along together bend alike, and so not at all as seen
@@ -253,7 +253,7 @@ def _jerk_between(higher: FloatArray, balls: Balls, i: int, j: int, t: float, le
     """
     began = balls.state[i].epoch
     if began == balls.state[j].epoch:
-        same: float = relative_jerk(higher, i, j, left + (t - began))
+        same: float = relative_jerk(powers, i, j, left + (t - began))
         return same
     total: float = jerk(balls, i) + jerk(balls, j)
     return total
@@ -291,7 +291,7 @@ def _next_in_space(
     gap = distance - reach
     rate = (rx * vx + ry * vy + rz * vz) / distance
     pull = (rx * ax + ry * ay + rz * az) / distance
-    bent, left = _bend_in_space(balls.higher, balls, i, j, t, rx, ry, rz, distance)
+    bent, left = _bend_in_space(balls.powers, balls, i, j, t, rx, ry, rz, distance)
     s = soonest_crossing(gap, rate, pull, bent, left)
     if gap <= GAP_ROUNDING * reach or s <= TIME_ROUNDING * t:
         gravity = max(height[i, st.FALL], height[j, st.FALL])
@@ -304,7 +304,7 @@ def _next_in_space(
 
 @kernel(inline=True)
 def _bend_in_space(
-    higher: FloatArray | None,
+    powers: FloatArray | None,
     balls: Balls,
     i: int,
     j: int,
@@ -318,10 +318,10 @@ def _bend_in_space(
 
     And how long after t [s] that holds: while both pieces last.
     """
-    if higher is None:
+    if powers is None:
         return 0.0, 0.0
     level = jerk_along(balls, i, rx, ry) + jerk_along(balls, j, rx, ry)
-    bent = level + abs(rz) * (jerk_up(higher, i) + jerk_up(higher, j))
+    bent = level + abs(rz) * (jerk_up(powers, i) + jerk_up(powers, j))
     return bent / distance, both_last(balls, i, j, t)
 
 

@@ -25,6 +25,7 @@ from ghostball.engine.sensitivity.replay import Replay
 from ghostball.engine.sensitivity.rounding import LANES
 from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.events import EventKind, Events
+from ghostball.model.trajectory.polynomial import OF_X, OF_Y, PER_POWER
 
 STATE = 9
 """Numbers in a ball's state: three each for position, velocity and angular velocity."""
@@ -226,8 +227,9 @@ class Replayed:
         # The last piece of a slide in air is a parabola: its acceleration neglects that the air's
         # drag turns the slip.
         drag = physics.air_drag * speed * speed
-        powers = self._trajectory.powers(rows)[0]
-        straight = slides & ~np.any(powers, axis=0) & (len(powers) > 0)
+        powers = self._trajectory.powers(rows)
+        bent = np.any(powers[OF_X::PER_POWER], axis=0) | np.any(powers[OF_Y::PER_POWER], axis=0)
+        straight = slides & ~bent & (len(powers) > 0)
         pushed = (slides | rolls) & ~(off <= _PUSHED * (slow + drag) + straight * drag)
         starts, bounces = rows[:, st.EPOCH], self._low_bounces()[:, 0]
         pushed &= ~np.isin(starts, bounces)

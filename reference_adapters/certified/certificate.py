@@ -17,6 +17,7 @@ from ghostball.model import EventKind, ExactTrajectory, GhostballError, Scene, p
 from ghostball.model.arrays import FloatArray
 from ghostball.model.events import OBSTACLE_KINDS
 from ghostball.model.trajectory import segment
+from ghostball.model.trajectory.polynomial import PER_POWER
 
 Ending = Literal[
     "proved", "ambiguous", "sustained contact", "precision cap", "event limit", "time limit"
@@ -32,7 +33,7 @@ ENDINGS: tuple[Ending, ...] = (
     "time limit",
 )
 
-SCHEMA = 3
+SCHEMA = 4
 """Version of the JSON form."""
 
 _DIMENSIONS = {"positions": (2, 3), "velocities": (2, 3), "spins": (3,)}
@@ -45,14 +46,14 @@ _RISES = ("rise", "up_speed", "fall")
 def segment_columns(powers: int = 2, *, lifts: bool = False) -> tuple[str, ...]:
     """Return the names of the columns of segments; see `ExactTrajectory`.
 
-    `powers`: the highest power of the time in the displacement of a ball; of the angular velocity,
-        one less.
+    `powers`: the highest power of the time in the displacement of a ball.
     `lifts`: whether balls may be in the air.
     """
     names = segment.NAMES + (_RISES if lifts else ())
-    displacements = tuple(f"{axis}{n}" for n in range(3, powers + 1) for axis in "xy")
-    turns = tuple(f"w{axis}{n}" for n in range(2, powers) for axis in "xy")
-    return names + displacements + turns
+    if powers == 2:
+        return names
+    further = [f"{name}{n}" for n in range(2, powers + 1) for name in ("x", "y", "z", "wx", "wy")]
+    return (*names, *further)
 
 
 @dataclass(frozen=True)
@@ -211,7 +212,6 @@ class Certificate:
             self.segments,
             float(self.t_end),
             scene.spinning_friction_rates,
-            turns="wx2" in self.columns,
             lifts=self.lifts,
             tangents=tangents_of,
         )
@@ -315,7 +315,8 @@ def _segments_of(stored: Any, balls: int) -> _Segments:
         return (), None, ()
     columns = tuple(stored["columns"])
     lifts = "rise" in columns
-    powers = 2 + (len(columns) - len(segment_columns(lifts=lifts))) // 4
+    further = (len(columns) - len(segment_columns(lifts=lifts))) // PER_POWER
+    powers = 1 + further if further else 2
     if columns != segment_columns(powers, lifts=lifts):
         raise ValueError(
             f"the columns of segments must be those of `segment_columns`, got {columns}"

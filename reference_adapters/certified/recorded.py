@@ -135,6 +135,7 @@ def _row(
     row = [float(body.t + s), *place, *v, 2.0 * a[0], 2.0 * a[1], *turns[0], spin]
     row += [*turns[1], 0.0, float(body.phase)]
     if len(displacement) > 3:
-        row += [float(c) for pair in displacement[3:] for c in pair]
-        row += [c for pair in turns[2:] for c in pair]
+        further = [(ZERO, ZERO), *displacement[3:]]
+        for (x, y), turn in zip(further, [*turns[2:], (0.0, 0.0)], strict=True):
+            row += [float(x), float(y), 0.0, *turn]
     return tuple(row)

@@ -17,6 +17,7 @@ from ghostball.model.arrays import BoolArray, FloatArray, IntArray
 from ghostball.model.errors import GhostballError
 from ghostball.model.rounding import EPS
 from ghostball.model.trajectory import segment
+from ghostball.model.trajectory.polynomial import OF_WX, OF_WY, OF_X, OF_Y, PER_POWER
 from ghostball.model.trajectory.segment import Phase
 
 STEP_TURN = 4.0
@@ -42,14 +43,14 @@ class Pieces(NamedTuple):
 
 def pieces_of(
     segments: FloatArray,
-    powers: tuple[FloatArray, FloatArray],
+    powers: FloatArray,
     radius: float,
     spin_deceleration: float,
     t_end: float,
 ) -> Pieces:
     """Split a ball's segments where its vertical spin has decayed, and find the spin of each piece.
 
-    `segments` (k, 14 ...) and `powers`, two (2 m, k), are as in `ExactTrajectory`; `radius` in
+    `segments` (k, 14 ...) and `powers` (5 m, k) are as in `ExactTrajectory`; `radius` in
     metres, `spin_deceleration` in rad/s^2, `t_end` in seconds.
     """
     start = segments[:, segment.EPOCH]
@@ -59,13 +60,13 @@ def pieces_of(
     # While it rolls, the angular velocity is k x v / R, and changes as v does.
     v, a = segments[:, segment.VX : segment.VY + 1], segments[:, segment.AX : segment.AY + 1]
     turned = np.array([-1.0, 1.0]) / radius
-    further, turning = powers
-    spin = np.zeros((len(segments), 2 + len(further) // 2, 3))
-    for power in range(len(further) // 2):
-        x, y = further[2 * power : 2 * power + 2]
-        rolling = (3 + power) * np.column_stack((-y, x)) / radius
-        own = turning[2 * power : 2 * power + 2].T if len(turning) else 0.0
-        spin[:, 2 + power, :2] = np.where(sliding, own, rolling)
+    count = len(powers) // PER_POWER
+    spin = np.zeros((len(segments), max(1 + count, 2), 3))
+    for power in range(2, 1 + count):
+        own = powers[PER_POWER * (power - 2) :][[OF_WX, OF_WY]].T
+        x, y = powers[PER_POWER * (power - 1) :][[OF_X, OF_Y]]
+        rolling = (1 + power) * np.column_stack((-y, x)) / radius
+        spin[:, power, :2] = np.where(sliding, own, rolling)
     spin[:, 0, :2] = np.where(
         sliding, segments[:, segment.WX : segment.WY + 1], v[:, ::-1] * turned
     )

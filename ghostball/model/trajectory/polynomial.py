@@ -1,8 +1,8 @@
 """The polynomial of the time by which a ball moves between events: the only place that has it.
 
-Of numbers or of arrays, in Python and, as `motion.position` has it, in kernels. What a piece has
-beyond the square of the time are coefficients in pairs, for x and for y: those of the third power,
-of the fourth, and so on, as many as there are. What air adds to a height begins with the second.
+Of numbers or of arrays, in Python and, as `motion.position` has it, in kernels. A ball that air
+slows moves by further powers of the time: of each, from the second power on, a piece has
+`PER_POWER` coefficients. The second power of x and y is in the acceleration; theirs is 0 here.
 """
 
 from __future__ import annotations
@@ -13,6 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Number = TypeVar("Number", float, NDArray[np.float64])
+
+PER_POWER = 5
+"""Coefficients of a power p of the time, in this order: x, y, z [m/s^p], wx, wy [rad/s^(p+1)]."""
+
+OF_X, OF_Y, OF_Z, OF_WX, OF_WY = range(PER_POWER)
 
 
 def displacement(velocity: Number, acceleration: Number, s: Number) -> Number:
@@ -28,15 +33,17 @@ def speed(velocity: Number, acceleration: Number, s: Number) -> Number:
 def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
     """Return what powers beyond the second add to x, y, their velocities and accelerations.
 
-    `coefficients` (2 k,) or (2 k, m) are by power and axis, of which `count` are taken, at most k;
-    `s` is the time since the piece began [s], or (m,) of them.
+    `coefficients` (PER_POWER k,) or (PER_POWER k, m), by power. The first `count` powers are used,
+    at most k.
+    `s`: the time since the piece began [s], a number or (m,).
     """
     # All as s^3 q(s): q, its derivative, and half of its second one, by Horner's scheme.
     x, y, vx, vy, ax, ay = 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s
-    for power in range(count - 1, -1, -1):
+    for power in range(count - 1, 0, -1):
         ax, ay = ax * s + vx, ay * s + vy
         vx, vy = vx * s + x, vy * s + y
-        x, y = x * s + coefficients[2 * power], y * s + coefficients[2 * power + 1]
+        x = x * s + coefficients[PER_POWER * power + OF_X]
+        y = y * s + coefficients[PER_POWER * power + OF_Y]
     square = s * s
     ax, ay = 6.0 * x + s * (6.0 * vx + 2.0 * s * ax), 6.0 * y + s * (6.0 * vy + 2.0 * s * ay)
     vx, vy = 3.0 * x + s * vx, 3.0 * y + s * vy
@@ -46,13 +53,24 @@ def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, An
 def rises(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any]:
     """Return what powers from the second on add to a height, its velocity and its acceleration.
 
-    `coefficients` (k,) or (k, m) are by power, of which `count` are taken, at most k; `s` is
-    the time since the piece began [s], or (m,) of them.
+    Arguments as in `tails`.
     """
     # As s^2 q(s): q, its derivative, and half of its second one.
     z, vz, az = 0.0 * s, 0.0 * s, 0.0 * s
     for power in range(count - 1, -1, -1):
         az = az * s + vz
         vz = vz * s + z
-        z = z * s + coefficients[power]
+        z = z * s + coefficients[PER_POWER * power + OF_Z]
     return s * s * z, s * (2.0 * z + s * vz), 2.0 * z + s * (4.0 * vz + 2.0 * s * az)
+
+
+def turns(coefficients: Any, count: int, s: Any) -> tuple[Any, Any]:
+    """Return what powers from the second on add to the angular velocities wx and wy.
+
+    Arguments as in `tails`.
+    """
+    wx, wy = 0.0 * s, 0.0 * s
+    for power in range(count - 1, -1, -1):
+        wx = wx * s + coefficients[PER_POWER * power + OF_WX]
+        wy = wy * s + coefficients[PER_POWER * power + OF_WY]
+    return s * s * wx, s * s * wy

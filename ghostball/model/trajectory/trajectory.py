@@ -16,7 +16,14 @@ from ghostball.model.scene.parts import rolling_angular_velocity
 from ghostball.model.scene.scene import Scene
 from ghostball.model.trajectory import segment
 from ghostball.model.trajectory.orientation import Pieces, orientation_at, pieces_of
-from ghostball.model.trajectory.polynomial import displacement, rises, speed, tails
+from ghostball.model.trajectory.polynomial import (
+    PER_POWER,
+    displacement,
+    rises,
+    speed,
+    tails,
+    turns,
+)
 from ghostball.model.trajectory.segment import Phase
 from ghostball.model.trajectory.tangent_map import TangentMap
 
@@ -71,25 +78,18 @@ class ExactTrajectory:
     Attributes
     ----------
     radii : (n,) float64 [m]
-    segments : n arrays (k_i, 14 + 2 m) or, with `turns`, (k_i, 14 + 4 m) float64
+    segments : n arrays (k_i, 14 + 5 m) or, with `lifts`, (k_i, 17 + 5 m) float64
         For each ball, from each time on: time [s]; x, y [m]; vx, vy [m/s]; ax, ay [m/s^2]; angular
         velocity wx, wy, wz [rad/s]; its rate of change bx, by, and what is added to the decay of
         wz, bz [rad/s^2]; `Phase`. Where the ball rolls or rests, wx, wy, bx and by mean nothing:
-        the velocity gives them. Of motions of a higher degree than 2, what goes along x and along y
-        with the third power of the time since [m/s^3], with the fourth, and so on; with `turns`,
-        then as much of wx and wy, from the second power on [rad/s^3]. With `lifts`, before these:
-        height of its lowest point above the cloth [m], velocity upwards [m/s], acceleration
-        downwards by gravity [m/s^2]. With `rises`, at the end: what the air adds to the height,
-        m + 1 numbers, from the second power on [m/s^2].
+        the velocity gives them. With `lifts`, then: height of its lowest point above the cloth [m],
+        velocity upwards [m/s], acceleration downwards by gravity [m/s^2]. Where air may slow a
+        ball, then the coefficients of m powers of the time: see `model.trajectory.polynomial`.
     t_end : float [s]
     spin_decelerations : (n,) float64 [rad/s^2]
         By which each ball's wz decays to 0 on the cloth; in the air it doesn't.
-    turns : bool
-        Whether the angular velocity changes with higher powers of the time, too.
     lifts : bool
         Whether balls may be in the air.
-    rises : bool
-        Whether air may slow them there.
     tangents : Tangents or None
         What finds how small changes of the motion grow; None: nobody knows.
     """
@@ -98,21 +98,12 @@ class ExactTrajectory:
     segments: tuple[FloatArray, ...]
     t_end: float
     spin_decelerations: FloatArray
-    turns: bool = False
     lifts: bool = False
-    rises: bool = False
     tangents: Tangents | None = None
 
-    def powers(self, segments: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return what goes with higher powers in the place, the spin and the height.
-
-        (2 m, k) each, and (m + 1, k) where a ball may be in the air that slows it, else (0, k).
-        """
-        powers = segments[:, segment.COLUMNS + 3 * self.lifts :].T
-        rising = (len(powers) + 4) // 5 if self.rises else 0
-        level = len(powers) - rising
-        half = level // 2 if self.turns else level
-        return powers[:half], powers[half:level], powers[level:]
+    def powers(self, segments: FloatArray) -> FloatArray:
+        """Return the coefficients of m further powers of the time in k segments, (5 m, k)."""
+        return segments[:, segment.COLUMNS + 3 * self.lifts :].T
 
     def sample(self, times: FloatArray) -> Samples:
         """Return the states at `times`, (k,) [s]; after an event where one falls on a time."""
@@ -124,9 +115,10 @@ class ExactTrajectory:
             r, v, a = now[:, _PLACE], now[:, _VELOCITY], now[:, _ACCELERATION]
             positions[:, i, :2] = r + displacement(v, a, s)
             velocities[:, i, :2] = speed(v, a, s)
-            powers, turning, rising = self.powers(now)
-            if len(powers) > 0:
-                x, y, vx, vy, _, _ = tails(powers, len(powers) // 2, s[:, 0])
+            powers = self.powers(now)
+            count = len(powers) // PER_POWER
+            if count > 0:
+                x, y, vx, vy, _, _ = tails(powers, count, s[:, 0])
                 positions[:, i, :2] += np.column_stack((x, y))
                 velocities[:, i, :2] += np.column_stack((vx, vy))
             spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
@@ -134,9 +126,9 @@ class ExactTrajectory:
             slides = (now[:, segment.PHASE] == Phase.SLIDING) | flies
             w, b = now[slides, _SPIN], now[slides, _SPIN_RATE]
             spins[slides, i, :2] = w + s[slides] * b
-            for power in range(0, len(turning), 2):
-                further = s[slides] ** (2 + power // 2) * turning[power : power + 2, slides].T
-                spins[slides, i, :2] += further
+            if count > 0:
+                further = turns(powers[:, slides], count, s[slides, 0])
+                spins[slides, i, :2] += np.column_stack(further)
             vertical, s = now[:, segment.WZ], s[:, 0]
             decay = np.where(flies, 0.0, self.spin_decelerations[i])
             left = np.maximum(np.abs(vertical) - s * decay, 0.0)
@@ -146,9 +138,10 @@ class ExactTrajectory:
                 rise, up, fall = now[:, segment.COLUMNS : segment.COLUMNS + 3].T
                 positions[:, i, 2] += rise + displacement(up, -fall, s)
                 velocities[:, i, 2] = speed(up, -fall, s)
-                more, faster, _ = rises(rising, len(rising), s)
-                positions[:, i, 2] += more
-                velocities[:, i, 2] += faster
+                if count > 0:
+                    more, faster, _ = rises(powers, count, s)
+                    positions[:, i, 2] += more
+                    velocities[:, i, 2] += faster
         return Samples(positions, velocities, spins)
 
     def phases(self, times: FloatArray) -> PhaseArray:
@@ -194,7 +187,7 @@ class ExactTrajectory:
         result = np.empty((len(t), len(self.segments), 4))
         for i, segments in enumerate(self.segments):
             decay = float(self.spin_decelerations[i])
-            powers = self.powers(segments)[:2]
+            powers = self.powers(segments)
             pieces = pieces_of(segments, powers, float(self.radii[i]), decay, self.t_end)
             result[:, i] = orientation_at(t, pieces)
         return result

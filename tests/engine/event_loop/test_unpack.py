@@ -36,13 +36,11 @@ def test_every_array_comes_back(n, physics):
     found = balls_in(numbers, made.offsets, balls.counters, 1 if physics else None)
     start, end = made.offsets[at.STATE], made.offsets[at.OWN_KIND]
     np.testing.assert_array_equal(made.numbers[start:end].reshape(n, STATE_COLUMNS), balls.state)
-    for name in ("own_kind", "changed", "touched", "higher", "height"):
+    for name in ("own_kind", "changed", "touched", "powers", "height"):
         np.testing.assert_array_equal(getattr(found, name), getattr(balls, name), name)
     for name in ("touching", "near"):  # of scratch, the room is kept and not what is in it
         assert getattr(found, name).shape == getattr(balls, name).shape
-    assert (found.air is None) == (balls.air is None)
-    for one, other in zip(found.air or (), balls.air or (), strict=True):
-        assert one.shape == other.shape
+    assert np.shape(found.series) == np.shape(balls.series)
     packed_pairs = pairs_in(numbers, made.offsets)
     for name in ("bound", "least", "next"):
         np.testing.assert_array_equal(getattr(packed_pairs, name), getattr(pairs, name))

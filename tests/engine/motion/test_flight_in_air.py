@@ -14,7 +14,7 @@ from shots import FLIES, R, ball, scene_of
 from ghostball.engine import simulate
 from ghostball.engine.core.tolerances import EPS
 from ghostball.model import EventKind, Phase, Status, Table
-from ghostball.model.trajectory.polynomial import rises
+from ghostball.model.trajectory.polynomial import OF_Z, PER_POWER, rises
 
 DIGITS = 24
 _ORDER, _PART = 24, mpf("0.1")
@@ -93,9 +93,10 @@ def landings(result):
 
 
 def test_the_polynomial_of_a_height_is_that_of_its_powers():
-    coefficients = [3.0, -2.0, 5.0, 7.0]
-    z, vz, az = rises(coefficients, 4, 0.5)
-    powers = list(enumerate(coefficients, start=2))
+    coefficients = np.zeros((4, PER_POWER))
+    coefficients[:, OF_Z] = 3.0, -2.0, 5.0, 7.0
+    z, vz, az = rises(coefficients.ravel(), 4, 0.5)
+    powers = list(enumerate(coefficients[:, OF_Z], start=2))
     assert z == pytest.approx(sum(c * 0.5**n for n, c in powers), rel=EPS)
     assert vz == pytest.approx(sum(n * c * 0.5 ** (n - 1) for n, c in powers), rel=EPS)
     assert az == pytest.approx(sum(n * (n - 1) * c * 0.5 ** (n - 2) for n, c in powers), rel=EPS)

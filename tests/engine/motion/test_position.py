@@ -21,6 +21,7 @@ from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.event_loop import predict
 from ghostball.engine.motion import position
 from ghostball.engine.motion.next_piece import predict_motion, predict_obstacles
+from ghostball.engine.motion.series import put_power
 from ghostball.engine.running import skips
 from ghostball.engine.scheduling import broad_phase
 from ghostball.engine.scheduling.grid import _LATE
@@ -50,9 +51,11 @@ def predict_made_up(balls, i, laws) -> None:
     _, _, second, third, fourth = powers(ball.vx, ball.vy)
     ball.phase = st.ROLLING
     ball.ax, ball.ay = 2.0 * second
-    balls.higher[i, : st.POWERS] = 6.0 * np.abs(third) + 24.0 * np.abs(fourth) * LASTS
-    balls.higher[i, st.POWERS] = 2
-    balls.higher[i, st.HIGHER : st.HIGHER + 4] = *third, *fourth
+    jerk = 6.0 * np.abs(third) + 24.0 * np.abs(fourth) * LASTS
+    balls.powers[i, st.JERK_X], balls.powers[i, st.JERK_Y] = jerk
+    balls.powers[i, st.COUNT] = 3
+    for power, (x, y) in enumerate((third, fourth), 3):
+        put_power(balls.powers, i, power, x, y, 0.0)
     balls.own_kind[i] = st.OWN_PIECE
     predict_obstacles(balls, i, laws, LASTS, 0)
 

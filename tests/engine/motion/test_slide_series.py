@@ -13,7 +13,7 @@ from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
-from ghostball.engine.core.state import Air, Balls
+from ghostball.engine.core.state import Balls
 from ghostball.engine.core.tolerances import EPS, SLIDE_ERROR
 from ghostball.engine.motion import drag
 from ghostball.model import EventKind
@@ -39,21 +39,20 @@ def exact_slide(v: Plane, u: Plane) -> IntegratedSlide:
 
 def piece_of(v: Plane, u: Plane) -> tuple[Balls, float]:
     row = SimpleNamespace(vx=v[0], vy=v[1], slide_slowing=FRICTION, radius=R)
-    higher = np.zeros((1, st.HIGHER + st.MOST_POWERS))
+    powers = np.zeros((1, st.POWERS_COLUMNS))
     series = np.zeros((st.SERIES_ROWS, st.SERIES_TERMS))
-    air = Air(np.zeros((1, st.MOST_POWERS)), np.zeros((1, 0)), series)
     nothing = np.zeros(0)
     balls = Balls(
         [row], nothing, nothing, nothing, nothing, nothing,
-        np.zeros(st.COUNTERS, dtype=np.int64), higher, air, None,
+        np.zeros(st.COUNTERS, dtype=np.int64), powers, series, None,
     )  # fmt: skip
     size, speed = math.hypot(*u), math.hypot(*v)
-    return balls, float(drag._turn(higher, air, balls, 0, K, *u, size, speed))
+    return balls, float(drag._turn(powers, series, balls, 0, K, *u, size, speed))
 
 
 def velocity_in(balls: Balls, s: float) -> list[float]:
-    row, powers = balls.state[0], balls.higher[0, st.HIGHER :]
-    more = polynomial.tails(powers, int(balls.higher[0, st.POWERS]), s)[2:4]
+    row, powers = balls.state[0], balls.powers[0, st.POWERS :]
+    more = polynomial.tails(powers, int(balls.powers[0, st.COUNT]), s)[2:4]
     return [row.vx + row.ax * s + more[0], row.vy + row.ay * s + more[1]]
 
 
@@ -72,7 +71,7 @@ def test_a_piece_leaves_out_what_it_may(v, u):
     for s in np.linspace(h, lasts - h, 7):
         for axis in range(2):
             later, now, before = (velocity_in(balls, s + d)[axis] for d in (h, 0.0, -h))
-            assert abs(later - 2.0 * now + before) / (h * h) <= balls.higher[0, axis] * 1.01
+            assert abs(later - 2.0 * now + before) / (h * h) <= balls.powers[0, axis] * 1.01
 
 
 def test_a_piece_reflected_is_the_reflected_piece():

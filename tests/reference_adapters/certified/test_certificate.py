@@ -74,14 +74,14 @@ def test_segments_are_read_as_what_they_say_that_they_are():
     air = scene_of(ball((0.0, 0.0), (1.0, 0.1)), air_drag=0.1)
     flat = scene_of(ball((0.0, 0.0), (1.0, 0.1)))
     in_air, plain = (certify(scene, motion=True) for scene in (air, flat))
-    for certificate, width in ((in_air, 86), (plain, 14)):
+    for certificate, width in ((in_air, 109), (plain, 14)):
         again = Certificate.from_json(certificate.to_json())
         assert again.columns == certificate.columns
         assert len(again.columns) == width
         assert again.segments[0].tobytes() == certificate.segments[0].tobytes()
         assert again.starts == certificate.starts == ((0, len(again.segments[0]) - 1),)
-    assert in_air.columns[14:16] == ("x3", "y3")
-    assert in_air.columns[50:52] == ("wx2", "wy2")
+    assert in_air.columns[14:20] == ("x2", "y2", "z2", "wx2", "wy2", "x3")
+    assert in_air.columns[-1] == "wy20"
 
 
 def _reshape(data):
