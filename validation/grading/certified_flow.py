@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ghostball.model import Phase
 from ghostball.model.arrays import FloatArray
+from ghostball.model.trajectory.polynomial import OF_WX, OF_WY, OF_X, OF_Y, PER_POWER
 from ghostball.model.trajectory.segment import COLUMNS
 from ghostball.validation.grading.certified_air import (
     SLIP_RATE,
@@ -57,7 +58,7 @@ def rows_of(balls: tuple[int, ...]) -> NDArray[np.intp]:
 class ProvedBall:
     """The certified motion of one ball: its segments, and its decelerations.
 
-    `segments` (k, 14 + 4 m) float64: as in `ExactTrajectory`.
+    `segments` (k, 14 + 5 m) float64: as in `ExactTrajectory`.
     `starts`: rows at which the ball's motion starts or an event changes it; see
         `Certificate.starts`.
     `radius` [m].
@@ -117,9 +118,8 @@ class ProvedBall:
     def _series(self, k: int) -> Series:
         """Return velocity and slip of a sliding segment as power series of the time."""
         _, _, _, vx, vy, ax, ay, *_, bx, by, _, _ = self._rows[k]
-        half = (self.segments.shape[1] - COLUMNS) // 2
-        further = self.segments[k, COLUMNS : COLUMNS + half].reshape(-1, 2)
-        turning = self.segments[k, COLUMNS + half :].reshape(-1, 2)
+        powers = self.segments[k, COLUMNS:].reshape(-1, PER_POWER)  # from the second power on
+        further, turning = powers[1:, [OF_X, OF_Y]], powers[:-1, [OF_WX, OF_WY]]
         degrees = np.arange(3, 3 + len(further))[:, np.newaxis]
         velocity = np.vstack([[[vx, vy], [ax, ay]], degrees * further])
         spin = np.vstack([[[bx, by]], turning])  # from the first power on
