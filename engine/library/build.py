@@ -143,12 +143,16 @@ def _module(
     """Return the LLVM module of a kernel that takes a table, and the kernel's name in it.
 
     Where a door of numba's doesn't open, this process compiles without them from then on.
+
+    Raises `TypeError` as `reached_by`: before numba is asked, so that a mistake in a kernel isn't
+    taken for a change in numba.
     """
+    functions = reached_by(kernel).functions
     chosen = way()
     try:
         fits: Any = generated.fits
         fits = chosen.dispatcher(_copy(fits, vars(generated)), forceinline=True)
-        whole = generated.unpacking(_compilable(kernel, chosen), fits, kinds, result)
+        whole = generated.unpacking(_compilable(kernel, functions, chosen), fits, kinds, result)
         return chosen.module(chosen.dispatcher(whole), machine)
     except (AttributeError, TypeError) as error:
         if type(chosen) is Plain:
@@ -183,11 +187,14 @@ _WAY: list[Plain] = []
 """How this process compiles, once it has compiled."""
 
 
-def _compilable(kernel: FunctionType, chosen: Plain) -> Any:
-    """Return a kernel as numba's, and with it all that it calls."""
+def _compilable(kernel: FunctionType, functions: tuple[FunctionType, ...], chosen: Plain) -> Any:
+    """Return a kernel as numba's dispatcher, and make dispatchers of the functions it reaches.
+
+    `functions`: the kernel and all kernels below it.
+    """
     known = chosen.kernels
     known.setdefault(by_reference, generated.by_reference)
-    new = [one for one in reached_by(kernel).functions if one not in known]
+    new = [one for one in functions if one not in known]
     spaces = {one: dict(one.__globals__) for one in new}
     for one in new:
         known[one] = chosen.dispatcher(_copy(one, spaces[one]), forceinline=is_inline(one))
