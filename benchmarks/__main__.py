@@ -7,7 +7,18 @@ from typing import Annotated
 
 import typer
 
-from benchmarks import accuracy, board, breaks, fits, made, racks, rebounds, skips, speed  # noqa: F401
+from benchmarks import (  # noqa: F401
+    accuracy,
+    board,
+    breaks,
+    doors,
+    fits,
+    made,
+    racks,
+    rebounds,
+    skips,
+    speed,
+)
 from benchmarks.frame import app
 from benchmarks.pictures.gallery import write_gallery
 from ghostball.cli.shared.terminal import command

@@ -1,24 +1,25 @@
-"""What the engine takes of numba's inside to compile sooner: all in this file, and nowhere else.
+"""The private parts of numba that the engine compiles with, to compile sooner: in this file alone.
 
-Where numba has moved what a door uses, `build` compiles by `plain_numba`: the same bits, later, and
-a warning says so. A door stays while it saves 15 % of the time to compile. The lean kernel of shots
-took 38 s of processor time with both doors (numba 0.68.1, Intel Xeon with 2 cores):
+Each part is called a door. If a release of numba has changed one, `build` compiles by `plain_numba`
+instead: kernels come out the same, bit for bit, but later, and a warning says so. A door is kept
+while it saves at least 15 % of the time to compile. `python -m benchmarks doors` measures the time
+to compile the lean kernel with both doors, without `by_common_types`, and without both.
 
 - `_Code` with `_Compiler`. Uses `CodeLibrary` (its six abstract methods and `_finalized`), and of
   the compiler `compile_extra`, `state.library`, `flags.no_compile`, `insert_user_function` and the
-  result's `entry_point`. Without both doors: 130 s. Fails with ImportError or AttributeError where
-  a name is gone, with TypeError where another method is abstract or takes other arguments.
-- `by_common_types`. Uses `get_call_template`, set on a dispatcher. Without it: 55 s. Fails with
-  AttributeError where the name is gone; where numba no longer calls it, a test sees a kernel that
-  is compiled twice.
+  result's `entry_point`. Fails with ImportError or AttributeError where a name is gone, with
+  TypeError where another method is abstract or takes other arguments.
+- `by_common_types`. Uses `get_call_template`, set on a dispatcher. Fails with AttributeError where
+  the name is gone; where numba no longer calls it, a test sees a kernel that is compiled twice.
 
-`python tests/support/measure_doors.py` measures both again. The slow test of numba's versions
-(`tests/engine/library/test_numba_versions.py`) compiles by both doors with the lowest numba and the
-newest that pyproject.toml allows: whoever changes a bound runs that first.
+The slow test of numba's versions (`tests/engine/library/test_numba_versions.py`) compiles by both
+doors with the lowest numba and the newest that pyproject.toml allows: run that test before you
+change one of the two versions.
 
-Tried, and left out for saving less: short names of kernels (`BaseContext.mangler`, 3 %), a memory
-of what operations give (`BaseFunction.get_call_type`, 12 %), one optimiser for all functions
-(`_optimize_functions`, 0 %), no machine code by numba (`_finalize_final_module`, 5 %).
+These were tried and left out, since each saves too little: short names of kernels
+(`BaseContext.mangler`), a memory of what operations give (`BaseFunction.get_call_type`), one
+optimiser for all functions (`_optimize_functions`), no machine code by numba
+(`_finalize_final_module`).
 """
 
 from __future__ import annotations

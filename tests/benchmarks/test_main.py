@@ -6,9 +6,10 @@ import pytest
 from commands import refused
 from typer.testing import CliRunner
 
-from benchmarks import accuracy, frame, skips, speed
+from benchmarks import accuracy, doors, frame, skips, speed
 from benchmarks.__main__ import app
 from benchmarks.accuracy import AccuracyMeasurement
+from benchmarks.doors import DoorsMeasurement
 from benchmarks.racks import Player, RacksMeasurement
 from benchmarks.skips import SkipsMeasurement
 from benchmarks.speed import TargetsMeasurement
@@ -104,6 +105,44 @@ def test_a_process_that_crashes_names_the_shot(monkeypatch):
     monkeypatch.setattr(frame, "run_tasks", dying)
     with pytest.raises(MeasurementError, match=r"^the measurement of shot 17: its process ended"):
         [*frame.in_processes([17], 1, str, "shot")]
+
+
+def test_doors_compares_ways_to_compile(bench, monkeypatch, tmp_path):
+    """Breaks where a sample that other work slowed counts: the least of all rounds does."""
+    times = dict(zip(doors.WAYS, ([9.0, 8.0], [12.0, 14.0], [24.0, 28.0]), strict=True))
+    monkeypatch.setattr(doors, "seconds_in_new_process", lambda way: times[way].pop())
+    result = bench("doors", "--repeats", "2", "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    (line,) = (line for line in result.stdout.splitlines() if "without both" in line)
+    assert line.split() == ["without", "both", "24.0", "s", "3.00"]
+    stored = DoorsMeasurement.load(tmp_path / "doors.json")
+    assert [row.seconds for row in stored.rows] == [8.0, 12.0, 24.0]
+    assert stored.rounds == 2
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("way", doors.WAYS)
+def test_each_way_to_compile_has_its_doors(monkeypatch, way):
+    from ghostball.engine.library import build, numba_doors, plain_numba
+
+    used = []
+
+    def compile_nothing(*_):
+        used.append((type(build.way()), numba_doors.by_common_types is kept))
+        return b""
+
+    kept = numba_doors.by_common_types
+    monkeypatch.setattr(numba_doors, "by_common_types", kept)  # and put back afterwards
+    monkeypatch.setattr(build, "_WAY", [])
+    monkeypatch.setattr(build, "object_code", compile_nothing)
+    monkeypatch.setattr("gc.disable", lambda: None)
+    assert doors.seconds_here(way) >= 0.0
+    expected = {
+        "both doors": (numba_doors.Doors, True),
+        "without by_common_types": (numba_doors.Doors, False),
+        "without both": (plain_numba.Plain, True),
+    }
+    assert used == [expected[way]]
 
 
 def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tmp_path):
