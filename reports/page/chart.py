@@ -20,7 +20,7 @@ from ghostball.reports.page.rendering import render
 Scale = Literal["linear", "log"]
 
 WIDTH, HEIGHT = 560.0, 250.0
-LEFT, RIGHT, TOP, BOTTOM = 72.0, 24.0, 10.0, 36.0
+LEFT, RIGHT, TOP, BOTTOM = 80.0, 24.0, 10.0, 36.0
 """Size of a chart and its margins, in units of its view box, which are pixels at full width.
 
 The last tick of x, such as "100 ms", is centred at the end of the axis.

@@ -20,8 +20,8 @@ from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger
 from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.store import CLOSED_FORM, CaseRecord, Results
 
-SMALLEST_ERROR = 1e-17
-"""Where an error of exactly 0 is drawn on an axis that has no 0 [m]."""
+SMALLEST_ERROR = 1e-16
+"""Where smaller errors, which are rounding, are drawn on an axis that has no 0 [m]."""
 
 
 def closed_forms_html(results: Results) -> Markup:

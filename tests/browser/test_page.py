@@ -105,3 +105,62 @@ def test_without_scripts_every_scene_is_there_to_read(open_page, results):
     for name in results.scene_names:
         heading = page.get_by_role("heading", name=name, exact=True)
         assert heading.first.is_visible()
+
+
+def test_after_a_click_on_a_cell_the_keys_of_the_replay_work(open_page):
+    # Breaks where Space scrolls the page instead, because the focus is beside the replay.
+    page = open_page()
+    page.locator(f".matrix a[href*='scene={CUT}&'][href$='engine=paper-discrete']").first.click()
+    viewed(page, 0)
+    replay = f"document.querySelector(\"[data-replay='replay-{CUT}']\").ghostball"
+    page.keyboard.press("n")
+    first = page.evaluate(f"{replay}.time")
+    assert first > 0.0
+    page.keyboard.press("n")
+    assert page.evaluate(f"{replay}.time") > first
+    page.keyboard.press("Home")
+    before = page.evaluate("scrollY")
+    page.keyboard.press("Space")
+    assert page.evaluate(f"{replay}.playing")
+    assert page.evaluate("scrollY") == before
+    page.keyboard.press("Space")
+    assert not page.evaluate(f"{replay}.playing")
+
+
+@pytest.mark.parametrize("size", [{}, PHONE])
+def test_captions_can_be_read_whole_and_no_label_of_an_axis_is_cut(open_page, size):
+    page = open_page(CUT, **size)
+    cut = page.evaluate(
+        """() => {
+            const found = [];
+            for (const caption of document.querySelectorAll(".wide caption, .gb-scroll caption")) {
+                const box = caption.getBoundingClientRect();
+                const around = caption.closest(".wide, .gb-scroll").getBoundingClientRect();
+                if (box.width && box.right > around.right + 1) found.push(caption.textContent);
+            }
+            for (const text of document.querySelectorAll("svg.chart text:not(.marker)")) {
+                const box = text.getBoundingClientRect();
+                const around = text.closest("svg").getBoundingClientRect();
+                if (box.width && (box.left < around.left - 1 || box.right > around.right + 1
+                    || box.top < around.top - 1 || box.bottom > around.bottom + 1))
+                    found.push(text.textContent);
+            }
+            return found;
+        }"""
+    )
+    assert cut == []
+
+
+def test_a_table_of_few_scenes_has_no_rows_to_scroll(open_page):
+    page = open_page()
+    for box in page.locator("#matrix .wide").all():
+        assert box.evaluate("one => one.scrollHeight <= one.clientHeight")
+
+
+def test_the_three_comparisons_stand_side_by_side_where_there_is_room(open_page):
+    page = open_page(viewport={"width": 1280, "height": 900})
+    tops = page.locator("#comparison figure").evaluate_all(
+        "found => found.map(one => Math.round(one.getBoundingClientRect().top))"
+    )
+    assert len(tops) == 3
+    assert len(set(tops)) == 1
