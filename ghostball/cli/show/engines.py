@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from ghostball.cli.show.installation import check_installation
 from ghostball.model.features import Capability, Feature, has_feature, scene_features
 from ghostball.reference_adapters import EngineError, ReferenceEngine, engine_class, engine_names
 from ghostball.reference_adapters.base import EngineSettings
-from ghostball.reference_adapters.registry import known_settings
+from ghostball.reference_adapters.registry import EngineUnavailableError, known_settings
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.sources import PACKAGE_OF, version_of, versions
 from ghostball.validation.scenes.library import select
@@ -45,7 +46,8 @@ SETTINGS_KEY = (
 def run(asked: EnginesOptions) -> ExitStatus:
     """List or describe engines, print recipes, check the installation, or measure time steps.
 
-    Raises `typer.BadParameter` if options contradict each other.
+    Raises `typer.BadParameter` if options contradict each other, `EngineError` if there is no
+    engine of a name.
     """
     context, names = asked.context, asked.names or ()
     if asked.steps:
@@ -64,6 +66,9 @@ def run(asked: EnginesOptions) -> ExitStatus:
                 f"needs an engine: {', '.join(recipe_names())}", param_hint="--recipe"
             )
         return ExitStatus.PASSED
+    for name in names:
+        with suppress(EngineUnavailableError):  # described below with its reason
+            engine_class(name)
     for block in engine_blocks(names) if names else [engines_table()]:
         stdout().print(block)
     return ExitStatus.PASSED

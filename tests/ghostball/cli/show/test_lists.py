@@ -54,6 +54,13 @@ def test_an_engine_that_is_not_here_takes_a_word_of_the_table_and_not_its_reason
     assert len(shown.splitlines()) < 40
 
 
+def test_the_name_of_no_engine_is_bad_input(cli):
+    # Breaks where a script with a typo in a name continues.
+    found = cli("engines", "pymunkk")
+    assert found.exit_code == 2
+    assert "Did you mean `pymunk`?" in " ".join(found.stderr.split())
+
+
 def test_engines_lists_settings_and_capabilities(cli):
     shown = cli("engines", "ghostball", "pymunk").stdout
     for part in (
