@@ -17,7 +17,7 @@ from ghostball.cli.options import AUTO, Jobs
 from ghostball.engine import simulate
 from ghostball.model import Scene
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
-from ghostball.validation.checks.law import faults_of
+from ghostball.validation.checks.requirements import faults_of
 from ghostball.validation.grading.grading import grade
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.results.measurement import Record

@@ -20,8 +20,8 @@ from benchmarks.synthetic_tracks import POOL, synthetic_tracks
 from ghostball.cli.options import AUTO, Jobs
 from ghostball.model import Physics
 from ghostball.reference_adapters import make_engine
-from ghostball.validation.measured.fit.fit import NORMAL, fit_table
-from ghostball.validation.measured.fit.harvest import harvest
+from ghostball.validation.measured.fit.clean_events import find_clean_events
+from ghostball.validation.measured.fit.fit import NORMAL_95, fit_table
 from ghostball.validation.results.measurement import Record
 
 TABLES: Final = 200
@@ -81,7 +81,7 @@ class FitsMeasurement(Shown):
             alike = [one.errors_off for one in self.tables if one.program == program]
             off = np.abs([errors[name] for errors in alike if name in errors])
             if len(off):
-                held = f"{100.0 * np.mean(off <= NORMAL):.1f} %"
+                held = f"{100.0 * np.mean(off <= NORMAL_95):.1f} %"
                 rows.append((name, f"{len(off)}, {PROGRAMS[program]}", held, f"{np.max(off):.1f}"))
         return rows
 
@@ -109,7 +109,7 @@ class FitsMeasurement(Shown):
     @property
     def table(self) -> RenderableType:
         """It as a row for each field, its extent, and what became of the laws that were sought."""
-        heads = ("field", "tables", f"within {NORMAL} standard errors", "most")
+        heads = ("field", "tables", f"within {NORMAL_95} standard errors", "most")
         return Group(table_of(heads, self.rows), self.extent, self.sought)
 
 
@@ -145,7 +145,7 @@ def fitted_table(seed: int) -> FittedTable:
         tracks = stepped_tracks(table, POOL, shots, seed, camera, side=side)
     engine = make_engine("ghostball")
     start = time.perf_counter()
-    found = harvest(tracks, POOL)
+    found = find_clean_events(tracks, POOL)
     fit = partial(fit_table, found, engine, partial(engine.simulate, record="trajectory"))
     laws_alike = fit().laws_alike if seed < FREE else []
     seconds = time.perf_counter() - start

@@ -23,8 +23,8 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_time
 from ghostball.validation.parallel.sources import PACKAGE_OF, versions
 from ghostball.validation.results.measurement import Record
+from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.runs.interleave import Sampler, Task, interleave
-from ghostball.validation.runs.playing import run_engine
 
 RACKS = 1_000
 """Racks of a whole measurement."""

@@ -17,8 +17,8 @@ from ghostball.model import Physics
 from ghostball.model.features import Feature, has_feature
 from ghostball.reference_adapters import ReferenceEngine, make_engine
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.likeness import ANGLES
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds
+from ghostball.validation.measured.table_agreement import ANGLES
 from ghostball.validation.results.measurement import Record
 
 PLAYERS: Final[Mapping[str, tuple[str, ...]]] = {

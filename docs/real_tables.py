@@ -13,8 +13,8 @@ from ghostball.engine import simulate
 from ghostball.model import Physics
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.banks import through_points
-from ghostball.validation.measured.best import best_cloth, best_cushion
-from ghostball.validation.measured.facts import Row, facts_of
+from ghostball.validation.measured.best_settings import best_cloth, best_cushion
+from ghostball.validation.measured.facts import FactRow, facts_of
 from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds, square_rebound
 from ghostball.validation.measured.rolling import deceleration
@@ -138,11 +138,11 @@ def throws() -> str:
     return table(("speed, cut", "measured", "`pool`", "largest throw of any friction"), rows)
 
 
-def _plus_minus(row: Row, digits: int) -> str:
+def _plus_minus(row: FactRow, digits: int) -> str:
     return f"{row.value:.{digits}f} ± {row.uncertainty:.{digits}f}"
 
 
-def _errors_off(row: Row, found: Iterable[float], digits: int) -> Iterable[str]:
+def _errors_off(row: FactRow, found: Iterable[float], digits: int) -> Iterable[str]:
     """Return each value, with its difference from the measurement in standard errors."""
     error = row.uncertainty
     assert error is not None

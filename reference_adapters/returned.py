@@ -1,6 +1,6 @@
 """Whether what an engine handed back can be measured: anyone's engine joins, so it is looked at.
 
-This is the one door: `run_engine` in `validation.runs.playing` lets nothing through unseen, and
+This is the one door: `run_engine` in `validation.runs.engine_runs` lets nothing through unseen, and
 whoever measures, prints or stores a result may rely on what is checked here. What a function
 returns is looked at whole where it becomes a result, whatever part of it is then asked for.
 """

@@ -11,7 +11,7 @@ from ghostball.reports import style
 from ghostball.validation.diagnose.attribution import Attribution
 from ghostball.validation.diagnose.contact_states import ContactFault
 from ghostball.validation.diagnose.explanation import Explanation
-from ghostball.validation.diagnose.on_the_way import differs_on_the_way
+from ghostball.validation.diagnose.motion_differences import differs_before_end
 from ghostball.validation.diagnose.wrong_factor import Factor
 
 SHOWN = 4
@@ -38,7 +38,7 @@ def reason_of(explanation: Explanation) -> str:
         )
     if found.outcome in ("rounding", "agrees"):
         step = found.ladder[0].step if found.ladder else 0.0
-        if differs := differs_on_the_way(explanation.result, explanation.known, step):
+        if differs := differs_before_end(explanation.result, explanation.known, step):
             return f"The final positions of {label} are right ({off}), but {differs}."
         return f"{label} is right: {off}, explained by rounding."
     if found.late is not None and found.outcome == "step":

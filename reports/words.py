@@ -6,7 +6,7 @@ import math
 from typing import Final
 
 from ghostball.reports import style
-from ghostball.validation.measured.family import Family
+from ghostball.validation.measured.figures import FigureFamily
 from ghostball.validation.results.store import CaseRecord, Results
 
 
@@ -48,7 +48,7 @@ LIKENESS_KEY: Final = (
 """How `likeness_cell` is read."""
 
 
-def likeness_cell(family: Family) -> str:
+def likeness_cell(family: FigureFamily) -> str:
     """Return how far an engine is off what was measured, a dash where it lacks it.
 
     By how many standard errors, typically and at most; where no error is known, how far typically,

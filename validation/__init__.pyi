@@ -9,7 +9,7 @@ from .scenes.library import find_scene as find_scene, scene_names as scene_names
 from .suite.plan import criteria_beside_paths as criteria_beside_paths
 from .suite.suite import (
     DEFAULT_ENGINES as DEFAULT_ENGINES,
-    Outcome as Outcome,
+    SuiteResult as SuiteResult,
     run_suite as run_suite,
 )
 from .truth.scene_truth import Truth as Truth, TruthError as TruthError, truth_of as truth_of

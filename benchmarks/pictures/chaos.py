@@ -13,7 +13,7 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reports import style
 from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.store import Results
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.rolling import rolling_spin
 from ghostball.validation.runs.sampling import events_of, union_times
 

@@ -12,9 +12,9 @@ What `[tool.ghostball]` in `pyproject.toml` says of engines, scenes and baseline
 Where the engine has accepted baselines (`ghostball regress`, `ghostball accept`), each scene that
 has one is compared with it, in the test `baseline`.
 
-What is asked is what `ghostball validate` asks of any engine (`validation.checks.law`), and the
-limits of the file of `--ghostball-criteria`. What an engine doesn't represent is skipped, and so is
-the end of a shot that errors of its size make unpredictable.
+The limits are those of `ghostball validate` for any engine (`validation.checks.requirements`), and
+those in the file of `--ghostball-criteria`. A scene that an engine doesn't support is skipped, and
+so is the end of a shot that errors of its size make unpredictable.
 
 Every pytest in the environment loads this module: without the option it does nothing, and it
 imports nothing but pytest.

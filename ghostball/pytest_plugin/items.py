@@ -23,21 +23,21 @@ from ghostball.reference_adapters.output import harmless
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_length
 from ghostball.reports.words import many
-from ghostball.validation.baselines import Gate, Played, compare_case
+from ghostball.validation.baselines import ComparedRun, Gate, compare_case
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.law import Asked
 from ghostball.validation.checks.metrics import METRICS
+from ghostball.validation.checks.requirements import Requirements
 from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.parallel.sources import is_ours
-from ghostball.validation.runs.playing import first_played, in_other_process
+from ghostball.validation.runs.engine_runs import first_played, in_other_process
 from ghostball.validation.runs.runner import check_limits
 from ghostball.validation.scenes.commands import regress as regress_command
 from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.conformance import (
     COMPLETES,
     EngineUnderTest,
-    Finding,
+    RequirementResult,
     SceneRun,
     asked_of,
     check_names,
@@ -195,10 +195,10 @@ class _Plan:
         fail_on = project.fail_on
         return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit, gate, fail_on)
 
-    def asked(self, scene: Scene) -> Asked:
+    def asked(self, scene: Scene) -> Requirements:
         return asked_of(self.engine, self.own[scene.name], self.for_all)
 
-    def run(self, scene: Scene, asked: Asked) -> SceneRun:
+    def run(self, scene: Scene, asked: Requirements) -> SceneRun:
         self.printed.clear()
         found = run_scene(
             self.engine,
@@ -312,7 +312,7 @@ class MetricItem(pytest.Item):
         if outcome.motion is None:
             pytest.skip(harmless(f"there is nothing to compare: {outcome.record.reason}"))
         plan = self.parent.plan
-        played = Played.of(outcome.record, outcome.motion)
+        played = ComparedRun.of(outcome.record, outcome.motion)
         change = compare_case(played, plan.gate, time_limit=plan.time_limit, fail_on=plan.fail_on)
         words = f"{change.change}: {change.summary}"
         if change.change in UNCOMPARED:
@@ -334,7 +334,7 @@ class MetricItem(pytest.Item):
             (name, value) for name, value in record.metrics.items() if value is not None
         ]
 
-    def _message(self, outcome: SceneRun, finding: Finding) -> str:
+    def _message(self, outcome: SceneRun, finding: RequirementResult) -> str:
         record = outcome.record
         lines = [finding.words, f"  scene     {record.scene}: {record.title}"]
         lines.append(f"  engine    {record.label}")

@@ -13,7 +13,7 @@ from ghostball.reports import style
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ghostball.validation.measured.fit.found import Fit
+    from ghostball.validation.measured.fit.fit_result import Fit
 
 _TITLES = {
     "rolling": "Rolling balls: deceleration",

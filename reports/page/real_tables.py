@@ -12,9 +12,13 @@ from ghostball.reports import style
 from ghostball.reports.page.chart import Series, draw, linear_axis
 from ghostball.reports.page.rendering import render
 from ghostball.reports.words import LIKENESS_KEY, likeness_cell
-from ghostball.validation.measured.likeness import Family, Likeness, Measured
+from ghostball.validation.measured.table_agreement import (
+    ComparedFigure,
+    FigureFamily,
+    TableAgreement,
+)
 from ghostball.validation.results.store import Results
-from ghostball.validation.suite.real_tables import load_likenesses
+from ghostball.validation.suite.real_tables import load_agreements
 
 SIGNS: Final = ("●", "■")
 """Of what was measured, one for each thing that a family has figures of."""
@@ -36,7 +40,7 @@ _OVER: Final = ("banks-pool", "cushion-snooker")
 
 def real_tables_html(results: Results) -> Markup:
     """Return a chart for each family of figures, and how far off each engine is."""
-    found = load_likenesses(results.path)
+    found = load_agreements(results.path)
     if not found:
         return Markup()
     charts = []
@@ -56,7 +60,7 @@ def real_tables_html(results: Results) -> Markup:
 
 
 def _table(
-    found: Sequence[Likeness], *, grades: bool
+    found: Sequence[TableAgreement], *, grades: bool
 ) -> tuple[list[str], list[tuple[str, list[tuple[str, str]]]]]:
     """Return heads and rows of the families that grade, or of those that don't."""
     heads = [family.short for family in found[0].families if family.grades == grades]
@@ -68,7 +72,7 @@ def _table(
 
 
 def _by_engine(
-    found: Sequence[Likeness], text_of: Callable[[Family], str]
+    found: Sequence[TableAgreement], text_of: Callable[[FigureFamily], str]
 ) -> list[tuple[str, list[tuple[str, str]]]]:
     """Return what is said of each engine, each text once, with the families that it is said of."""
     said = []
@@ -82,7 +86,7 @@ def _by_engine(
     return said
 
 
-def _settings(family: Family) -> str:
+def _settings(family: FigureFamily) -> str:
     return ", ".join(f"{name} = {_text(value)}" for name, value in family.settings.items())
 
 
@@ -90,7 +94,7 @@ def _text(value: str | float) -> str:
     return value if isinstance(value, str) else f"{value:.4g}"
 
 
-def _legend(results: Results, found: Sequence[Likeness]) -> list[tuple[str, str]]:
+def _legend(results: Results, found: Sequence[TableAgreement]) -> list[tuple[str, str]]:
     shown = [one for one in found if any(family.figures for family in one.families)]
     return [(one.label, _colour(results, one.label)) for one in shown]
 
@@ -100,13 +104,13 @@ def _colour(results: Results, label: str) -> str:
     return f"var(--engine-{labels.index(label)})" if label in labels else "var(--muted)"
 
 
-def _signs(family: Family) -> list[tuple[str, str]]:
+def _signs(family: FigureFamily) -> list[tuple[str, str]]:
     """Return which sign is of what, where a family has figures of several things."""
     things = list(_of_each(family.figures))
     return list(zip(SIGNS, things, strict=True)) if len(things) > 1 else []
 
 
-def _chart(results: Results, drawn: Sequence[tuple[str, Family]]) -> Markup:
+def _chart(results: Results, drawn: Sequence[tuple[str, FigureFamily]]) -> Markup:
     """Draw what was measured, with bars of two standard errors where known, and engines' curves."""
     family = drawn[0][1]
     series = [
@@ -131,7 +135,7 @@ def _chart(results: Results, drawn: Sequence[tuple[str, Family]]) -> Markup:
     )
 
 
-def _upwards(family: Family) -> Sequence[Measured]:
+def _upwards(family: FigureFamily) -> Sequence[ComparedFigure]:
     """Return the figures as they are drawn."""
     if family.name not in _OVER:
         return family.figures
@@ -147,7 +151,7 @@ def _upwards(family: Family) -> Sequence[Measured]:
     ]
 
 
-def _curve(label: str, colour: str, figures: Sequence[Measured]) -> Series:
+def _curve(label: str, colour: str, figures: Sequence[ComparedFigure]) -> Series:
     return Series(
         label,
         colour,
@@ -157,7 +161,7 @@ def _curve(label: str, colour: str, figures: Sequence[Measured]) -> Series:
     )
 
 
-def _bars(measured: Sequence[Measured]) -> list[Series]:
+def _bars(measured: Sequence[ComparedFigure]) -> list[Series]:
     return [
         Series(
             "two standard errors",
@@ -170,15 +174,15 @@ def _bars(measured: Sequence[Measured]) -> list[Series]:
     ]
 
 
-def _points(sign: str, measured: Sequence[Measured]) -> Series:
+def _points(sign: str, measured: Sequence[ComparedFigure]) -> Series:
     at, value = (np.array([getattr(one, name) for one in measured]) for name in ("at", "value"))
     titles = [": ".join(filter(None, (one.what, f"{one.value:.4g}"))) for one in measured]
     return Series("measured", "var(--ink)", at, value, marker=sign, line=False, titles=titles)
 
 
-def _of_each(figures: Sequence[Measured]) -> dict[str, list[Measured]]:
+def _of_each(figures: Sequence[ComparedFigure]) -> dict[str, list[ComparedFigure]]:
     """Return the figures of each thing, the first at each place: those at the smallest angle."""
-    found: dict[str, dict[float, Measured]] = {}
+    found: dict[str, dict[float, ComparedFigure]] = {}
     for one in figures:
         found.setdefault(one.what, {}).setdefault(one.at, one)
     return {what: list(places.values()) for what, places in found.items()}

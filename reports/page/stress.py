@@ -8,7 +8,14 @@ from ghostball.reports.page.rendering import render
 from ghostball.reports.words import many
 from ghostball.validation.results.store import Results, has_results
 from ghostball.validation.stress import FAMILIES, path_of
-from ghostball.validation.stress.tally import Tally, again, are_stress, sweeps, tallies, why_failed
+from ghostball.validation.stress.tally import (
+    FamilyTally,
+    again,
+    are_stress,
+    sweeps,
+    tallies,
+    why_failed,
+)
 
 FOLDER = "stress"
 """Where in a results folder a run of `ghostball stress` lies."""
@@ -32,7 +39,7 @@ def stress_html(results: Results) -> Markup:
         whole=run.state == "complete",
         labels=labels,
         tallies=found,
-        none=Tally(),
+        none=FamilyTally(),
         sweeps=sweeps(run.cases),
         families={name: FAMILIES[name] for name in families},
         path_of=path_of,

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.synthetic_tracks import POOL, synthetic_tracks, write_tracks
 from ghostball.model import Physics
-from ghostball.validation.measured.fit.lines import noise_of
+from ghostball.validation.measured.fit.curves import noise_of
 from ghostball.validation.measured.tracks import read_tracks
 
 PHYSICS = Physics(preset="pool")

@@ -22,7 +22,7 @@ from ghostball.engine import simulate
 from ghostball.engine.running.skips import Skip
 from ghostball.model import Ball, EventKind, ExactTrajectory, Physics, Result, Scene, Status, Table
 from ghostball.validation.baselines.baseline import Accepted, Baseline, load_baseline
-from ghostball.validation.baselines.played import Log, Played
+from ghostball.validation.baselines.compared_run import ComparedRun, EventLog
 from ghostball.validation.scenes.random_scenes import ASPECTS, random_scene
 
 FOUND = {
@@ -250,9 +250,11 @@ def test_a_baseline_of_a_random_scene_reads_back_the_same(tmp_path):
     for number in range(20):
         scene = random_scene(number, count="few", air="no", flight="no")
         result = plays.play(scene, "events")
-        record, log = gate.record_of(result, result.scene), Log.of(result.events)
+        record, log = gate.record_of(result, result.scene), EventLog.of(result.events)
         path = tmp_path / f"{record.scene}.json"
-        path.write_text(Baseline.of(Played(record, lambda log=log: log), accepted).text, "utf-8")
+        path.write_text(
+            Baseline.of(ComparedRun(record, lambda log=log: log), accepted).text, "utf-8"
+        )
         read = load_baseline(path)
         for name in ("definition", "status", "rest_time", "bits", "work"):
             assert getattr(read.record, name) == getattr(record, name), (number, name)

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from ghostball.cli import app
 from ghostball.model.cache_folder import cache_folder
-from ghostball.validation.baselines import Played, load_baseline
+from ghostball.validation.baselines import ComparedRun, load_baseline
 from ghostball.validation.baselines.baseline import Baseline
 from ghostball.validation.examples import stepper
 
@@ -292,7 +292,7 @@ def test_a_projects_baselines_are_compared_with(pytester):
     (path,) = pytester.path.glob("baselines/*/stop.json")
     old = load_baseline(path, path.parent.name)
     late = replace(old.record, rest_time=old.record.rest_time + 1.0)
-    moved = Baseline.of(Played(late, old.played.log), old.accepted, old.engine)
+    moved = Baseline.of(ComparedRun(late, old.played.log), old.accepted, old.engine)
     path.write_text(moved.text, "utf-8")
     result = run(pytester, "--ghostball")
     result.stdout.fnmatch_lines(["changed: *the run ended at *", "*ghostball regress stop -*"])

@@ -42,10 +42,10 @@ def try_all(folder: str, shots: Sequence[str], processor_limit: float, answers: 
 def faults_in(path: str) -> tuple[str, ...]:
     """Run a shot by its name on the engine that is found here, and judge it as a run would."""
     from ghostball.reference_adapters.registry import make_engine
-    from ghostball.validation.checks.law import asked_of
+    from ghostball.validation.checks.requirements import asked_of
     from ghostball.validation.checks.verdict import unfinished_text
     from ghostball.validation.scenes.library import find_scene
-    from ghostball.validation.stress import Size, chosen_shots
+    from ghostball.validation.stress import StressSize, chosen_shots
     from ghostball.validation.suite.case import plain_settings, run_case, truth_or_failure
     from ghostball.validation.suite.judge import Case
     from ghostball.validation.suite.plan import shipped_criteria
@@ -54,7 +54,7 @@ def faults_in(path: str) -> tuple[str, ...]:
         scene = find_scene(path.removeprefix("shipped/"))
         criteria = shipped_criteria(scene)
     else:
-        (shot,) = chosen_shots(Size(), [path])
+        (shot,) = chosen_shots(StressSize(), [path])
         scene, criteria = shot.scene, shot.criteria
     label = f"ghostball:max_events={MAX_EVENTS}"
     engine = make_engine(label)

@@ -13,7 +13,7 @@ from mutants import Mutation, faults_on, planted
 from mutations import MUTATIONS
 
 from ghostball.validation.scenes.library import scene_names
-from ghostball.validation.stress import Size, chosen_shots
+from ghostball.validation.stress import StressSize, chosen_shots
 
 ROOT = Path(__file__).parents[2]
 
@@ -30,7 +30,7 @@ def test_what_catches_a_bug_is_there():
     shipped = {name for name in wanted if name.startswith("shipped/")}
     assert shipped <= {f"shipped/{name}" for name in scene_names()}
     generated = sorted(wanted - shipped)
-    assert len(chosen_shots(Size(), generated)) == len(generated)
+    assert len(chosen_shots(StressSize(), generated)) == len(generated)
     for one in BY_TESTS:
         file, _, name = one.caught_by.partition("::")
         function = name.partition("[")[0].rpartition("::")[2]

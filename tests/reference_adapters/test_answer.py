@@ -10,7 +10,7 @@ from ghostball import Scene
 from ghostball.model import EngineFailedError, EventKind, Status
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import plays
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.engine_runs import run_engine
 
 
 def test_all_forms_of_an_answer_are_the_same_result():

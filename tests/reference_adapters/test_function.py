@@ -14,7 +14,7 @@ from ghostball.model.features import Feature
 from ghostball.reference_adapters import EngineError, make_engine, plays
 from ghostball.reference_adapters.base import resolution_of_step
 from ghostball.reference_adapters.function import engine_of, name_of_function
-from ghostball.validation.runs.playing import in_other_process, run_engine
+from ghostball.validation.runs.engine_runs import in_other_process, run_engine
 
 
 def test_a_function_is_named_as_its_module_unless_it_has_a_name_of_its_own():

@@ -11,7 +11,7 @@ from ghostball.model import COLLISION_KINDS, Ball, EventKind, Scene
 from ghostball.reference_adapters.certified.laws import Laws, from_contact_frame, to_contact_frame
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.validation.grading.slope import Slope
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.sampling import events_of
 
 # No balls overlap at an early contact, so that the motion can go on as that of another scene. To

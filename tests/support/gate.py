@@ -16,7 +16,7 @@ from ghostball.model.hashes import bits_hash, sequence_hash
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.baselines.baseline import KEPT_EVENTS, Accepted
 from ghostball.validation.baselines.compare import compare
-from ghostball.validation.baselines.played import Log, Played
+from ghostball.validation.baselines.compared_run import ComparedRun, EventLog
 from ghostball.validation.baselines.regression import Regression, SceneChange
 from ghostball.validation.baselines.rounding import Allowance, allowance_of
 from ghostball.validation.results.records import Accuracy, CaseRecord, status_name
@@ -62,24 +62,24 @@ def record_of(result: Result, scene: Scene, **changes: Any) -> CaseRecord:
     return record(OURS, scene, **(fields | changes))
 
 
-def played(scene: Scene, *, like: Scene | None = None, **changes: Any) -> Played:
+def played(scene: Scene, *, like: Scene | None = None, **changes: Any) -> ComparedRun:
     """Return what our engine does in a scene; as if it were in that scene `like`."""
     result = simulate(scene, record="events")
-    log = Log.of(events_of(result))
-    return Played(record_of(result, like or scene, **changes), lambda: log)
+    log = EventLog.of(events_of(result))
+    return ComparedRun(record_of(result, like or scene, **changes), lambda: log)
 
 
-def having(run: Played, **changes: Any) -> Played:
+def having(run: ComparedRun, **changes: Any) -> ComparedRun:
     """Return a run whose record has other values."""
-    return Played(replace(run.record, **changes), run.log)
+    return ComparedRun(replace(run.record, **changes), run.log)
 
 
-def off(run: Played, error: float, kind: Any = "millimetres") -> Played:
+def off(run: ComparedRun, error: float, kind: Any = "millimetres") -> ComparedRun:
     """Return a run that is so far from the reference result [m]."""
     return having(run, accuracy=Accuracy(kind, error=error))
 
 
-def compared(base: Played, head: Played, scene: Scene) -> SceneChange:
+def compared(base: ComparedRun, head: ComparedRun, scene: Scene) -> SceneChange:
     """Compare two runs with what rounding explains in a scene."""
     return compare(base, head, lambda: allowance_of(scene))
 
@@ -94,21 +94,21 @@ def long_log(count: int) -> Events:
     return log(*((k + 1.0, EventKind.BALL_BALL, 0, 1) for k in range(count)))
 
 
-def with_events(run: Played, events: Events) -> Played:
+def with_events(run: ComparedRun, events: Events) -> ComparedRun:
     """Return a run with other events and their hashes."""
     assert run.record.rest_positions is not None
     bits = bits_hash(events, run.record.rest_positions)
-    return Played(replace(run.record, bits=bits), lambda: Log.of(events))
+    return ComparedRun(replace(run.record, bits=bits), lambda: EventLog.of(events))
 
 
-def as_accepted(run: Played) -> Played:
+def as_accepted(run: ComparedRun) -> ComparedRun:
     """Return a run as a baseline holds it: the first events only."""
     events = run.log().events
-    kept = Log(events[:KEPT_EVENTS], len(events), sequence_hash(events))
-    return Played(run.record, lambda: kept)
+    kept = EventLog(events[:KEPT_EVENTS], len(events), sequence_hash(events))
+    return ComparedRun(run.record, lambda: kept)
 
 
-def at_rest(run: Played, positions: Sequence[Sequence[float]]) -> Played:
+def at_rest(run: ComparedRun, positions: Sequence[Sequence[float]]) -> ComparedRun:
     """Return a run that ends at other places [m]."""
     places = np.array(positions, dtype=np.float64)
     return having(run, rest_positions=places, bits=bits_hash(run.log().events, places))

@@ -11,7 +11,12 @@ from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.horizon import GRID, horizon
-from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
+from ghostball.validation.grading.tolerances import (
+    LARGEST_GROWTH_RATIO,
+    ROUNDINGS,
+    TOLERANCE,
+    UNIT_ROUNDOFF,
+)
 
 
 def self_reported_growth(result: Result, proof: Certificate, until: float = math.inf) -> list[str]:
@@ -33,9 +38,9 @@ def self_reported_growth(result: Result, proof: Certificate, until: float = math
     least, said, most = (
         min(known, end, ends)
         for known in (
-            horizon(growth, TOLERANCE / OFF_BY, error),
+            horizon(growth, TOLERANCE / LARGEST_GROWTH_RATIO, error),
             result.horizon(TOLERANCE, error),
-            horizon(growth, TOLERANCE * OFF_BY, error),
+            horizon(growth, TOLERANCE * LARGEST_GROWTH_RATIO, error),
         )
     )
     faults = []
@@ -46,7 +51,7 @@ def self_reported_growth(result: Result, proof: Certificate, until: float = math
     longest = int(np.argmax(np.diff(marks, append=most)))
     t = float(np.mean(marks[longest : longest + 2]))
     right, claimed = growth.sizes([t])[0], result.sensitivity([t])[0]
-    agree = (claimed <= OFF_BY * right) & (right <= OFF_BY * claimed)
+    agree = (claimed <= LARGEST_GROWTH_RATIO * right) & (right <= LARGEST_GROWTH_RATIO * claimed)
     differing = ~agree & (right > 0.0)
     if np.any(differing):
         k = int(np.argmax(differing))

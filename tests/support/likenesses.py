@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from ghostball.validation.measured.family import Family, Likeness, Measured
-from ghostball.validation.suite.real_tables import LikenessWriter
+from ghostball.validation.measured.figures import ComparedFigure, FigureFamily, TableAgreement
+from ghostball.validation.suite.real_tables import AgreementWriter
 
 
-def family(name: str, off: float | str, *, grades: bool = True) -> Family:
+def family(name: str, off: float | str, *, grades: bool = True) -> FigureFamily:
     """Return a family of three figures that are so much off, or that is lacking, as said."""
     figures = ()
     if not isinstance(off, str):
         figures = tuple(
-            Measured(at=at, value=0.5, error=0.1, played=0.5 + 0.1 * off) for at in (0.5, 1.0, 1.5)
+            ComparedFigure(at=at, value=0.5, error=0.1, played=0.5 + 0.1 * off)
+            for at in (0.5, 1.0, 1.5)
         )
-    return Family(
+    return FigureFamily(
         name=name,
         short=name,
         title=name.title(),
@@ -31,14 +32,16 @@ def family(name: str, off: float | str, *, grades: bool = True) -> Family:
     )
 
 
-def likeness(label: str, **off: float | str) -> Likeness:
+def likeness(label: str, **off: float | str) -> TableAgreement:
     """Return what an engine makes of families of these names."""
-    return Likeness(label=label, families=tuple(family(name, one) for name, one in off.items()))
+    return TableAgreement(
+        label=label, families=tuple(family(name, one) for name, one in off.items())
+    )
 
 
-def keep_likenesses(folder: Path, found: Iterable[Likeness]) -> None:
+def keep_likenesses(folder: Path, found: Iterable[TableAgreement]) -> None:
     """Store them, as a run would."""
-    writer = LikenessWriter(folder)
+    writer = AgreementWriter(folder)
     writer.begin({})
     for one in found:
         writer.write(one)

@@ -2,14 +2,14 @@
 
 from ghostball.validation.baselines import (
     FirstDifference,
-    Quantity,
     Regression,
     SceneChange,
+    ValueChange,
 )
 
 
 def quantity(name="events", *, unit="1", base=10, head=12):
-    return Quantity(name=name, unit=unit, base=base, head=head)
+    return ValueChange(name=name, unit=unit, base=base, head=head)
 
 
 def unchanged(scene="stop", **changes):

@@ -13,9 +13,9 @@ from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.checks.law import Asked, asked_of
+from ghostball.validation.checks.requirements import Requirements, asked_of
 from ghostball.validation.results.records import CaseRecord, Check
-from ghostball.validation.stress import Shot, Size, chosen_shots, path_of
+from ghostball.validation.stress import StressShot, StressSize, chosen_shots, path_of
 from ghostball.validation.suite.case import blank_record, plain_settings, run_case
 from ghostball.validation.suite.judge import Case, judge
 from ghostball.validation.truth.scene_truth import Truth, truth_of
@@ -59,7 +59,7 @@ def judged(scene: Scene, criteria: Criteria | None = None, *, reference: bool = 
 
 
 def checks_on(
-    engine: ReferenceEngine, result: Result, truth: Truth, asked: Asked
+    engine: ReferenceEngine, result: Result, truth: Truth, asked: Requirements
 ) -> tuple[Check, ...]:
     """Return what is asked of an engine, judged on a run of it that was made already."""
     case = Case(result.scene, engine.name, truth, asked, keeps_motion=False)
@@ -85,7 +85,7 @@ def _reference(truth: Truth) -> tuple[Literal["whole", "ambiguous", "part", "non
     return ("ambiguous" if proof.ending == "ambiguous" else "part"), proof.reason
 
 
-def stress_shots(size: Size, *families: str) -> Iterator[tuple[str, Shot]]:
+def stress_shots(size: StressSize, *families: str) -> Iterator[tuple[str, StressShot]]:
     """Yield generated shots with their names."""
     for shot in chosen_shots(size, families):
         yield path_of(shot.scene.name), shot

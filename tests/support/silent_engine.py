@@ -7,7 +7,7 @@ import numpy as np
 from ghostball.model import EventKind, Scene
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import plays
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.sampling import events_of
 
 PLAYED = (Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.BALL_RESTITUTION)

@@ -8,15 +8,15 @@ from ghostball.model import Scene
 from ghostball.reference_adapters import ReferenceEngine, make_engine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion, StepRule
-from ghostball.validation.checks.law import CLAIMS, Asked
+from ghostball.validation.checks.requirements import CLAIMS, Requirements
 from ghostball.validation.checks.step_limits import step_criteria
 from ghostball.validation.suite.case import plain_settings
 from ghostball.validation.truth.scene_truth import truth_of
 
 
-def asked_of_all(criteria: Sequence[Criterion], rule: StepRule | None = None) -> Asked:
+def asked_of_all(criteria: Sequence[Criterion], rule: StepRule | None = None) -> Requirements:
     """Return that these criteria are asked, whatever an engine claims, and no law."""
-    return Asked(dict.fromkeys(CLAIMS, tuple(criteria)), rule=rule)
+    return Requirements(dict.fromkeys(CLAIMS, tuple(criteria)), rule=rule)
 
 
 def criteria_of_step(scene: Scene, engine: ReferenceEngine) -> tuple[Criterion, ...]:

@@ -19,13 +19,13 @@ from ghostball.validation.baselines.accept import (
 )
 from ghostball.validation.baselines.baseline import load_baseline
 from ghostball.validation.baselines.compare import compare
+from ghostball.validation.baselines.compared_run import ComparedRun
 from ghostball.validation.baselines.gate import Gate, compare_case, compare_results
-from ghostball.validation.baselines.played import Played
 from ghostball.validation.baselines.regression import (
     FirstDifference,
-    Quantity,
     Regression,
     SceneChange,
+    ValueChange,
     load_regression,
     load_regressions,
     save_regressions,
@@ -35,15 +35,15 @@ from ghostball.validation.baselines.revision import RevisionError
 __all__ = [
     "AcceptError",
     "Acceptance",
+    "ComparedRun",
     "FirstDifference",
     "Gate",
     "NothingToAcceptError",
-    "Played",
-    "Quantity",
     "RefusedError",
     "Regression",
     "RevisionError",
     "SceneChange",
+    "ValueChange",
     "accept",
     "compare",
     "compare_case",

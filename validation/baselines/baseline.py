@@ -29,8 +29,8 @@ from ghostball.model import EVENT_DTYPE, EventKind, Events, GhostballError
 from ghostball.model.hashes import bits_hash
 from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.registry import OURS, engine_name, parse_spec, spec_of
-from ghostball.validation.baselines.played import Log, Played
-from ghostball.validation.baselines.regression import Model
+from ghostball.validation.baselines.compared_run import ComparedRun, EventLog
+from ghostball.validation.baselines.regression import StrictModel
 from ghostball.validation.results.files import describe_validation_error
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.suite.unchanged import hash_of
@@ -76,7 +76,7 @@ Row = tuple[Annotated[float, Field(allow_inf_nan=False)], Kind, Ball, Ball]
 """An event, as in `EVENT_DTYPE`: time [s], kind, first ball, second ball or obstacle or -1."""
 
 
-class Accepted(Model):
+class Accepted(StrictModel):
     """Date, code revision, platform and reason of an acceptance."""
 
     date: str
@@ -85,7 +85,7 @@ class Accepted(Model):
     reason: Name
 
 
-class FirstEvents(Model):
+class FirstEvents(StrictModel):
     """The number of events of a shot, the hash of their order, and the first events."""
 
     count: int = Field(ge=0)
@@ -93,20 +93,20 @@ class FirstEvents(Model):
     first: tuple[Row, ...] = Field(max_length=KEPT_EVENTS)
 
     @classmethod
-    def of(cls, log: Log) -> FirstEvents:
+    def of(cls, log: EventLog) -> FirstEvents:
         """Return the part of a log that a baseline stores."""
         rows = log.events[:KEPT_EVENTS].tolist()
         first = tuple((t, EventKind(kind).label, a, b) for t, kind, a, b in rows)
         return cls.model_validate({"count": log.count, "sequence": log.sequence, "first": first})
 
     @property
-    def log(self) -> Log:
+    def log(self) -> EventLog:
         """The events, in the form that `compare` needs."""
         events: Events = np.array([*self.first], dtype=EVENT_DTYPE)
-        return Log(events, self.count, self.sequence)
+        return EventLog(events, self.count, self.sequence)
 
 
-class Baseline(Model):
+class Baseline(StrictModel):
     """The accepted result of one scene; the module lists the fields."""
 
     schema_version: Literal[4] = Field(default=SCHEMA, alias="schema")
@@ -140,7 +140,7 @@ class Baseline(Model):
         return self
 
     @classmethod
-    def of(cls, played: Played, accepted: Accepted, engine: str = OURS) -> Baseline:
+    def of(cls, played: ComparedRun, accepted: Accepted, engine: str = OURS) -> Baseline:
         """Return the baseline that accepts a run.
 
         `engine`: see `engine_key`.
@@ -150,9 +150,9 @@ class Baseline(Model):
         return made.model_copy(update={"hash": _hash_in(made.plain)})
 
     @property
-    def played(self) -> Played:
+    def played(self) -> ComparedRun:
         """The accepted run, in the form that `compare` needs."""
-        return Played(self.record, lambda: self.events.log)
+        return ComparedRun(self.record, lambda: self.events.log)
 
     @property
     def plain(self) -> dict[str, Any]:

@@ -45,8 +45,13 @@ from typing import Any
 import numpy as np
 
 from ghostball.model import Scene
-from ghostball.validation.baselines.played import Log, MotionNotKeptError, Played
-from ghostball.validation.baselines.regression import Answer, FirstDifference, Quantity, SceneChange
+from ghostball.validation.baselines.compared_run import ComparedRun, EventLog, MotionNotKeptError
+from ghostball.validation.baselines.regression import (
+    Answer,
+    FirstDifference,
+    SceneChange,
+    ValueChange,
+)
 from ghostball.validation.baselines.rounding import Allowance
 from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.grading.event_logs import ALL_KINDS, Event, compare_logs, events_in
@@ -65,7 +70,10 @@ Pair = tuple[Event | None, Event | None]
 
 
 def compare(
-    base: Played, head: Played, allowance: Callable[[], Allowance] | None = None, command: str = ""
+    base: ComparedRun,
+    head: ComparedRun,
+    allowance: Callable[[], Allowance] | None = None,
+    command: str = "",
 ) -> SceneChange:
     """Compare a result with an earlier one of the same scene, or with one of another engine.
 
@@ -216,14 +224,14 @@ def _numbers(one: CaseRecord, two: CaseRecord) -> dict[str, Any]:
     }
 
 
-def _moved(name: str, unit: str, base: Any, head: Any) -> Quantity | None:
+def _moved(name: str, unit: str, base: Any, head: Any) -> ValueChange | None:
     """Return a quantity if its values differ; two NaN count as equal."""
     before, after = base.get(name), head.get(name)
     if before == after or (
         None not in (before, after) and math.isnan(before) and math.isnan(after)
     ):
         return None
-    return Quantity(name=name, unit=unit, base=before, head=after)
+    return ValueChange(name=name, unit=unit, base=before, head=after)
 
 
 def _places(case: CaseRecord) -> tuple[tuple[float, ...], ...] | None:
@@ -231,7 +239,7 @@ def _places(case: CaseRecord) -> tuple[tuple[float, ...], ...] | None:
     return None if positions is None else tuple(map(tuple, positions.tolist()))
 
 
-def _apart(before: Log, after: Log, explained: Allowance | None) -> Pair | None:
+def _apart(before: EventLog, after: EventLog, explained: Allowance | None) -> Pair | None:
     """Return the first event, up to the horizon, that rounding doesn't explain.
 
     For two different engines, whose times always differ: the first collision that only one has.
@@ -262,7 +270,7 @@ def _time_of(pair: Pair) -> float:
     return min(one.t for one in pair if one is not None)
 
 
-def _by_collisions(before: Log, after: Log, horizon: float) -> Answer:
+def _by_collisions(before: EventLog, after: EventLog, horizon: float) -> Answer:
     """Return the answer without a reference result, by the collisions before the horizon."""
     parting = compare_logs(events_in(before.events), events_in(after.events)).parting
     until = min(before.until, after.until)
@@ -272,7 +280,7 @@ def _by_collisions(before: Log, after: Log, horizon: float) -> Answer:
 
 
 def _end_moved(
-    one: CaseRecord, before: Log, two: CaseRecord, after: Log, explained: Allowance
+    one: CaseRecord, before: EventLog, two: CaseRecord, after: EventLog, explained: Allowance
 ) -> bool:
     """Return True if rounding doesn't explain the difference of the ends, up to the horizon."""
     if one.status != two.status:
@@ -287,7 +295,7 @@ def _end_moved(
     return bool(np.any(~(_distances(one, two) <= explained.rest)))
 
 
-def _first_bits(before: Log, after: Log) -> Pair | None:
+def _first_bits(before: EventLog, after: EventLog) -> Pair | None:
     """Return the first event that differs in any bit; None if no kept event differs."""
     base, head = (events_in(one.events, ALL_KINDS) for one in (before, after))
     for k in range(max(len(base), len(head))):

@@ -38,7 +38,7 @@ from ghostball.validation.baselines.baseline import (
     load_baseline,
 )
 from ghostball.validation.baselines.compare import compare
-from ghostball.validation.baselines.played import Log, Played
+from ghostball.validation.baselines.compared_run import ComparedRun, EventLog
 from ghostball.validation.baselines.regression import (
     UNCOMPARED,
     Change,
@@ -60,7 +60,7 @@ from ghostball.validation.parallel.sources import (
 from ghostball.validation.results.environment import describe_environment, git_state
 from ghostball.validation.results.records import CaseRecord, Check, status_name
 from ghostball.validation.results.store import Results
-from ghostball.validation.runs.playing import in_other_process, run_engine, run_ours
+from ghostball.validation.runs.engine_runs import in_other_process, run_engine, run_ours
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.gases import many_balls
@@ -161,7 +161,7 @@ def compare_results(
 
 
 def compare_case(
-    played: Played, gate: Gate, *, time_limit: float | None = None, fail_on: FailOn = "changed"
+    played: ComparedRun, gate: Gate, *, time_limit: float | None = None, fail_on: FailOn = "changed"
 ) -> SceneChange:
     """Compare one run of an engine with its baseline.
 
@@ -180,7 +180,7 @@ def playing_again(label: str, time_limit: float | None = None) -> Iterator[PlayA
 
     `label`: the engine with its settings.
     `time_limit` [s]: for each scene, for engines other than Ghostball's; see
-        `runs.playing.in_other_process`.
+        `runs.engine_runs.in_other_process`.
     """
     with in_other_process(make_engine(label), time_limit) as engine:
 
@@ -218,14 +218,14 @@ def _scenes_of(results: Results, label: str, *, whole: bool) -> Iterator[str]:
     yield from (scene.name for scene in many_balls() if whole and label == OURS)
 
 
-def played_in(results: Results, gate: Gate, scene: str) -> Played:
+def played_in(results: Results, gate: Gate, scene: str) -> ComparedRun:
     """Return the run of an engine in a compared scene; shots with many balls run again.
 
     Raises `GhostballError` if the results hold no run of the scene.
     """
     case = results.case(scene, gate.label)
     if case is not None:
-        return Played.stored(results, case)
+        return ComparedRun.stored(results, case)
     shot = next((one for one in many_balls() if one.name == scene), None)
     if shot is None or gate.label != OURS:
         raise GhostballError(
@@ -235,14 +235,14 @@ def played_in(results: Results, gate: Gate, scene: str) -> Played:
     return _many_ball_run(shot)
 
 
-def _many_ball_run(scene: Scene) -> Played:
+def _many_ball_run(scene: Scene) -> ComparedRun:
     """Return the run of a shot with many balls on Ghostball's engine, or the failure."""
     record = blank_record(Case(scene, OURS, TruthFailure("", "")))
     try:
         result = run_ours(scene, "events")
         check_result(result, scene, OURS, "events")
     except Exception as error:  # reported with its scene, like a failure in any other shot
-        return Played.of(failed(record, f"{type(error).__name__}: {error}"), None)
+        return ComparedRun.of(failed(record, f"{type(error).__name__}: {error}"), None)
     events = events_of(result)
     record = replace(
         record,
@@ -253,7 +253,7 @@ def _many_ball_run(scene: Scene) -> Played:
         bits=bits_hash(events, result.rest_positions),
         work={name: int(count) for name, count in result.work.items()},
     )
-    return Played(record, lambda: Log.of(events))
+    return ComparedRun(record, lambda: EventLog.of(events))
 
 
 def _judged(
@@ -268,7 +268,7 @@ def _judged(
 
 
 def _compare(
-    played: Played, gate: Gate, environment: Mapping[str, Any], play_again: PlayAgain
+    played: ComparedRun, gate: Gate, environment: Mapping[str, Any], play_again: PlayAgain
 ) -> tuple[SceneChange, list[str]]:
     """Return the change of a scene, and warnings."""
     record, path = played.record, baseline_path(gate.folder, played.record.scene)
@@ -317,7 +317,7 @@ def _compare(
     return found, warnings
 
 
-def _is_finite(played: Played) -> bool:
+def _is_finite(played: ComparedRun) -> bool:
     """Return True if all numbers of a run are finite; otherwise it can't be compared."""
     record = played.record
     numbers = (record.rest_time, *record.metrics.values())

@@ -50,11 +50,11 @@ LENIENT: Final[dict[FailOn, str]] = {
 """Sentences in the output of the less strict choices."""
 
 
-class Model(BaseModel, frozen=True, extra="forbid", populate_by_name=True):
+class StrictModel(BaseModel, frozen=True, extra="forbid", populate_by_name=True):
     """Base class of stored parts of a comparison or baseline; unknown fields are refused."""
 
 
-class FirstDifference(Model):
+class FirstDifference(StrictModel):
     """The first event that differs.
 
     `index` counts events from 0; `words` describes the difference in one sentence, with ball ids.
@@ -65,7 +65,7 @@ class FirstDifference(Model):
     words: str
 
 
-class Quantity(Model):
+class ValueChange(StrictModel):
     """A metric or a work counter that differs; None on a side where it has no value."""
 
     name: str
@@ -80,7 +80,7 @@ class Quantity(Model):
         return f"{self.name} {base} -> {head}" + ("" if self.unit == "1" else f" {self.unit}")
 
 
-class SceneChange(Model):
+class SceneChange(StrictModel):
     """The change of one scene.
 
     `label`: the engine, or both engines of a comparison of two; "" in a comparison with baselines.
@@ -107,8 +107,8 @@ class SceneChange(Model):
     first_difference: FirstDifference | None = None
     base_error: float | None = None
     head_error: float | None = None
-    metrics: tuple[Quantity, ...] = ()
-    counters: tuple[Quantity, ...] = ()
+    metrics: tuple[ValueChange, ...] = ()
+    counters: tuple[ValueChange, ...] = ()
     base_hash: str = ""
     head_hash: str = ""
     rest_base: tuple[tuple[float, float, float], ...] | None = None
@@ -148,7 +148,7 @@ class SceneChange(Model):
         return self.moved and bool(self.head_hash) and self.change != "not-deterministic"
 
 
-class Regression(Model):
+class Regression(StrictModel):
     """A comparison of all scenes of an engine with their baselines.
 
     `label`: the engine with its settings, as the user wrote it.

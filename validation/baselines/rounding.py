@@ -15,15 +15,20 @@ import numpy as np
 from ghostball.model import Events, Scene, UnsupportedSceneError
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.registry import OURS, make_engine
-from ghostball.validation.baselines.played import Played
+from ghostball.validation.baselines.compared_run import ComparedRun
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
 from ghostball.validation.grading.horizon import Growth, RunGrowth, extent_of, horizon
-from ghostball.validation.grading.tolerances import OFF_BY, ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
-from ghostball.validation.runs.ladder import step_of
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.grading.tolerances import (
+    LARGEST_GROWTH_RATIO,
+    ROUNDINGS,
+    TOLERANCE,
+    UNIT_ROUNDOFF,
+)
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.runs.time_steps import step_of
 from ghostball.validation.truth.proof import proof_of
 
 UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
@@ -70,7 +75,7 @@ class Allowance:
         return f"the allowance for rounding is from {_SOURCES[self.source]}"
 
 
-def allowance(played: Played) -> Allowance:
+def allowance(played: ComparedRun) -> Allowance:
     """Return the differences that rounding explains in a run of any engine."""
     record = played.record
     scene = record.load_scene()
@@ -162,5 +167,5 @@ def _believed_until(own: Growth, growth: Growth, times: FloatArray) -> float:
     ours, right = (
         np.maximum.accumulate(sizes, axis=0) for sizes in (own.sizes(looks), growth.sizes(looks))
     )
-    beyond = np.flatnonzero((ours[:-1] > OFF_BY * right[1:]).any(axis=1))
+    beyond = np.flatnonzero((ours[:-1] > LARGEST_GROWTH_RATIO * right[1:]).any(axis=1))
     return float(starts[beyond[0]]) if len(beyond) else math.inf

@@ -42,7 +42,7 @@ from ghostball.validation.runs.sampling import (
 )
 from ghostball.validation.truth.scene_truth import Truth
 
-UP_TO: Final[Mapping[AccuracyKind, float]] = {
+LARGEST_ERROR: Final[Mapping[AccuracyKind, float]] = {
     "nanometres": 1e-6,
     "micrometres": 1e-3,
     "millimetres": 1e-2,
@@ -57,7 +57,7 @@ A ball with 1 % more energy rolls 1 % farther, which shows in its rest position;
 no physical cause. The same share is allowed for changes of velocity without a cause.
 """
 
-THROUGH: Final = 1.0
+PASSED_THROUGH: Final = 1.0
 """Overlap, in radii of the smallest ball, above which balls count as having passed through each
 other.
 
@@ -95,7 +95,7 @@ def accuracy_of(result: Result, truth: Truth, *, resolution: Resolution = 0.0) -
 
 def kind_of(error: float) -> AccuracyKind:
     """Return the class of an error [m] that is larger than rounding."""
-    return next(kind for kind, most in UP_TO.items() if error < most or math.isinf(most))
+    return next(kind for kind, most in LARGEST_ERROR.items() if error < most or math.isinf(most))
 
 
 def _at_the_horizon(result: Result, truth: Truth, within: Gradable) -> Accuracy:
@@ -153,7 +153,7 @@ def _broken(result: Result, resolution: Resolution) -> tuple[BrokenBy, float | N
         return "energy", gain / first if first > 0.0 else math.inf
     if len(result.scene.balls) > 1:
         overlap = largest_overlap(result)
-        if overlap > THROUGH * float(np.min(result.scene.radii)):
+        if overlap > PASSED_THROUGH * float(np.min(result.scene.radii)):
             return "overlap", overlap
     jump = largest_jump(result, resolution, share=BROKEN_SHARE * first)
     if jump > 0.0:

@@ -29,7 +29,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.grading.tolerances import CONTACT_STEP, EPS
 from ghostball.validation.runs.sampling import energy_series, energy_times, events_of
 
-_ROLLS = 1e-12
+_ROLLING_SLIP = 1e-12
 """Slip of a rolling ball that counts as rounding, in units of its speed."""
 
 _VERTICAL_ROUNDING = 1e-12
@@ -156,7 +156,7 @@ def cloth_takes(scene: Scene, before: Samples, after: Samples, durations: FloatA
     if scene.physics.motion == "sliding":
         change = np.linalg.norm((after.velocities - before.velocities)[..., :2], axis=2)
         slowed = scene.rolling_frictions * scene.physics.gravity * durations[:, np.newaxis]
-        slips = _cloth(scene, after)[2] > _ROLLS * np.linalg.norm(after.velocities, axis=2)
+        slips = _cloth(scene, after)[2] > _ROLLING_SLIP * np.linalg.norm(after.velocities, axis=2)
         power *= slips | (change <= 1.001 * slowed)
     least: FloatArray = np.minimum(undisturbed, durations * np.sum(power, axis=1))
     return least
@@ -186,7 +186,7 @@ def _powers(scene: Scene, states: Samples) -> FloatArray:
     """Return the power that the cloth dissipates for each ball, (k, n) [W]."""
     velocity, _, slip_speed, slides_by, rolls_by = _cloth(scene, states)
     rolls = 1.4 * rolls_by * np.linalg.norm(velocity, axis=2)
-    slips = slip_speed > _ROLLS * np.linalg.norm(velocity, axis=2)
+    slips = slip_speed > _ROLLING_SLIP * np.linalg.norm(velocity, axis=2)
     powers: FloatArray = scene.masses * np.where(slips, slides_by * slip_speed, rolls)
     return powers
 

@@ -14,7 +14,7 @@ from ghostball.model import ExactTrajectory, Result
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import ReferenceEngine, Resolution
 from ghostball.reference_adapters.certified import Certificate
-from ghostball.validation.grading.certified_growth import Rounding
+from ghostball.validation.grading.certified_growth import RoundingEffects
 from ghostball.validation.grading.grading import Grade, grade
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
@@ -77,7 +77,7 @@ class RunAndTruth:
         return self.known("proof", self.truth.certificate)
 
     @property
-    def rounding(self) -> Rounding:
+    def rounding(self) -> RoundingEffects:
         """The effect of rounding on the times of the certified events and on the energy."""
         return self.known("proof", self.truth.rounding)
 

@@ -75,7 +75,7 @@ def choose_metrics(patterns: Sequence[str]) -> tuple[str, ...]:
 
 
 @dataclass
-class Measured:
+class CaseMetrics:
     """Metrics of one case.
 
     `values`: by name, one for each requested metric, in the order of `METRICS`.
@@ -128,7 +128,7 @@ def measure(
     resolution: Resolution = 0.0,
     include_past_horizon: Collection[str] = (),
     engine: ReferenceEngine | None = None,
-) -> Measured:
+) -> CaseMetrics:
     """Measure a run recorded with `record="trajectory"` against the reference of its scene.
 
     `metrics`: names of the metrics to compute; default: all that aren't measured only on demand.
@@ -139,7 +139,7 @@ def measure(
     `include_past_horizon`: metrics that have a value even after the horizon.
     `engine`: simulates the second shot of relations; without it they have no value.
     """
-    measured = Measured()
+    measured = CaseMetrics()
     wanted = frozenset(USUAL if metrics is None else metrics)
     beyond = truth.rest_time is not None and horizon < truth.rest_time
     run = RunAndTruth(result, truth, horizon, resolution, engine)

@@ -21,11 +21,11 @@ from ghostball.validation.checks.metric import (
     RunIncompleteError,
 )
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
-from ghostball.validation.runs.playing import run_engine, run_ours
+from ghostball.validation.runs.engine_runs import run_engine, run_ours
 
 RELATIONS: Final = MetricGroup()
 
-BACK = 1e-3
+RETURN_DISTANCE = 1e-3
 """Largest distance from the start that counts as a return, in radii of the smallest ball."""
 
 _IMAGES: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "right"}
@@ -122,7 +122,7 @@ def _way_back(run: RunAndTruth) -> tuple[float, float]:
     if turn <= 0.0:
         raise NotMeasuredError("nothing moves")
     rounding = rounding_of_way_back(scene, turn)
-    if ROUNDINGS * rounding > BACK * float(np.min(scene.radii)):
+    if ROUNDINGS * rounding > RETURN_DISTANCE * float(np.min(scene.radii)):
         raise NotMeasuredError("rounding alone keeps the reversed shot from returning to its start")
     try:
         back = begun_at_end(result, turn, -1.0)

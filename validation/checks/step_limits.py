@@ -84,7 +84,7 @@ from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.results.quantities import scaled
 from ghostball.validation.results.records import INTEGRATION
-from ghostball.validation.runs.ladder import step_of
+from ghostball.validation.runs.time_steps import step_of
 from ghostball.validation.truth.scene_truth import Truth
 
 STEP_METRICS = frozenset(
@@ -108,13 +108,13 @@ STEP_METRICS = frozenset(
 )
 """Metrics on which a limit may be computed."""
 
-_ONLY_IF_REPORTED = ("phase_time_error", "early_path_error", "first_landing_error")
+_OPTIONAL_METRICS = ("phase_time_error", "early_path_error", "first_landing_error")
 """Metrics of events or motions that an engine may leave out of its results."""
 
-_JUST_BEFORE = 1e-9
+_LANDING_LEAD = 1e-9
 """Time before a landing at which the velocity is sampled, relative to the time of the landing."""
 
-LEAST = 1e-12
+LEAST_LIMIT = 1e-12
 """Error allowed at any time step [m], [s]: the roundings of some thousand steps."""
 
 SLIDING_NOISE = 1e-6
@@ -153,7 +153,7 @@ def step_criteria(
             metric=metric,
             reason=reason,
             # Not every engine reports the ends of slides and rolls, or the beginning of a shot.
-            if_measured=metric in _ONLY_IF_REPORTED,
+            if_measured=metric in _OPTIONAL_METRICS,
             **limit,
         )
         for metric, limit, reason in (
@@ -193,7 +193,7 @@ def _outcome(shot: SteppedShot) -> Iterator[_Limit]:
         return
     yield (
         "rest_error_max",
-        {"at_most": LEAST + between + moved},
+        {"at_most": LEAST_LIMIT + between + moved},
         f"{late}, which moves the rest positions of this shot by at most {scaled(moved, 'm')}; "
         f"the motion between contacts adds {scaled(between, 'm')}.",
     )
@@ -221,7 +221,7 @@ def _integrated(shot: SteppedShot) -> Iterator[_Limit]:
     if truth.kind != INTEGRATION or math.isfinite(shot.longest) or truth.collisions:
         return
     reason = f"The engine states that balls are off by at most {scaled(shot.resolution, 'm')}."
-    yield "rest_error_max", {"at_most": LEAST + shot.resolution}, reason
+    yield "rest_error_max", {"at_most": LEAST_LIMIT + shot.resolution}, reason
 
 
 def _beginning(shot: SteppedShot) -> Iterator[_Limit]:
@@ -260,7 +260,7 @@ def _before_contacts(shot: SteppedShot) -> Iterator[_Limit]:
             f"No ball has a contact before t = {until:.3g} s; until then the time steps of this "
             f"engine displace a ball by at most {scaled(off, 'm')}."
         )
-        yield "early_path_error", {"at_most": LEAST + off}, reason
+        yield "early_path_error", {"at_most": LEAST_LIMIT + off}, reason
 
 
 def _of_landing(shot: SteppedShot) -> Iterator[_Limit]:
@@ -274,7 +274,7 @@ def _of_landing(shot: SteppedShot) -> Iterator[_Limit]:
     landing = None if proof is None or shot.fastest == 0.0 else first_landing(proof)
     if proof is None or landing is None:
         return
-    before = proved_motion(shot.scene, proof).sample(np.array([landing.t * (1.0 - _JUST_BEFORE)]))
+    before = proved_motion(shot.scene, proof).sample(np.array([landing.t * (1.0 - _LANDING_LEAD)]))
     speed = -float(before.velocities[0, landing.a, 2])
     off = shot.scene.physics.gravity * dt * landing.t
     if speed > 0.0 and off < shot.smallest:
@@ -283,7 +283,7 @@ def _of_landing(shot: SteppedShot) -> Iterator[_Limit]:
             f"by at most {scaled(off, 'm')}, which shifts the landing by "
             f"{scaled(off / speed, 's')}; the engine detects the landing up to one step later."
         )
-        yield "first_landing_error", {"at_most": LEAST + off / speed + dt}, reason
+        yield "first_landing_error", {"at_most": LEAST_LIMIT + off / speed + dt}, reason
 
 
 def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:
@@ -304,11 +304,11 @@ def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:
     if len(own) and math.isfinite(shifted):
         what = "an event" if falls.any() else "a collision"
         reason = f"{late}, which shifts the time of {what} of this shot by at most {shifted:.3g} s."
-        yield "event_time_error", {"at_most": LEAST + shifted}, reason
+        yield "event_time_error", {"at_most": LEAST_LIMIT + shifted}, reason
     beside = between + more * float(delays @ lateness.strays)
     if math.isfinite(beside) and beside < shot.smallest:
         reason = f"{late}, which displaces a ball by at most {scaled(beside, 'm')} from its path."
-        yield "path_error", {"at_most": LEAST + beside}, reason
+        yield "path_error", {"at_most": LEAST_LIMIT + beside}, reason
     if shot.fastest == 0.0:
         return
     last = shot.last
@@ -319,14 +319,14 @@ def _on_the_way(shot: SteppedShot, more: float) -> Iterator[_Limit]:
             f"{late}, which shifts the end of a slide or of a roll of this shot by at most "
             f"{shifted:.3g} s; the engine detects the end up to {last:.3g} s later."
         )
-        yield "phase_time_error", {"at_most": LEAST + shifted + last}, reason
+        yield "phase_time_error", {"at_most": LEAST_LIMIT + shifted + last}, reason
     shifted = more * float(delays @ lateness.rests)
     if math.isfinite(shifted):
         reason = (
             f"{late}, which makes the last ball rest at most {shifted:.3g} s late or early; "
             f"the engine detects it up to {last:.3g} s later."
         )
-        yield "rest_time_error", {"at_most": LEAST + shifted + last}, reason
+        yield "rest_time_error", {"at_most": LEAST_LIMIT + shifted + last}, reason
     first = first_energy(scene)
     slows = 1.4 * scene.rolling_frictions
     if scene.physics.motion == "sliding":

@@ -27,7 +27,7 @@ from ghostball.validation.runs.sampling import energy_times, events_of, times_go
 _CONTACTS = (*COLLISION_KINDS, *LEAVING_KINDS)
 """Kinds of events that may change a velocity at once if no ball flies."""
 
-_NEAR = 1e-3
+_TOUCHING_GAP = 1e-3
 """Gap at which a ball counts as touching a body, in units of the smallest radius."""
 
 
@@ -116,7 +116,7 @@ def _contacts_of(ball: int, events: Events) -> FloatArray:
 
 def _touches(scene: Scene, ball: int, positions: FloatArray, near: float) -> bool:
     """Return True if a ball may come within `near` [m] of touching, at positions (k, n, 3)."""
-    reach = _NEAR * float(np.min(scene.radii)) + near
+    reach = _TOUCHING_GAP * float(np.min(scene.radii)) + near
     others = [other for other in range(len(scene.balls)) if other != ball]
     away = np.linalg.norm((positions - positions[:, ball : ball + 1])[:, others, :2], axis=2)
     if np.any(away - scene.radii[others] - scene.radii[ball] <= reach):

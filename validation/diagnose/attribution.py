@@ -23,17 +23,17 @@ from pydantic import ValidationError
 from ghostball.model import GhostballError, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.checks.law import approximations_of
+from ghostball.validation.checks.requirements import approximations_of
 from ghostball.validation.grading.event_logs import Agreement, Event, compare_logs, events_in
 from ghostball.validation.grading.horizon import growth_along, horizon
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
-from ghostball.validation.runs.ladder import (
+from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.runs.time_steps import (
     run_with_step,
     shorter_steps,
     shrinks,
     with_setting,
 )
-from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownBy, KnownShot, known_shot
 from ghostball.validation.truth.proof import proof_of
 
@@ -48,7 +48,7 @@ times of the shared ones don't say whether the step or the model is the cause.
 RUNGS: Final = 3
 """Number of time steps for each shot; if they contradict each other, a fourth step decides."""
 
-VARIES: Final = 0.75
+LARGEST_VARIATION: Final = 0.75
 """Largest relative change, from step to step, of an error that the model alone causes."""
 
 ATTEMPTS: Final = 8
@@ -62,7 +62,7 @@ NEGLIGIBLE: Final = 1e-9
 nanometres.
 """
 
-INSTANT: Final = 1e-9
+NEGLIGIBLE_TIME: Final = 1e-9
 """Time errors of collisions below this aren't explained [s]: it is a nanometre at 1 m/s."""
 
 PREDICTABLE: Final = 1e-6
@@ -185,7 +185,7 @@ def attribute(
         runs, instant = _compared(play, (None, *steps[1:]), runs, known, predictable)
         truth = known.positions(instant)
         differences = [largest_distance(one.rest_positions[:, :2], truth) for one in runs]
-        varies = min(differences) < VARIES * max(differences)
+        varies = min(differences) < LARGEST_VARIATION * max(differences)
         if steps and varies and not shrinks(differences):
             # The delay with which a contact is detected is almost random, so a fourth run decides.
             steps = shorter_steps(engine, RUNGS + 1)
@@ -275,7 +275,7 @@ def _by_times(
     )
     if not steps:
         return replace(found, outcome="model")
-    separated = shared.count > 0 and shared.late[0] > INSTANT and shrinks(shared.late)
+    separated = shared.count > 0 and shared.late[0] > NEGLIGIBLE_TIME and shrinks(shared.late)
     return replace(found, outcome="step" if separated else "unseparated")
 
 

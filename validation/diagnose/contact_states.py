@@ -27,36 +27,36 @@ from ghostball.model import (
     SceneError,
     energy_of,
 )
-from ghostball.validation.diagnose.near_misses import ball_at
+from ghostball.validation.diagnose.margins import ball_at
 from ghostball.validation.grading.event_logs import Event, events_in
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.sampling import events_of
 
-MOST: Final = 40
+MOST_CONTACTS: Final = 40
 """Number of contacts of each kind that are examined: the first ones in the run."""
 
-AROUND: Final = 1e-6
+SAMPLE_OFFSET: Final = 1e-6
 """Time before and after a contact at which an exact motion is sampled [s]."""
 
 FRAMES_AFTER: Final = 1
 """Number of frames after the frame of a contact: an engine may report a contact before it acts."""
 
-LONGEST: Final = 0.05
+LONGEST_INTERVAL: Final = 0.05
 """Longest interval around a contact [s]; a longer one shows more than the contact."""
 
-ENERGY: Final = 0.003
+ENERGY_ERROR: Final = 0.003
 """Smallest error of an energy change that counts, as a share of the energy."""
 
-VELOCITY: Final = 0.02
+VELOCITY_ERROR: Final = 0.02
 """Smallest error of a velocity that counts, as a share of the speed."""
 
-MOST_OF_THEM: Final = 0.7
+FAULTY_SHARE: Final = 0.7
 """Share of contacts that must show a fault: a single contact may be a graze, or detected late."""
 
-WATCHED: Final = 0.02
+WATCHED_TIME: Final = 0.02
 """Time after a contact over which the acceleration is measured [s]: a slide lasts longer."""
 
-SLIDING: Final = 0.5
+SLIDING_SHARE: Final = 0.5
 """A ball counts as sliding above this share of the deceleration of a sliding ball."""
 
 Fault = Literal["energy", "slide", "velocity"]
@@ -82,7 +82,7 @@ class ContactFault:
     @property
     def makes_energy(self) -> bool:
         """Whether the balls gain energy in a contact."""
-        return self.what == "energy" and self.measured > 1.0 + ENERGY
+        return self.what == "energy" and self.measured > 1.0 + ENERGY_ERROR
 
 
 @dataclass(frozen=True)
@@ -112,8 +112,10 @@ def fault_at_contacts(result: Result) -> ContactFault | None:
     """
     contacts = list(_contacts(result))
     # The deceleration before any contact: a wrong rolling friction must not count as a slide.
-    first = min((float(one.t) for one in events_in(events_of(result))), default=WATCHED)
-    slows = _pull(result, list(range(len(result.scene.balls))), 0.0, min(first, WATCHED)) or 0.0
+    first = min((float(one.t) for one in events_in(events_of(result))), default=WATCHED_TIME)
+    slows = (
+        _pull(result, list(range(len(result.scene.balls))), 0.0, min(first, WATCHED_TIME)) or 0.0
+    )
     found = [
         fault
         for kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
@@ -134,20 +136,20 @@ def _faults(scene: Scene, contacts: Sequence[_Contact], slows: float) -> Iterato
         physics.gravity * one for one in (physics.sliding_friction, physics.rolling_friction)
     )
     if physics.motion == "rolling" and len(pulls):
-        least = max(SLIDING * slides, 2.0 * rolls, 2.0 * slows)
-        if np.mean(pulls > least) >= MOST_OF_THEM:
+        least = max(SLIDING_SHARE * slides, 2.0 * rolls, 2.0 * slows)
+        if np.mean(pulls > least) >= FAULTY_SHARE:
             yield ContactFault("slide", kind, len(pulls), float(np.median(pulls)), rolls)
     columns = [(one.energy, one.right, one.error, one.speed, one.window) for one in contacts]
     energies, right, errors, speeds, windows = np.array(columns).T
     # A wrong friction of the cloth changes speeds by this share around a contact.
     cloth = np.abs(slows - rolls) * windows / speeds if slows > 0.0 else np.zeros(count)
     wrong = energies - right
-    alike = np.mean(wrong * np.sign(np.median(wrong)) > ENERGY + 2.0 * cloth)
-    if alike >= MOST_OF_THEM:
+    alike = np.mean(wrong * np.sign(np.median(wrong)) > ENERGY_ERROR + 2.0 * cloth)
+    if alike >= FAULTY_SHARE:
         yield ContactFault(
             "energy", kind, count, float(np.median(energies)), float(np.median(right))
         )
-    if np.mean(errors > VELOCITY + cloth) >= MOST_OF_THEM:
+    if np.mean(errors > VELOCITY_ERROR + cloth) >= FAULTY_SHARE:
         yield ContactFault("velocity", kind, count, float(np.median(errors)), 0.0)
 
 
@@ -156,12 +158,12 @@ def _contacts(result: Result) -> Iterator[_Contact]:
     everything = events_in(events_of(result), tuple(EventKind))
     seen = {EventKind.BALL_BALL: 0, EventKind.BALL_CUSHION: 0}
     for one in everything:
-        if one.kind not in seen or seen[one.kind] >= MOST:
+        if one.kind not in seen or seen[one.kind] >= MOST_CONTACTS:
             continue
         start, end = _window(result, one.t)
         balls = list(one.balls)
         others = [two.t for two in everything if two is not one and set(two.balls) & set(balls)]
-        if end - start > LONGEST or any(start <= t <= end for t in others):
+        if end - start > LONGEST_INTERVAL or any(start <= t <= end for t in others):
             continue
         states = result.sample([start, end])
         played = _by_the_law(result.scene, one, states, start, end)
@@ -186,7 +188,7 @@ def _contacts(result: Result) -> Iterator[_Contact]:
             float(np.max(error)) / speed,
             speed,
             end - start,
-            _pull(result, balls, end, min(later, end + WATCHED)),
+            _pull(result, balls, end, min(later, end + WATCHED_TIME)),
         )
 
 
@@ -194,7 +196,7 @@ def _window(result: Result, t: float) -> tuple[float, float]:
     """Return the times just before and just after a contact [s]."""
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
-        return max(t - AROUND, 0.0), t + AROUND
+        return max(t - SAMPLE_OFFSET, 0.0), t + SAMPLE_OFFSET
     times = frames.times
     before = max(int(np.searchsorted(times, t, side="left")) - 1, 0)
     after = min(int(np.searchsorted(times, t, side="left")) + FRAMES_AFTER, len(times) - 1)
@@ -225,7 +227,7 @@ def _by_the_law(
 def _pull(result: Result, balls: list[int], start: float, end: float) -> float | None:
     """Return the largest mean acceleration of a ball between two times [m/s^2]."""
     end = min(end, result.rest_time)
-    if not end - start > 0.25 * WATCHED:
+    if not end - start > 0.25 * WATCHED_TIME:
         return None
     # Stops before the event at the end: frames average the velocities before and after it.
     first, last = result.sample([start, end - 0.1 * (end - start)]).velocities[:, balls]

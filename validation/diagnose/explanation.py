@@ -21,9 +21,9 @@ from ghostball.model import (
 from ghostball.model.arrays import FloatArray
 from ghostball.model.rounding import CONTACT_TOLERANCE
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.diagnose.attribution import INSTANT, Attribution, attribute
+from ghostball.validation.diagnose.attribution import NEGLIGIBLE_TIME, Attribution, attribute
 from ghostball.validation.diagnose.contact_states import ContactFault, fault_at_contacts
-from ghostball.validation.diagnose.near_misses import Margin, margins_of
+from ghostball.validation.diagnose.margins import Margin, margins_of
 from ghostball.validation.diagnose.self_check import contradiction_in
 from ghostball.validation.diagnose.wrong_factor import Factor, wrong_factor
 from ghostball.validation.grading.event_logs import (
@@ -34,18 +34,18 @@ from ghostball.validation.grading.event_logs import (
     events_in,
 )
 from ghostball.validation.results.records import status_name
-from ghostball.validation.runs.ladder import run_with_step
 from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.runs.time_steps import run_with_step
 from ghostball.validation.truth.known_shot import KnownShot, farthest, known_shot
 
 SCHEMA: Final = 6
 """Version of `Explanation.to_dict`."""
 
 
-INSTANTS: Final = 401
+SAMPLE_COUNT: Final = 401
 """Number of times at which the two motions are compared."""
 
-SEEN: Final = 0.01
+VISIBLE_SHARE: Final = 0.01
 """Share of the largest distance above which a motion counts as different."""
 
 
@@ -140,13 +140,13 @@ class Explanation:
         if self.factor is not None:
             since = self.factor.since
         else:
-            times = np.linspace(0.0, self.result.rest_time, INSTANTS)
+            times = np.linspace(0.0, self.result.rest_time, SAMPLE_COUNT)
             off = self.distances(times)
-            since = float(times[max(int(np.argmax(off > SEEN * np.max(off))) - 1, 0)])
+            since = float(times[max(int(np.argmax(off > VISIBLE_SHARE * np.max(off))) - 1, 0)])
             if not np.max(off) > 0.0:
                 return None
         # A difference first visible at this time may begin at a collision before the next sample.
-        spacing = self.result.rest_time / (INSTANTS - 1)
+        spacing = self.result.rest_time / (SAMPLE_COUNT - 1)
         true = [one for one in events_in(events_of(self.known.result)) if one.t <= since + spacing]
         return since, true[-1] if true else None
 
@@ -259,7 +259,7 @@ def _unless_ambiguous(
     The run agrees up to that collision if all earlier collisions have the right times.
     """
     parting = agreement.parting
-    if parting is None or any(abs(a.t - b.t) > INSTANT for a, b in agreement.before):
+    if parting is None or any(abs(a.t - b.t) > NEGLIGIBLE_TIME for a, b in agreement.before):
         return found
     diameter = 2.0 * float(scene.radii.max())
     least = min((one.length for one in margins if one.run == "truth"), default=diameter)

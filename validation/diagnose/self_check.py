@@ -15,12 +15,12 @@ from typing import Final
 import numpy as np
 
 from ghostball.model import Result, SampledTrajectory
-from ghostball.validation.diagnose.near_misses import gaps
+from ghostball.validation.diagnose.margins import gaps
 from ghostball.validation.grading.event_logs import Event, compare_logs, events_in
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot
 
-TOUCHING: Final = 0.02
+LARGEST_GAP: Final = 0.02
 """Largest gap between colliding balls in the samples, in radii, besides their motion in two frames.
 
 Solvers that add a margin to their shapes let balls collide this early.
@@ -28,7 +28,7 @@ Solvers that add a margin to their shapes let balls collide this early.
 
 MILLISECONDS: Final = 1000.0
 
-NEARLY: Final = 0.1
+RATIO_TOLERANCE: Final = 0.1
 """Largest relative deviation from 1000 of a ratio of times that indicates milliseconds."""
 
 
@@ -47,7 +47,7 @@ def _times(result: Result, known: KnownShot) -> str:
     ratios = [b.t / a.t for a, b in pairs if a.t > 0.0]
     if known.result.rest_time > 0.0:
         ratios.append(result.rest_time / known.result.rest_time)
-    if not ratios or not abs(float(np.median(ratios)) / MILLISECONDS - 1.0) < NEARLY:
+    if not ratios or not abs(float(np.median(ratios)) / MILLISECONDS - 1.0) < RATIO_TOLERANCE:
         return ""
     return (
         f"its times look like milliseconds: they are {np.median(ratios):.4g} times those of the "
@@ -67,7 +67,7 @@ def _contacts(result: Result) -> str:
         balls = list(one.balls)
         gap = float(gaps(result.scene, one, states.positions[[k]][:, balls, :2])[0])
         speed = float(np.sum(np.hypot(*states.velocities[k, balls, :2].T)))
-        allowed = TOUCHING * float(result.scene.radii[balls].min()) + 2.0 * spacing * speed
+        allowed = LARGEST_GAP * float(result.scene.radii[balls].min()) + 2.0 * spacing * speed
         if gap > allowed and (worst is None or gap > worst[0]):
             worst = gap, one
     if worst is None:

@@ -26,7 +26,7 @@ import numpy as np
 
 from ghostball.model import Ball, GhostballError, Result, Scene
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.truth.known_shot import KnownShot, farthest
 
 COEFFICIENTS: Final = (
@@ -45,7 +45,7 @@ COEFFICIENTS: Final = (
 )
 """Fields of the physics that are scaled, if they are numbers other than 0."""
 
-ON_THE_WAY: Final = (*COEFFICIENTS[:3], "rolling_friction_quadratic", "air_drag")
+MOTION_COEFFICIENTS: Final = (*COEFFICIENTS[:3], "rolling_friction_quadratic", "air_drag")
 """Coefficients that act between contacts, not at contacts."""
 
 MASS, SPIN, VERTICAL_SPIN = "mass", "spin", "vertical spin"
@@ -58,35 +58,36 @@ SCALES: Final = np.unique(
 )
 """The scales that the search tries first."""
 
-TIMES: Final = 161
+SAMPLE_COUNT: Final = 161
 """Number of times at which two motions are compared."""
 
-VISIBLE: Final = 0.5
+VISIBLE_DISTANCE: Final = 0.5
 """Distance of a ball from the reference at which the first interval ends, in radii."""
 
-STRETCH: Final = 2.0
+STRETCH_RATIO: Final = 2.0
 """Ratio of the lengths of consecutive intervals."""
 
-LEAVES: Final = 0.05
+LARGEST_REMAINDER: Final = 0.05
 """A factor is reported if it leaves at most this share of the difference."""
 
-RIVAL: Final = 2.0
+RIVAL_RATIO: Final = 2.0
 """Another factor is reported if it leaves at most this many times the difference of the best one.
 """
 
-ROUND: Final = 0.004
+SIMPLE_TOLERANCE: Final = 0.004
 """Largest relative deviation of a factor from a simple fraction."""
 
-SIMPLE: Final = 10
+LARGEST_NUMERATOR: Final = 10
 """Largest numerator and denominator of a simple factor."""
 
-LEAST: Final = 1e-5
+LEAST_DIFFERENCE: Final = 1e-5
 """Differences below this aren't explained by a wrong factor [m]."""
 
-CLEAR: Final = 10.0
-"""Difference, in units of `LEAST`, required in a first interval that ends at a wrong collision."""
+CLEAR_RATIO: Final = 10.0
+"""Least difference in a first interval that ends at a wrong collision, in units of
+`LEAST_DIFFERENCE`."""
 
-DISTINCT: Final = 3.0
+DISTINCT_RATIO: Final = 3.0
 """Ratio of the differences above which the right value no longer explains the motion."""
 
 _GOLDEN: Final = (math.sqrt(5.0) - 1.0) / 2.0
@@ -132,7 +133,7 @@ class Factor:
     @property
     def acts_on_the_way(self) -> bool:
         """Whether the coefficient has no effect at contacts."""
-        return self.what in ON_THE_WAY or self.what.endswith("spin")
+        return self.what in MOTION_COEFFICIENTS or self.what.endswith("spin")
 
     @property
     def is_simple(self) -> bool:
@@ -143,16 +144,19 @@ class Factor:
     def relation(self) -> str:
         """The ratio of the two values in words: "5/7 of", "the square of"."""
         scale, right = self.scale, self.right
-        if abs(scale) < ROUND:
+        if abs(scale) < SIMPLE_TOLERANCE:
             return "none of"
         if self.what.endswith("restitution") and right < 1.0:
-            if abs(self.value - 1.0) < ROUND:
+            if abs(self.value - 1.0) < SIMPLE_TOLERANCE:
                 return "elastic, not"
             for power, words in ((2.0, "the square of"), (0.5, "the root of")):
-                if abs(self.value / right**power - 1.0) < ROUND:
+                if abs(self.value / right**power - 1.0) < SIMPLE_TOLERANCE:
                     return words
-        simple = Fraction(scale).limit_denominator(SIMPLE)
-        if simple.numerator <= SIMPLE and abs(scale / float(simple) - 1.0) < ROUND:
+        simple = Fraction(scale).limit_denominator(LARGEST_NUMERATOR)
+        if (
+            simple.numerator <= LARGEST_NUMERATOR
+            and abs(scale / float(simple) - 1.0) < SIMPLE_TOLERANCE
+        ):
             times = simple.denominator == 1
             return f"{simple.numerator} times" if times else f"{simple} of"
         return f"{scale:.3g} times"
@@ -182,17 +186,17 @@ def wrong_factor(known: KnownShot, result: Result, agreed: float | None = None) 
         search = _Search(known, result, agreed)
     except GhostballError:
         return None
-    if search.before(search.ends[-1]) < LEAST:
+    if search.before(search.ends[-1]) < LEAST_DIFFERENCE:
         return None
     found = [(one, knob) for knob in _knobs(scene) if (one := search.fit(knob)) is not None]
-    found.sort(key=lambda pair: (max(pair[0].after, LEAST), not pair[0].is_simple))
+    found.sort(key=lambda pair: (max(pair[0].after, LEAST_DIFFERENCE), not pair[0].is_simple))
     if not found:
         return None
     best = search.with_curve(*found[0])
     rivals = tuple(
         f"{one.name} were {one.value:.4g}"
         for one, _ in found[1:]
-        if one.until == best.until and one.after <= max(RIVAL * best.after, LEAST)
+        if one.until == best.until and one.after <= max(RIVAL_RATIO * best.after, LEAST_DIFFERENCE)
     )
     return replace(best, rivals=rivals)
 
@@ -203,15 +207,19 @@ class _Search:
     def __init__(self, known: KnownShot, result: Result, agreed: float | None) -> None:
         self._result, self._known = result, known
         end = result.rest_time
-        times = np.linspace(0.0, end, TIMES)
+        times = np.linspace(0.0, end, SAMPLE_COUNT)
         off = farthest(result, known.result, times)
-        seen = np.flatnonzero(off > VISIBLE * float(np.min(known.scene.radii)))
+        seen = np.flatnonzero(off > VISIBLE_DISTANCE * float(np.min(known.scene.radii)))
         first = float(times[seen[0]]) if len(seen) else end
-        if agreed is not None and 0.0 < agreed < first and self.before(agreed) > CLEAR * LEAST:
+        if (
+            agreed is not None
+            and 0.0 < agreed < first
+            and self.before(agreed) > CLEAR_RATIO * LEAST_DIFFERENCE
+        ):
             first = agreed  # after a break, the motion is no smooth function of a factor
         self.ends = [first]
         while self.ends[-1] < end:
-            self.ends.append(min(STRETCH * self.ends[-1], end))
+            self.ends.append(min(STRETCH_RATIO * self.ends[-1], end))
 
     def before(self, end: float) -> float:
         """Return the largest distance of the engine from the reference up to a time [m]."""
@@ -234,7 +242,7 @@ class _Search:
         for end in self.ends:
             scale = self._least(knob, float(low), float(high), end)
             after, before = self._farthest(knob, scale, end), self.before(end)
-            if not after <= LEAVES * before:
+            if not after <= LARGEST_REMAINDER * before:
                 break
             best = scale, end
             narrow = 0.03 * max(scale, 0.01)
@@ -248,7 +256,7 @@ class _Search:
     def with_curve(self, found: Factor, knob: _Knob) -> Factor:
         """Return a factor with its curve, and the time from which the right value fails."""
         first, whole = (self._both(found, knob, end) for end in (self.ends[0], found.until))
-        apart = np.flatnonzero(first[:, 1] > DISTINCT * first[:, 2] + LEAST)
+        apart = np.flatnonzero(first[:, 1] > DISTINCT_RATIO * first[:, 2] + LEAST_DIFFERENCE)
         since = float(first[max(int(apart[0]) - 1, 0), 0]) if len(apart) else 0.0
         rows = tuple((float(t), float(a), float(b)) for t, a, b in whole)
         return replace(found, since=since, curve=rows)
@@ -297,7 +305,7 @@ class _Search:
 
 
 def _instants(end: float) -> FloatArray:
-    return np.linspace(0.0, end, TIMES)
+    return np.linspace(0.0, end, SAMPLE_COUNT)
 
 
 def _knobs(scene: Scene) -> Iterator[_Knob]:

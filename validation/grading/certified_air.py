@@ -36,10 +36,10 @@ SLIP_RATE = 3.5
 
 _STAGES = 6
 
-_STEP = 0.3
+_LONGEST_STEP = 0.3
 """Longest step, in units of the time in which the slip would end."""
 
-_LAST = 2.0**-29
+_NEGLIGIBLE_TIME = 2.0**-29
 """Remaining time at which a slide counts as ended [s]: the drag changes by less than 1e-9 in this
 time.
 
@@ -47,7 +47,7 @@ Pieces are recorded up to half of this time before the end.
 """
 
 
-class Straight(NamedTuple):
+class StraightMotion(NamedTuple):
     """State of a ball in straight motion after some time, with derivatives.
 
     `speed` [m/s].
@@ -61,7 +61,7 @@ class Straight(NamedTuple):
     displacement_by_speed: float
 
 
-def straight(v: float, a: float, b: float, t: float) -> Straight:
+def straight(v: float, a: float, b: float, t: float) -> StraightMotion:
     """Return the straight motion in a time t [s], decelerated by a + b v^2 [m/s^2], b > 0."""
     w = math.sqrt(a * b)
     turn = w * t
@@ -69,7 +69,7 @@ def straight(v: float, a: float, b: float, t: float) -> Straight:
     beyond = b * v * s - 2.0 * math.sin(0.5 * turn) ** 2  # c - 1
     c = 1.0 + beyond
     speed = max((v * math.cos(turn) - a * s) / c, 0.0)
-    return Straight(speed, math.log1p(beyond) / b, 1.0 / (c * c), s / c)
+    return StraightMotion(speed, math.log1p(beyond) / b, 1.0 / (c * c), s / c)
 
 
 def straight_flow(
@@ -86,7 +86,7 @@ def straight_flow(
     return place, velocity
 
 
-class Series(NamedTuple):
+class SlideSeries(NamedTuple):
     """Velocity and slip of a slide as power series of the time since its start, (powers, 2)."""
 
     velocity: FloatArray
@@ -106,7 +106,7 @@ class Slide(NamedTuple):
     `a`, `k` [m/s^2] and [1/m]: deceleration by the cloth, and drag coefficient of the air.
     """
 
-    series: Series
+    series: SlideSeries
     e: FloatArray
     a: float
     k: float
@@ -149,9 +149,9 @@ class Slide(NamedTuple):
             size = float(np.hypot(*u))
             e = u / size if done > 0.0 else e
             left = size / (SLIP_RATE * self.a + self.k * float(v @ v))
-            if left <= _LAST:
+            if left <= _NEGLIGIBLE_TIME:
                 break
-            step = min(t - done, _STEP * left)
+            step = min(t - done, _LONGEST_STEP * left)
             flow = _collocated(self.series, self.a, self.k, done, step) @ flow
             done = t if step == t - done else done + step
         return flow, done, e
@@ -169,7 +169,7 @@ def _last(e: FloatArray, size: float, a: float, t: float) -> FloatArray:
     return flow
 
 
-def _collocated(series: Series, a: float, k: float, start: float, step: float) -> FloatArray:
+def _collocated(series: SlideSeries, a: float, k: float, start: float, step: float) -> FloatArray:
     """Return the derivatives over a step by position, velocity and slip, (6, 6)."""
     v, u = series.at(start + step * _NODES)
     rates = np.zeros((_STAGES, 4, 4))

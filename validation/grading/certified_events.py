@@ -30,7 +30,7 @@ _MORE = 3
 """The number of these columns."""
 
 
-class Meets(NamedTuple):
+class Approach(NamedTuple):
     """How a ball approaches another ball, or an obstacle, just before contact.
 
     `normal` (2,) float64: unit vector from the ball to the other body.
@@ -63,7 +63,7 @@ class EventChange(NamedTuple):
     # (7 b,) delay of the event by changes of the segments before
     later: FloatArray | None = None
     approach: float = 0.0  # [m/s] along the normal; 0 without a collision
-    meets: Meets | None = None  # None without a collision
+    meets: Approach | None = None  # None without a collision
     rounded: float = 0.0  # [s] delay of the event by one rounding of its gap, over 2^-53
     # (7, 7) of each ball: covariance of one rounding of its state
     noise: tuple[FloatArray, ...] = ()
@@ -122,7 +122,7 @@ class _Passage:
         either old velocity.
     `later` (7 b + 3,) float64: derivatives of the event time.
     `approach` [m/s]: approach speed of a collision.
-    `meets`: see `Meets`.
+    `meets`: see `Approach`.
     `rounded` [s]: delay of the contact by one rounding of the distance, over 2^-53.
     """
 
@@ -145,7 +145,7 @@ class _Passage:
         self.change = np.zeros((size, size + _MORE))
         self.later = np.zeros(size + _MORE)
         self.approach, self.rounded = 0.0, 0.0
-        self.meets: Meets | None = None
+        self.meets: Approach | None = None
         for m, (ball, k, s) in enumerate(zip(balls, before, spans, strict=True)):
             here = slice(PARTS * m, PARTS * (m + 1))
             self.change[here, here] = ball.flow(k, s)
@@ -274,9 +274,11 @@ class _Passage:
             rows -= np.outer(rate, self.later)
 
 
-def _meets(normal: FloatArray, parting: FloatArray, reach: float, pull: FloatArray) -> Meets:
+def _meets(normal: FloatArray, parting: FloatArray, reach: float, pull: FloatArray) -> Approach:
     """Return how a ball approaches a body; `pull` [m/s^2] is the rate of change of `parting`."""
     approach, slowing = -float(normal @ parting), float(normal @ pull)
     across = abs(float(normal[0] * parting[1] - normal[1] * parting[0])) / np.hypot(*parting)
     depth = reach * (1.0 - float(across)) if math.isfinite(reach) else math.inf
-    return Meets(normal, parting, depth, 0.5 * approach**2 / slowing if slowing > 0.0 else math.inf)
+    return Approach(
+        normal, parting, depth, 0.5 * approach**2 / slowing if slowing > 0.0 else math.inf
+    )

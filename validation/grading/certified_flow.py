@@ -18,8 +18,8 @@ from ghostball.model.trajectory.polynomial import OF_WX, OF_WY, OF_X, OF_Y, PER_
 from ghostball.model.trajectory.segment import COLUMNS
 from ghostball.validation.grading.certified_air import (
     SLIP_RATE,
-    Series,
     Slide,
+    SlideSeries,
     straight,
     straight_flow,
 )
@@ -38,7 +38,7 @@ _Vector = tuple[float, float]
 _Moved = tuple[_Vector, _Vector, _Vector, _Vector, _Vector]
 """Displacement, velocity, slip, and the rates of change of the latter two."""
 
-_SURE = 2.0**-10
+_SURE_SHARE = 2.0**-10
 """Share of its initial size that a slip must have, so that its series gives its direction.
 
 No piece but the last one of a slide reduces the slip further.
@@ -115,7 +115,7 @@ class ProvedBall:
         moves = speed > 0.0 and math.isfinite(slowing / speed) and math.isfinite(1.0 / speed)
         return "line" if moves else "parabola"
 
-    def _series(self, k: int) -> Series:
+    def _series(self, k: int) -> SlideSeries:
         """Return velocity and slip of a sliding segment as power series of the time."""
         _, _, _, vx, vy, ax, ay, *_, bx, by, _, _ = self._rows[k]
         powers = self.segments[k, COLUMNS:].reshape(-1, PER_POWER)  # from the second power on
@@ -126,7 +126,7 @@ class ProvedBall:
         slip = velocity.copy()
         slip[0] = self._slip(k)
         slip[1:] += self.radius * spin[:, ::-1] * (-1.0, 1.0)
-        return Series(velocity, slip)
+        return SlideSeries(velocity, slip)
 
     def _slips_to(self, k: int) -> FloatArray:
         """Return the direction of the slip at the start of a sliding segment.
@@ -211,7 +211,7 @@ class ProvedBall:
         powers = np.arange(1, len(series.velocity) + 1)
         place = (s**powers / powers) @ series.velocity
         size = math.hypot(*slip)
-        sure = size > _SURE * math.hypot(*self._slip(row))
+        sure = size > _SURE_SHARE * math.hypot(*self._slip(row))
         x, y = (slip[0] / size, slip[1] / size) if sure else self._slips_to(row).tolist()
         drag, rate = self.drag * math.hypot(vx, vy), self.slides_by
         pull = (-rate * x - drag * vx, -rate * y - drag * vy)

@@ -40,12 +40,12 @@ from ghostball.validation.grading.certified_flow import (
 )
 from ghostball.validation.grading.tolerances import EPS
 
-_CANCELLED = 16.0 * EPS
+_CANCELLATION = 16.0 * EPS
 """Largest remainder of variance terms that cancel, in units of their sizes."""
 
 
 @dataclass(frozen=True, eq=False)
-class Rounding:
+class RoundingEffects:
     """The effects on a shot of rounding each number of the state at the start and at each event.
 
     Over 2^-53; rms values along a certified motion, upper bounds in flight. Infinite if no
@@ -136,11 +136,11 @@ class CertifiedGrowth:
                 # If large terms cancel, as for balls that collide slowly, the remainder is
                 # rounding.
                 terms = np.einsum("kij,kjl,kil->k", abs(flow), abs(kept[rows]), abs(flow))
-                size = np.sqrt(np.maximum(variance, 0.0) + _CANCELLED * terms)
+                size = np.sqrt(np.maximum(variance, 0.0) + _CANCELLATION * terms)
             sizes[:, k] = np.where(np.isfinite(variance), size, np.inf)
         return sizes
 
-    def rounding(self, scene: Scene) -> Rounding:
+    def rounding(self, scene: Scene) -> RoundingEffects:
         """Return the effects of rounding on the times of events and on the energy of this shot.
 
         The standard deviation of a sum is at most the sum of the standard deviations of its terms,
@@ -162,7 +162,9 @@ class CertifiedGrowth:
         events = np.maximum(np.where(np.isfinite(self._moved), self._moved, np.inf), instants)
         marks, places = places_between(self.sizes, self.times, self.t_end)
         speeds = self._speeds_changed(marks)
-        return Rounding(events, self._rest_moved(events), starts, energies, marks, places, speeds)
+        return RoundingEffects(
+            events, self._rest_moved(events), starts, energies, marks, places, speeds
+        )
 
     def _speeds_changed(self, marks: FloatArray) -> FloatArray:
         """Return the change of the speeds of each ball by rounding up to a time, (m, n) [m/s].
@@ -294,7 +296,7 @@ def _covariances(
                 passed = event.matrix @ whole[rows]
                 whole[rows], whole[:, rows] = passed, passed.T
                 whole[its] = passed[:, rows] @ event.matrix.T
-                whole[rows, rows] += _CANCELLED * np.diag(terms)
+                whole[rows, rows] += _CANCELLATION * np.diag(terms)
             if gaps and event.late is not None:
                 moved = event.rounded * event.late
                 whole[np.ix_(rows, rows)] += np.outer(moved, moved)

@@ -19,7 +19,7 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.order import largest_speeds
 from ghostball.reference_adapters.certified.problem import problem_of
-from ghostball.validation.grading.certified_growth import Rounding, places_between
+from ghostball.validation.grading.certified_growth import RoundingEffects, places_between
 from ghostball.validation.grading.event_logs import proved_events
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 
@@ -64,7 +64,7 @@ class FlightGrowth:
             sizes[:, ball] = widths[np.searchsorted(instants, t, side="right") - 1]
         return sizes
 
-    def rounding(self, scene: Scene) -> Rounding:
+    def rounding(self, scene: Scene) -> RoundingEffects:
         """Return upper bounds on the effects of rounding on the times of events and on the energy.
 
         If a ball is displaced by a distance s when it collides, the line of centres turns by at
@@ -77,7 +77,7 @@ class FlightGrowth:
         events = np.array(self._moved)
         marks, places = places_between(self.sizes, self.times, self.t_end)
         unknown = np.full_like(places, np.inf)  # widths exist for positions only
-        return Rounding(events, self._end, at, energies, marks, places, unknown)
+        return RoundingEffects(events, self._end, at, energies, marks, places, unknown)
 
 
 def width_sizes(certificate: Certificate) -> FloatArray:

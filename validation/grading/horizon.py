@@ -30,10 +30,10 @@ from ghostball.validation.grading.certified_widths import FlightGrowth, is_diffe
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
 
-_BETWEEN = 4
+_INTERVALS = 4
 """Number of intervals between two events in which growth is sampled."""
 
-_AT_ONCE = 256
+_CHUNK = 256
 """Number of times that are sampled together: more would need too much memory for hundreds of balls.
 """
 
@@ -100,8 +100,8 @@ def horizon(growth: Growth, tolerance: float, error: float) -> float:
 
 def _first_beyond(growth: Growth, looks: FloatArray, limit: float) -> float:
     """Return the time at which a growth first exceeds a limit [s]; inf: never."""
-    for start in range(0, len(looks), _AT_ONCE):
-        some = looks[start : start + _AT_ONCE]
+    for start in range(0, len(looks), _CHUNK):
+        some = looks[start : start + _CHUNK]
         beyond = np.flatnonzero(~(np.max(growth.sizes(some), axis=1) <= limit))
         if len(beyond):
             first = start + int(beyond[0])
@@ -122,7 +122,7 @@ def _looks(growth: Growth) -> FloatArray:
     """Return the times of the events and some times between them."""
     times = growth.times
     marks = np.append(times, growth.t_end) if times[-1] < growth.t_end else times
-    parts = np.arange(_BETWEEN) / _BETWEEN
+    parts = np.arange(_INTERVALS) / _INTERVALS
     inner = marks[:-1, np.newaxis] + np.diff(marks)[:, np.newaxis] * parts
     looks: FloatArray = np.append(inner.ravel(), marks[-1])
     return looks
@@ -221,8 +221,8 @@ def _reaches_of(scene: Scene, result: Result, events: Events) -> FloatArray:
     of_balls = events["kind"] == EventKind.BALL_BALL
     reaches[of_balls] += scene.radii[events["b"][of_balls]]
     others = np.flatnonzero(~of_balls)
-    for start in range(0, len(others), _AT_ONCE):
-        rows = others[start : start + _AT_ONCE]
+    for start in range(0, len(others), _CHUNK):
+        rows = others[start : start + _CHUNK]
         before = result.sample(np.nextafter(events["t"][rows], 0.0))
         for k, row in enumerate(rows):
             a = int(events["a"][row])
@@ -253,10 +253,10 @@ def _reach_of(scene: Scene, event: np.void, position: FloatArray, velocity: Floa
         return math.dist(centre, (x, y))
     radius = float(scene.radii[a])
     # For a ball in the air, the nose of a cushion acts like a horizontal post.
-    return radius if z > (1.0 + _LIFTED) * radius else math.inf
+    return radius if z > (1.0 + _LIFTED_HEIGHT) * radius else math.inf
 
 
-_LIFTED = 2.0**-20
+_LIFTED_HEIGHT = 2.0**-20
 """Height of a ball above the cloth, in its radii, above which it counts as lifted."""
 
 

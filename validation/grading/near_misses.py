@@ -21,7 +21,7 @@ from ghostball.model.scene.sides import Side
 from ghostball.validation.grading.certified_events import EventChange
 from ghostball.validation.grading.tolerances import EPS
 
-_PART = 0.25
+_LONGEST_PATH = 0.25
 """Longest path of a ball between two checks of the gaps, in units of the smallest radius."""
 
 _MOST_NUMBERS = 30_000_000
@@ -31,13 +31,13 @@ Nine values for the state of each ball, and one for each gap, at each sample: 40
 balls on a table with pockets.
 """
 
-_TOUCHES = 2.0**-25
+_TOUCHING_GAP = 2.0**-25
 """Gap below which a ball touches the obstacle of an event, in units of the smallest radius."""
 
-_ALONG = 1e-9
+_SAME_NORMAL = 1e-9
 """Two normals count as equal up to this; the value is half the square of their angle."""
 
-_LEVEL = 256.0
+_GAP_ROUNDINGS = 256.0
 """Change of a gap between two samples that rounding explains, in roundings of a coordinate."""
 
 Thing = int | Side | Obstacle
@@ -96,7 +96,7 @@ def looks_along(
         for times in (marks[:-1], np.nextafter(marks[1:], 0.0))
     ]
     farthest = np.diff(marks) * np.maximum(*speeds)
-    counts = np.ceil(farthest / (_PART * float(np.min(scene.radii)))) + 4.0
+    counts = np.ceil(farthest / (_LONGEST_PATH * float(np.min(scene.radii)))) + 4.0
     if float(np.sum(counts)) * (9 * len(scene.balls) + pairs) > _MOST_NUMBERS:
         return None
     inner = [
@@ -121,8 +121,8 @@ class Gaps:
         self._pairs, self._times = pairs, times
         self._smallest = float(np.min(scene.radii))
         centres = motion.sample(times).positions[:, :, :2]
-        self._level = _LEVEL * EPS * float(np.max(np.abs(centres)) + np.max(scene.radii))
-        self._touches = _TOUCHES * self._smallest + self._level
+        self._level = _GAP_ROUNDINGS * EPS * float(np.max(np.abs(centres)) + np.max(scene.radii))
+        self._touches = _TOUCHING_GAP * self._smallest + self._level
         self._gaps = np.zeros((len(pairs), len(times)))
         for p, pair in enumerate(pairs):
             self._gaps[p] = gaps_of(scene, *pair, centres)
@@ -184,7 +184,7 @@ class Gaps:
                 continue
             if abs(self._gaps[p, look]) < self._touches:
                 normal = self._near(p, event.t, look).normal
-                if float(normal @ event.meets.normal) > 1.0 - _ALONG:
+                if float(normal @ event.meets.normal) > 1.0 - _SAME_NORMAL:
                     found.append(p)
         return found
 

@@ -38,7 +38,7 @@ TIE = 2.0**-40
 It is rounding, amplified by a few collisions; at 10 m/s it is 1e-11 m of path per second of motion.
 """
 
-OFF_BY = 4.0
+LARGEST_GROWTH_RATIO = 4.0
 """Largest ratio of the error growth by Ghostball's engine to the certified one, and vice versa.
 
 Ghostball's engine computes the rms over 32 random signs, which has an error of a tenth, rarely of a

@@ -19,24 +19,24 @@ import numpy as np
 
 from ghostball.model import Physics, Table
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.measured.play import POOL_BALL, OperatorError, Play, track_of
+from ghostball.validation.measured.simulated_ball import POOL_BALL, OperatorError, Play, track_of
 
 _DIAMOND: Final = 12.5 * 0.0254  # [m]
-_ACROSS: Final = 48.25 * 0.0254  # from groove to groove [m]
-_BEHIND: Final = 4.25 * 0.0254  # from a groove to its line of diamonds [m]
+_GROOVE_TO_GROOVE: Final = 48.25 * 0.0254  # from groove to groove [m]
+_GROOVE_TO_DIAMONDS: Final = 4.25 * 0.0254  # from a groove to its line of diamonds [m]
 """In inches for a table of 9 feet in Alciatore's technical proof TP B.27."""
 
 SPEED: Final = 4.0
 """Speed of a ball that starts without spin [m/s]."""
-BEFORE: Final = 0.2
+START_DISTANCE: Final = 0.2
 """Distance from the cushion's groove at the start [m]: the ball still slides when it arrives."""
 
-_WAY: Final = 4.0
+_PATH: Final = 4.0
 """Path of a ball at its initial speed during the simulation [m]; banks need 2.8 to 3.6."""
 _RATE: Final = 500.0  # sampling rate [1/s]
-_FAR: Final = 4.0  # coordinate of the aim, from the lower end of the table [m]
-_BEYOND: Final = 0.5  # distance of the other cushion behind its groove [m]
-_FIRST: Final = 0.8
+_AIM: Final = 4.0  # coordinate of the aim, from the lower end of the table [m]
+_FAR_CUSHION: Final = 0.5  # distance of the other cushion behind its groove [m]
+_FIRST_RATIO: Final = 0.8
 """First estimate of the path back, divided by the path there, along the cushion; real tables have
 1/1.2.
 """
@@ -48,7 +48,7 @@ def through_points(
     aims: Sequence[float],
     *,
     speed: float = SPEED,
-    before: float = BEFORE,
+    before: float = START_DISTANCE,
 ) -> list[float]:
     """Return where each line of aim crosses the opposite line of diamonds [diamonds].
 
@@ -61,10 +61,12 @@ def through_points(
     Raises `OperatorError` if a ball doesn't come back to the opposite groove.
     """
     found = []
-    kept = _kept(play, physics, _slope(aims[0], _FIRST), speed, before)
+    kept = _kept(play, physics, _slope(aims[0], _FIRST_RATIO), speed, before)
     for aim in aims:
         kept = _kept(play, physics, _slope(aim, kept), speed, before)
-        found.append(aim + _slope(aim, kept) * (_ACROSS + 2.0 * _BEHIND) / _DIAMOND)
+        found.append(
+            aim + _slope(aim, kept) * (_GROOVE_TO_GROOVE + 2.0 * _GROOVE_TO_DIAMONDS) / _DIAMOND
+        )
     return found
 
 
@@ -73,28 +75,28 @@ def _slope(aim: float, kept: float) -> float:
 
     The ball meets the groove at aim + slope * behind, and comes back by kept * slope * across.
     """
-    if kept * _ACROSS <= _BEHIND:
+    if kept * _GROOVE_TO_GROOVE <= _GROOVE_TO_DIAMONDS:
         raise OperatorError("a bank comes back so steeply that no line of aim leads to the corner")
-    return aim * _DIAMOND / (kept * _ACROSS - _BEHIND)
+    return aim * _DIAMOND / (kept * _GROOVE_TO_GROOVE - _GROOVE_TO_DIAMONDS)
 
 
 def _kept(play: Play, physics: Physics, slope: float, speed: float, before: float) -> float:
     """Return the path of a ball along the cushion after the bank, divided by that before it."""
-    groove = POOL_BALL.radius + _BEYOND + _ACROSS
+    groove = POOL_BALL.radius + _FAR_CUSHION + _GROOVE_TO_GROOVE
     along, across = np.array([-slope, 1.0]) / np.hypot(slope, 1.0)
     track = track_of(
         play,
         physics,
-        Table(length=_FAR + 2.0, width=groove + POOL_BALL.radius),
+        Table(length=_AIM + 2.0, width=groove + POOL_BALL.radius),
         POOL_BALL,
-        position=(_FAR + slope * before, groove - before),
+        position=(_AIM + slope * before, groove - before),
         velocity=(float(speed * along), float(speed * across)),
         angular_velocity=(0.0, 0.0, 0.0),
-        lasts=_WAY / speed,
+        lasts=_PATH / speed,
         rate=_RATE,
     )
-    crossing = _crossing(track.positions, groove - _ACROSS)
-    return (_FAR - crossing) / (slope * _ACROSS)
+    crossing = _crossing(track.positions, groove - _GROOVE_TO_GROOVE)
+    return (_AIM - crossing) / (slope * _GROOVE_TO_GROOVE)
 
 
 def _crossing(positions: FloatArray, line: float) -> float:

@@ -17,7 +17,7 @@ class FactsError(GhostballError):
     """A table of facts with invalid content."""
 
 
-class Quantity(BaseModel, frozen=True, extra="forbid"):
+class QuantityAndUnit(BaseModel, frozen=True, extra="forbid"):
     """A quantity and its unit."""
 
     quantity: str
@@ -34,7 +34,7 @@ class Heading(BaseModel, frozen=True, extra="forbid"):
     unit: str | None = None
 
 
-class Row(BaseModel, frozen=True, extra="forbid"):
+class FactRow(BaseModel, frozen=True, extra="forbid"):
     """One figure: for the range from `low` to `high`, with the mean `at`; or for the number `at`.
 
     If several tables were measured, `of_each` holds the figure of each; `value` is their mean, and
@@ -108,13 +108,13 @@ class Facts(BaseModel, frozen=True, extra="forbid"):
     unit: str
     against: str
     given: dict[str, str] = {}
-    also: dict[str, Quantity] = {}
+    also: dict[str, QuantityAndUnit] = {}
     tables: tuple[str, ...] = ()
     families: tuple[Heading, ...] = ()
     citation: str = Field(min_length=20)
     conditions: str = Field(min_length=20)
     grades: bool
-    rows: tuple[Row, ...] = Field(min_length=1)
+    rows: tuple[FactRow, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
     def _rows_are_whole(self) -> Self:

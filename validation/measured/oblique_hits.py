@@ -11,7 +11,7 @@ import numpy as np
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.measured.play import (
+from ghostball.validation.measured.simulated_ball import (
     POOL_BALL,
     SNOOKER_BALL,
     BallSize,
@@ -24,16 +24,16 @@ from ghostball.validation.measured.tracks import Track, tracks_of
 _TABLE: Final = Table(length=6.0, width=5.0)
 _MIDDLE: Final = (2.0, 2.5)
 """Position of the cue ball at the hit: no ball reaches a cushion during the observation."""
-_COMES: Final = 0.2
+_APPROACH_TIME: Final = 0.2
 """Time before the hit at which a rolling cue ball starts [s]."""
-_SEEN: Final = 0.6
+_OBSERVED_TIME: Final = 0.6
 """Time after a hit in which balls are observed [s]: slides end within 0.3 s at snooker speeds."""
 _RATE: Final = 200.0  # sampling rate [1/s]
-_ROLLS: Final = 0.2
+_ROLLING_TIME: Final = 0.2
 """Time after the end of its slide in which each ball's rolling is observed [s]."""
 _GAP: Final = 1e-3
 """Gap at which a cue ball without spin starts [m]: the cloth gives it no noticeable spin."""
-_THROWN: Final = (0.02, 0.3)
+_THROW_TIMES: Final = (0.02, 0.3)
 """Times at which the direction of a thrown ball is read [s]; it slides and rolls along one line."""
 
 
@@ -59,10 +59,12 @@ def oblique_hit(play: Play, physics: Physics, speed: float, cut: float) -> Obliq
 
     Raises `OperatorError` if a ball doesn't roll again soon.
     """
-    start = speed + rolling_deceleration(physics, speed) * _COMES
-    way = (start + speed) / 2.0 * _COMES
+    start = speed + rolling_deceleration(physics, speed) * _APPROACH_TIME
+    way = (start + speed) / 2.0 * _APPROACH_TIME
     rolls = {"velocity": (start, 0.0)}
-    scene = _scene("oblique-hit", physics, SNOOKER_BALL, cut, way, rolls, _COMES + _SEEN)
+    scene = _scene(
+        "oblique-hit", physics, SNOOKER_BALL, cut, way, rolls, _APPROACH_TIME + _OBSERVED_TIME
+    )
     tracks = tracks_of(play(scene), _RATE)
     cue, other = (_when_it_rolls(tracks[name], physics, name) for name in ("cue", "object"))
     return ObliqueHit(
@@ -81,9 +83,9 @@ def throw_angle(play: Play, physics: Physics, speed: float, cut: float) -> float
     Raises `OperatorError` if the object ball isn't hit.
     """
     slides = {"velocity": (speed, 0.0), "angular_velocity": (0.0, 0.0, 0.0)}
-    scene = _scene("throw", physics, POOL_BALL, cut, _GAP, slides, _THROWN[1] + 2.0 / _RATE)
+    scene = _scene("throw", physics, POOL_BALL, cut, _GAP, slides, _THROW_TIMES[1] + 2.0 / _RATE)
     track = tracks_of(play(scene), _RATE)["object"]
-    first, last = track.at(np.array(_THROWN))
+    first, last = track.at(np.array(_THROW_TIMES))
     if not first[0] < last[0]:
         raise OperatorError(f"a ball that was hit at {speed:g} m/s, a cut of {cut:g}, rests")
     return cut - math.degrees(math.atan2(first[1] - last[1], last[0] - first[0]))
@@ -116,9 +118,11 @@ def _when_it_rolls(track: Track, physics: Physics, name: str) -> FloatArray:
     slides = np.flatnonzero(slowing > limit)
     # The samples before, at and after the end of the slide affect the computed deceleration.
     first = int(slides[-1]) + 2 if len(slides) else 0
-    last = first + int(_ROLLS * _RATE)
+    last = first + int(_ROLLING_TIME * _RATE)
     if not len(slides) or last >= len(track.times):
-        raise OperatorError(f"the {name} ball doesn't roll again within {_SEEN:g} s of a hit")
+        raise OperatorError(
+            f"the {name} ball doesn't roll again within {_OBSERVED_TIME:g} s of a hit"
+        )
     since = track.times[first:last] - track.times[first]
     line = np.polynomial.polynomial.polyfit(since, track.positions[first:last], 2)
     return np.asarray(line[1])

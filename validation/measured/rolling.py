@@ -10,7 +10,7 @@ import numpy as np
 
 from ghostball.model import Physics, Table
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.measured.play import (
+from ghostball.validation.measured.simulated_ball import (
     POOL_BALL,
     OperatorError,
     Play,
@@ -96,7 +96,7 @@ def _rolled(name: str, track: Track, first: float, windows: RollingWindows) -> R
 
 
 _TABLE = Table(length=10.0, width=2.0)
-_PLAYED = 1.65  # [s]
+_DURATION = 1.65  # [s]
 _ANY_SPEED = RollingWindows(slowest=0.0)
 
 
@@ -108,7 +108,13 @@ def deceleration(play: Play, physics: Physics, speed: float) -> float:
     before = _ANY_SPEED.after + _ANY_SPEED.length / 2.0
     start = speed + rolling_deceleration(physics, speed) * before
     track = track_of(
-        play, physics, _TABLE, POOL_BALL, position=(1.0, 1.0), velocity=(start, 0.0), lasts=_PLAYED
+        play,
+        physics,
+        _TABLE,
+        POOL_BALL,
+        position=(1.0, 1.0),
+        velocity=(start, 0.0),
+        lasts=_DURATION,
     )
     surface = Surface(_TABLE.length, _TABLE.width, POOL_BALL.radius)
     found = rolling_windows({"cue": track}, surface, _ANY_SPEED)

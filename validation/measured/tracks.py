@@ -21,7 +21,7 @@ Shots = dict[str, dict[str, "Track"]]
 _HEADER = ["shot", "ball", "t", "x", "y"]
 _FASTEST = 15.0
 """Speed that no ball reaches [m/s]; a faster step means that a tracker confused two balls."""
-_OUTSIDE = 0.05
+_LARGEST_OUTSIDE = 0.05
 """Largest distance of a tracked ball beyond the cushions [m]."""
 
 
@@ -161,7 +161,7 @@ def _sample(where: str, numbers: list[str], surface: Surface) -> _Sample:
     if not all(map(math.isfinite, (t, x, y))):
         raise _refused(where, "finite numbers as t, x and y", f"{', '.join(numbers):.100}")
     for name, value, extent in (("x", x, surface.length), ("y", y, surface.width)):
-        if not -_OUTSIDE <= value <= extent + _OUTSIDE:
+        if not -_LARGEST_OUTSIDE <= value <= extent + _LARGEST_OUTSIDE:
             hint = "; are the units centimetres or millimetres?" if value > 10.0 * extent else ""
             expected = f"{name} between 0 and {extent:g} m, the playing surface"
             raise _refused(where, expected, f"{value:g}{hint}")

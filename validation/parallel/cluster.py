@@ -27,7 +27,7 @@ from uuid import uuid4
 
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.registry import EngineUnavailableError
-from ghostball.validation.parallel.pool import WAKE, Done, Process, one_kind, wait
+from ghostball.validation.parallel.pool import LONGEST_WAIT, Done, Process, one_kind, wait
 from ghostball.validation.parallel.sources import code_here, engine_code, engine_source
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ R = TypeVar("R")
 CONNECT_LIMIT = 10.0
 """Time [s] after which a scheduler that doesn't answer counts as unreachable."""
 
-PATIENCE = 60.0
+WORKERLESS_LIMIT = 60.0
 """Time [s] that a cluster may be without a worker."""
 
 _START_LIMIT = 3600.0
@@ -109,7 +109,7 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
             yield Cluster(client, address)
         finally:
             with suppress(Exception):  # the cluster may be gone
-                client.close(timeout=WAKE)
+                client.close(timeout=LONGEST_WAIT)
     finally:
         for logger, level in levels.items():
             logger.setLevel(level)
@@ -172,7 +172,7 @@ class Cluster:
                 if not doing:
                     return
                 try:
-                    future = done.get(timeout=WAKE)
+                    future = done.get(timeout=LONGEST_WAIT)
                 except Empty:
                     continue
                 with self._answering():
@@ -193,14 +193,16 @@ class Cluster:
         with self._answering():
             if self._client.status != "running":
                 raise ConnectionError
-            if now - self._asked >= WAKE:
+            if now - self._asked >= LONGEST_WAIT:
                 self._threads, self._asked = sum(self._client.nthreads().values()), now
         if self._threads:
             self._alone_since = None
         elif self._alone_since is None:
             self._alone_since = now
-        elif now - self._alone_since > PATIENCE:
-            raise ClusterLostError(self._lost(f"no worker has been available for {PATIENCE:g} s"))
+        elif now - self._alone_since > WORKERLESS_LIMIT:
+            raise ClusterLostError(
+                self._lost(f"no worker has been available for {WORKERLESS_LIMIT:g} s")
+            )
         return max(1, self._threads)
 
     def _answer(self, future: Future) -> _Answer | None:

@@ -27,7 +27,7 @@ from multiprocessing.connection import Connection, wait as wait_for_any
 from typing import Any, Generic, Protocol, TypeVar
 
 from ghostball.reference_adapters.output import captured, divert, end_if_forked, flush, text_of
-from ghostball.validation.parallel.group import FAILED, end_with_parent, interrupts_held
+from ghostball.validation.parallel.process_group import FAILED, end_with_parent, interrupts_held
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -36,7 +36,7 @@ R = TypeVar("R")
 START_LIMIT = 300.0
 """Time limit [s] for the start of a process and its imports, if tasks have a time limit."""
 
-WAKE = 1.0
+LONGEST_WAIT = 1.0
 """Longest single wait [s].
 
 A Ctrl-C that arrives between Python's last check and the wait, or in another thread, takes effect
@@ -333,10 +333,10 @@ class Process:
 
 
 def wait(processes: Iterable[Process]) -> None:
-    """Wait until one of the processes may have an answer, but at most `WAKE` seconds."""
+    """Wait until one of the processes may have an answer, but at most `LONGEST_WAIT` seconds."""
     processes = tuple(processes)
     signs = [sign for process in processes for sign in process.signs]
-    wait_for_any(signs, max(0.0, min([WAKE, *(process.left for process in processes)])))
+    wait_for_any(signs, max(0.0, min([LONGEST_WAIT, *(process.left for process in processes)])))
 
 
 def _serve(pipe: Connection, output: str, pickled: bytes) -> None:

@@ -30,9 +30,9 @@ from ghostball.validation.precision.phases import start_of
 from ghostball.validation.precision.points import LeftOut, PrecisionMeasurement, PrecisionPoint
 from ghostball.validation.results.measurement import MeasurementError
 from ghostball.validation.results.records import CERTIFIED, INDEPENDENT
+from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.runs.interleave import Sampler, Task, interleave
-from ghostball.validation.runs.ladder import halved_steps, step_of, step_setting, with_step
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.time_steps import halved_steps, step_of, step_setting, with_step
 from ghostball.validation.suite.suite import DEFAULT_ENGINES
 from ghostball.validation.truth.scene_truth import Truth, truth_of
 
@@ -52,7 +52,7 @@ PRECISION_ENGINES = (*DEFAULT_ENGINES, "pymunk:iterations=1", "certified")
 LEAST_SAMPLE, MOST_RUNS = 5e-3, 50
 """Least duration of a sample [s], which may need several runs, and their largest number."""
 
-MANY_STEPS, FEW = 5_000, 2
+MANY_STEPS, FEW_SAMPLES = 5_000, 2
 """A shot with more steps has only this number of samples. The limit counts steps, not time, so that
 phases and errors are the same on every machine."""
 
@@ -127,7 +127,7 @@ def ladder_of(family: str, engine: ReferenceEngine, duration: float) -> Iterator
 
 
 @dataclass(eq=False)
-class Place:
+class PlannedPoint:
     """One point to be measured; each sample starts the shot at another phase of the time step.
 
     `samples`: for each sample, the least time of a whole call [s], the least time inside the engine
@@ -153,7 +153,9 @@ class Place:
                 self._run(self.scene)
             return self._sample
 
-        return Task(f"{self.scene.name}, {self.at_step.label}", prepare, FEW if slow else None)
+        return Task(
+            f"{self.scene.name}, {self.at_step.label}", prepare, FEW_SAMPLES if slow else None
+        )
 
     def _sample(self) -> dict[str, float]:
         start = start_of(self.scene, self.at_step.step, len(self.samples))
@@ -235,7 +237,7 @@ def measure_precision(
     `rounds`: largest number of samples of each point.
     """
     truths = [(scene, independent_truth(scene)) for scene in scenes]
-    places: list[Place] = []
+    places: list[PlannedPoint] = []
     left_out: list[LeftOut] = []
     for label in dict.fromkeys(engines):
         try:
@@ -258,7 +260,7 @@ def measure_precision(
                         past = f"after its horizon, {horizon:.3g} s, errors may change the events"
                         left_out.append(LeftOut(scene=scene.name, engine=at_step.label, why=past))
                     else:
-                        places.append(Place(scene, truth, at_step, level))
+                        places.append(PlannedPoint(scene, truth, at_step, level))
                         level += 1
     order = {scene.name: k for k, scene in enumerate(scenes)}
     turns = sorted(places, key=lambda place: (order[place.scene.name], place.level))

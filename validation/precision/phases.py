@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from ghostball.model import Ball, Scene, SceneError, Status
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.rolling import rolling_spin
 
 RETURN_TOLERANCE: Final = 1e-12

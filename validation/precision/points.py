@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Literal
 
 from ghostball.validation.results.measurement import Measurement, Record
-from ghostball.validation.runs.ladder import knee_step
+from ghostball.validation.runs.time_steps import knee_step
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 """Accuracies for which times are given [m]."""

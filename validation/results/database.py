@@ -225,11 +225,11 @@ def record_of(adapter: TypeAdapter[Any], text: str, what: str) -> Any:
         return adapter.validate_json(text)
     except ValidationError as error:
         raise ResultsError(
-            f"{what} is damaged: {describe_validation_error(error)}. {AGAIN}"
+            f"{what} is damaged: {describe_validation_error(error)}. {REMEDY}"
         ) from None
 
 
-AGAIN: Final = "Move the file away, or choose another `--out`, and run again"
+REMEDY: Final = "Move the file away, or choose another `--out`, and run again"
 """Remedy for stored results that can't be read: a sentence without its full stop."""
 
 
@@ -263,11 +263,11 @@ def _check(database: sqlite3.Connection, path: Path) -> None:
     (application,) = database.execute("PRAGMA application_id").fetchone()
     (version,) = database.execute("PRAGMA user_version").fetchone()
     if application != APPLICATION:
-        raise ResultsError(f"{path}: contains no Ghostball results. {AGAIN}")
+        raise ResultsError(f"{path}: contains no Ghostball results. {REMEDY}")
     if version != SCHEMA:
         raise ResultsError(
             f"{path}: its version must be {SCHEMA}, got {version}: a different version of "
-            f"Ghostball wrote it. {AGAIN}"
+            f"Ghostball wrote it. {REMEDY}"
         )
     if not _tables_of(_TABLES) <= _tables(database):
         raise _damaged(path, "its tables are wrong")
@@ -314,7 +314,7 @@ def _explained(path: Path) -> Iterator[None]:
             raise ResultsError(
                 f"{path}: another process is writing to this file. Try again later"
             ) from None
-        if code in _OF_THE_DISK:
+        if code in _DISK_ERRORS:
             raise ResultsError(
                 f"{path}: can't be read or written: {error}. Make room, or choose another `--out`"
             ) from None
@@ -322,10 +322,10 @@ def _explained(path: Path) -> Iterator[None]:
 
 
 def _damaged(path: Path, why: object) -> ResultsError:
-    return ResultsError(f"{path}: is truncated or damaged ({why}). {AGAIN}")
+    return ResultsError(f"{path}: is truncated or damaged ({why}). {REMEDY}")
 
 
-_OF_THE_DISK: Final = (
+_DISK_ERRORS: Final = (
     *(sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN),
     *(sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM, sqlite3.SQLITE_NOLFS),
 )

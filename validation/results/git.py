@@ -12,7 +12,7 @@ from ghostball.model import GhostballError
 TIMEOUT: Final = 120.0
 """Time limit of a git command [s]; checking out a whole tree takes a few seconds."""
 
-_OF_A_HOOK: Final = frozenset(
+_HOOK_VARIABLES: Final = frozenset(
     (
         *("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_OBJECT_DIRECTORY", "GIT_COMMON_DIR"),
         *("GIT_ALTERNATE_OBJECT_DIRECTORIES", "GIT_PREFIX", "GIT_NAMESPACE"),
@@ -38,7 +38,7 @@ def run_git(root: Path, *arguments: str) -> str:
             capture_output=True,
             check=True,
             timeout=TIMEOUT,
-            env={name: value for name, value in os.environ.items() if name not in _OF_A_HOOK},
+            env={name: value for name, value in os.environ.items() if name not in _HOOK_VARIABLES},
         )
         return finished.stdout.decode("utf-8").strip()
     except OSError as error:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.model import EVENT_DTYPE, POCKETS, EventKind, Events, Phase
-from ghostball.validation.results.database import AGAIN, name_text, reading
+from ghostball.validation.results.database import REMEDY, name_text, reading
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.records import Motion
 
@@ -61,7 +61,7 @@ def motion_of_case(folder: Path, scene: str, label: str) -> Motion | None:
     except Exception as error:
         said = " ".join(f"{type(error).__name__}: {error}".split())
         what = f'the motion of `{label}` in scene "{scene}"'
-        raise ResultsError(f"{folder}: {what} is damaged: {said}. {AGAIN}") from error
+        raise ResultsError(f"{folder}: {what} is damaged: {said}. {REMEDY}") from error
 
 
 def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:

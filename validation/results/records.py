@@ -220,7 +220,7 @@ class CaseRecord:
         final state.
     `measured`: date and time of the run in UTC, ISO 8601; `wall_time` was measured then.
     `reused`: whether an earlier run made this record, and this run reused it unchanged.
-    `varied_from`: the scene of which this one is a perturbed initial state (`suite.varied`); else
+    `varied_from`: the scene of which this one is a perturbed initial state (`suite.ensemble`); else
         "".
     """
 

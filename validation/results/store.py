@@ -19,7 +19,6 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.files import ResultsError
-from ghostball.validation.results.frames import frame_of
 from ghostball.validation.results.motions import motion_of_case, put_motion
 from ghostball.validation.results.record_store import RecordStore, RunState
 from ghostball.validation.results.records import (
@@ -33,6 +32,7 @@ from ghostball.validation.results.records import (
     Check,
     Motion,
 )
+from ghostball.validation.results.tables import frame_of
 
 if TYPE_CHECKING:
     import sqlite3
@@ -195,7 +195,7 @@ class Results:
         Parameters
         ----------
         table : str
-            One of `validation.results.frames.TABLES`, such as "cases", "checks" or "events".
+            One of `validation.results.tables.TABLES`, such as "cases", "checks" or "events".
 
         Raises
         ------

@@ -41,13 +41,13 @@ _POCKETED: Final = (
 )
 """Tables with pockets: one is small, one has wide side pockets."""
 
-SPREAD: Final = (1.2, 0.7)
+UNBOUNDED_SIZE: Final = (1.2, 0.7)
 """Region of the balls on an unbounded cloth [m]."""
 
-_CHANNEL: Final = 2.5
+_NARROW_LENGTH: Final = 2.5
 """Length of a narrow table [m]."""
 
-_PATH: Final = 4.0
+_TIMED_PATH: Final = 4.0
 """Path of the fastest ball until a scene with a time limit stops [m]: some tens of collisions."""
 
 
@@ -162,7 +162,7 @@ def stop_of(chance: random.Random, options: Options, balls: list[Ball]) -> float
     If all balls are at rest, any time will do.
     """
     fastest = max(ball.speed for ball in balls)
-    lasts = _PATH / fastest if fastest > 0.0 else 1.0
+    lasts = _TIMED_PATH / fastest if fastest > 0.0 else 1.0
     return chance.uniform(0.2, 1.0) * (lasts if options["flight"] == "no" else min(lasts, 4.0))
 
 
@@ -189,12 +189,16 @@ def table_of(
     """
     kind = options["table"]
     if kind == "none":
-        return chance.choice((None, Table(length=SPREAD[0], width=SPREAD[1], cushions=())))
+        return chance.choice(
+            (None, Table(length=UNBOUNDED_SIZE[0], width=UNBOUNDED_SIZE[1], cushions=()))
+        )
     if kind == "narrow":
         flies = options["flight"] != "no"  # then also at the height of the noses
         widest = 2.0 * max(ball["radius"] if flies else reach(ball, physics) for ball in sizes)
         least = 0.125 if flies or _is_elastic(options, physics) else 0.0
-        return Table(length=_CHANNEL, width=widest * (1.0 + chance.choice((least, 0.0625, 0.5))))
+        return Table(
+            length=_NARROW_LENGTH, width=widest * (1.0 + chance.choice((least, 0.0625, 0.5)))
+        )
     if kind == "polygon":
         return Table.model_validate({"vertices": chance.choice(_POLYGONS)})
     if kind == "pockets":

@@ -16,7 +16,7 @@ import numpy as np
 
 from ghostball.model import Ball, Hole, Side, Table
 from ghostball.model.scene.obstacles import gap_to, is_inside
-from ghostball.validation.scenes.random_parts import SPREAD, Draft, Options, reach, sized
+from ghostball.validation.scenes.random_parts import UNBOUNDED_SIZE, Draft, Options, reach, sized
 
 _SPEEDS: Final = {"slow": (-20, -5), "usual": (-2, 2), "fast": (3, 4)}
 """Binary exponents of the speeds [m/s], lowest and highest."""
@@ -147,7 +147,7 @@ class _Places:
         self.table = table
         self.physics = physics
         self.balls: list[Draft] = []
-        self.room = SPREAD if table is None else (table.length, table.width)
+        self.room = UNBOUNDED_SIZE if table is None else (table.length, table.width)
         self.sides = () if table is None else table.sides
 
     def anywhere(self, ball: Draft) -> None:

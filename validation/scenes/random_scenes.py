@@ -97,11 +97,11 @@ def _all(aspect: str, but: str) -> tuple[Option, ...]:
 
 _INTEGRATED = (("ball-law", "mathavan2014"), ("cushion", "mathavan2010"))
 _RACKS = ("rack", "rack-at-rail", "loose-rack")
-_AT_RAILS = (("layout", "rail"), ("layout", "corner"), ("layout", "rack-at-rail"))
+_RAIL_LAYOUTS = (("layout", "rail"), ("layout", "corner"), ("layout", "rack-at-rail"))
 
 _SHAPED = tuple(("table", shape) for shape in ("polygon", "pockets", "posts"))
 
-_NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
+_EXCLUSIONS: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
     # A ball that always rolls stays on the cloth, and its velocity determines its spin.
     (
         (("motion", "rolling"),),
@@ -118,7 +118,7 @@ _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
     # A law of cushions needs cushions, and cushions need a law.
     ((("table", "none"),), _all("cushion", "none")),
     (_all("table", "none"), (("cushion", "none"),)),
-    ((("table", "none"), ("cushion", "none")), (*_AT_RAILS, ("along-rail", "yes"))),
+    ((("table", "none"), ("cushion", "none")), (*_RAIL_LAYOUTS, ("along-rail", "yes"))),
     # Squirt makes a struck ball leave a rail.
     ((("spin", "struck"),), (("along-rail", "yes"),)),
     # Relations of two balls need two balls.
@@ -138,17 +138,17 @@ _NEVER: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = (
     (tuple(("layout", rack) for rack in _RACKS), (("table", "narrow"),)),
     ((("layout", "rack"), ("layout", "rack-at-rail")), (("radii", "unequal"),)),
     # Balls are placed only at the rails of rectangular tables.
-    (_SHAPED, (*_AT_RAILS, ("along-rail", "yes"))),
+    (_SHAPED, (*_RAIL_LAYOUTS, ("along-rail", "yes"))),
     # Without friction, balls never rest, so the scene needs a stopping time.
     ((("cloth", "frictionless"),), (("stop", "rest"),)),
 )
 """Incompatible options: each option of the first group excludes each of the second."""
 
 _FORBIDDEN: Final = frozenset(
-    frozenset((one, other)) for some, others in _NEVER for one in some for other in others
+    frozenset((one, other)) for some, others in _EXCLUSIONS for one in some for other in others
 )
 
-_ASKED_FOR: Final[Mapping[tuple[str, str], frozenset[frozenset[Option]]]] = {
+_REQUESTED_ONLY: Final[Mapping[tuple[str, str], frozenset[frozenset[Option]]]] = {
     (aspect, "flight"): frozenset(
         frozenset((one, other)) for one in some for other in _all("flight", "no")
     )
@@ -160,7 +160,7 @@ flight in air, and flight over tables that aren't rectangles."""
 
 def _never(wanted: Iterable[str] = ()) -> frozenset[frozenset[Option]]:
     """Return the pairs that can't occur together if these aspects are requested."""
-    kept = (pairs for aspects, pairs in _ASKED_FOR.items() if not set(aspects) <= set(wanted))
+    kept = (pairs for aspects, pairs in _REQUESTED_ONLY.items() if not set(aspects) <= set(wanted))
     return _FORBIDDEN.union(*kept)
 
 

@@ -2,15 +2,15 @@
 
 from ghostball.validation.stress.families import FAMILIES, chosen_shots, path_of
 from ghostball.validation.stress.run import DEFAULT_ENGINES, run_stress
-from ghostball.validation.stress.shots import Family, Shot, Size, StressError
+from ghostball.validation.stress.shots import StressError, StressFamily, StressShot, StressSize
 
 __all__ = [
     "DEFAULT_ENGINES",
     "FAMILIES",
-    "Family",
-    "Shot",
-    "Size",
     "StressError",
+    "StressFamily",
+    "StressShot",
+    "StressSize",
     "chosen_shots",
     "path_of",
     "run_stress",

@@ -24,15 +24,22 @@ from ghostball.model import (
     Scene,
     Table,
 )
-from ghostball.validation.stress.shots import Family, Shot, Size, power_of_ten, scene_of, shot
+from ghostball.validation.stress.shots import (
+    StressFamily,
+    StressShot,
+    StressSize,
+    power_of_ten,
+    scene_of,
+    shot,
+)
 
-WAY = 0.0625
+PATH = 0.0625
 """Distance of the cue ball from the other ball [m]."""
 
 SPEED, T_MAX = 2.0, 0.15
 """Speed of a cue ball [m/s] and end of a shot [s], in shots with other extremes."""
 
-SIDE = 0.4
+TABLE_SIDE = 0.4
 """Side of a square table [m], in shots with other extremes."""
 
 ROLLING, ELASTIC, SLIDING = "rolling", "elastic", "sliding"
@@ -69,7 +76,7 @@ def cut(
     reach = (1.0 + ratio) * RADIUS
     aside = 0.4 * reach
     spin = (0.0, 0.0, 2.0 * speed) if physics.motion == "sliding" else None
-    start = at[0] - math.sqrt(reach**2 - aside**2) - WAY, at[1] + aside
+    start = at[0] - math.sqrt(reach**2 - aside**2) - PATH, at[1] + aside
     cue = Ball(id="cue", position=start, velocity=(speed, 0.0), angular_velocity=spin)
     rests = Ball(id="object", position=at, radius=ratio * RADIUS, mass=mass_ratio * MASS)
     return scene_of(cue, rests, physics=physics, t_max=t_max)
@@ -78,7 +85,7 @@ def cut(
 def bank(
     physics: Physics,
     *,
-    side: float = SIDE,
+    side: float = TABLE_SIDE,
     radius: float = RADIUS,
     speed: float = SPEED,
     t_max: float | None = 0.5,
@@ -90,23 +97,23 @@ def bank(
     return scene_of(cue, rests, physics=physics, t_max=t_max, table=Table(length=side, width=side))
 
 
-def _spread(size: Size, values: range) -> tuple[int, ...]:
+def _spread(size: StressSize, values: range) -> tuple[int, ...]:
     """Return all values, or the first and the last one for the small size."""
     return tuple(values) if size.full else (values[0], values[-1])
 
 
-def _speeds(size: Size) -> Iterator[Shot]:
+def _speeds(size: StressSize) -> Iterator[StressShot]:
     # Without friction, a ball arrives at any speed; with friction, it may stop before.
     for power in _spread(size, range(-9, 5)):
         speed = 10.0**power
         for kind, fields in KINDS.items():
-            scene = cut(Physics(**fields), speed=speed, t_max=5.0 * WAY / speed)
+            scene = cut(Physics(**fields), speed=speed, t_max=5.0 * PATH / speed)
             yield shot(f"speed-{kind}-{power_of_ten(power)}", scene, speed=speed)
-        scene = bank(ICE, speed=speed, t_max=4.0 * SIDE / speed)
+        scene = bank(ICE, speed=speed, t_max=4.0 * TABLE_SIDE / speed)
         yield shot(f"speed-bounces-{power_of_ten(power)}", scene, speed=speed)
 
 
-def _differences(size: Size) -> Iterator[Shot]:
+def _differences(size: StressSize) -> Iterator[StressShot]:
     """Yield a ball that catches up with another one at almost the same speed."""
     for power in _spread(size, range(-11, 0)):
         slower = 10.0**power
@@ -120,7 +127,7 @@ def _differences(size: Size) -> Iterator[Shot]:
             yield shot(name, scene, speed_difference=slower)
 
 
-def _ratios(size: Size) -> Iterator[Shot]:
+def _ratios(size: StressSize) -> Iterator[StressShot]:
     for power in _spread(size, range(-6, 7)):
         for kind, fields in KINDS.items():
             physics = Physics(**fields)
@@ -131,7 +138,7 @@ def _ratios(size: Size) -> Iterator[Shot]:
             yield shot(f"mass-ratio-{tag}", scene, mass_ratio=ratio)
 
 
-def _among_many(size: Size) -> Iterator[Shot]:
+def _among_many(size: StressSize) -> Iterator[StressShot]:
     """Yield two large balls that collide in front of a hundred small ones.
 
     Two small balls collide a little later. An engine with a grid needs cells for the largest ball;
@@ -158,7 +165,7 @@ def _among_many(size: Size) -> Iterator[Shot]:
         yield shot(f"among-many-{ratio:g}", scene)
 
 
-def _tables(size: Size) -> Iterator[Shot]:
+def _tables(size: StressSize) -> Iterator[StressShot]:
     rough = Physics(rolling_friction=0.5)
     for power in _spread(size, range(-3, 7)):
         side = 10.0**power
@@ -173,7 +180,7 @@ def _tables(size: Size) -> Iterator[Shot]:
             yield shot(f"table-pool-ball-{power_of_ten(power)}", scene, table=side)
 
 
-def _moved(size: Size) -> Iterator[Shot]:
+def _moved(size: StressSize) -> Iterator[StressShot]:
     for power in range(7) if size.full else (6,):
         away = 10.0**power
         for kind, fields in KINDS.items():
@@ -193,7 +200,7 @@ def _far_end(away: float) -> Scene:
     return scene_of(cue, other, physics=ICE, t_max=0.7, table=table)
 
 
-def _frictions(size: Size) -> Iterator[Shot]:
+def _frictions(size: StressSize) -> Iterator[StressShot]:
     pool = KINDS[SLIDING]
     for friction in (0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0, 10.0) if size.full else (10.0,):
         scene = cut(Physics(rolling_friction=friction), speed=8.0)
@@ -206,7 +213,7 @@ def _frictions(size: Size) -> Iterator[Shot]:
         yield shot(f"friction-flat-cushion-{friction:g}", scene, friction=friction)
 
 
-def _restitutions(size: Size) -> Iterator[Shot]:
+def _restitutions(size: StressSize) -> Iterator[StressShot]:
     for restitution in (0.0, 1e-12, 0.5, 1.0 - 1e-12, 1.0) if size.full else (0.0,):
         for kind, fields in KINDS.items():
             scene = cut(Physics(**(fields | {"ball_restitution": restitution})))
@@ -222,7 +229,7 @@ def _restitutions(size: Size) -> Iterator[Shot]:
             yield shot(name, scene, proved=least, restitution=restitution)
 
 
-def _tiny(size: Size) -> Iterator[Shot]:
+def _tiny(size: StressSize) -> Iterator[StressShot]:
     """Yield speeds with squares that underflow, and speeds at the limits."""
     values = (5e-324, 1e-310, 3e-308, 1e-200, 1e-160, 1e-100, 1e-50)
     for speed in values if size.full else values[:1]:
@@ -230,11 +237,11 @@ def _tiny(size: Size) -> Iterator[Shot]:
             scene = cut(Physics(**fields), speed=speed)
             yield shot(f"tiny-{kind}-{speed:g}", scene, speed=speed)
     for power in (-49, -30, 20, 49) if size.full else (-49, 49):
-        scene = cut(ICE, speed=10.0**power, t_max=5.0 * WAY / 10.0**power)
+        scene = cut(ICE, speed=10.0**power, t_max=5.0 * PATH / 10.0**power)
         yield shot(f"limit-elastic-{power_of_ten(power)}", scene, speed=10.0**power)
 
 
-def _shots(size: Size) -> Iterator[Shot]:
+def _shots(size: StressSize) -> Iterator[StressShot]:
     parts = (
         *(_speeds, _differences, _ratios, _among_many),
         *(_tables, _moved, _frictions, _restitutions, _tiny),
@@ -243,7 +250,7 @@ def _shots(size: Size) -> Iterator[Shot]:
         yield from part(size)
 
 
-FAMILY = Family(
+FAMILY = StressFamily(
     "extremes",
     "Extremes of speed, size, mass, place and friction",
     "Shots with one extreme number (speeds 5e-324 to 1e49 m/s, two that differ by 1e-11 of them, "

@@ -21,7 +21,7 @@ from ghostball.validation.stress import (
     touching,
     tunnelling,
 )
-from ghostball.validation.stress.shots import Family, Shot, Size, StressError
+from ghostball.validation.stress.shots import StressError, StressFamily, StressShot, StressSize
 
 _MODULES: Final = (
     grazing,
@@ -34,10 +34,12 @@ _MODULES: Final = (
     pockets,
 )
 
-FAMILIES: Final[Mapping[str, Family]] = {module.FAMILY.name: module.FAMILY for module in _MODULES}
+FAMILIES: Final[Mapping[str, StressFamily]] = {
+    module.FAMILY.name: module.FAMILY for module in _MODULES
+}
 
 
-def chosen_shots(size: Size, only: Sequence[str] = ()) -> list[Shot]:
+def chosen_shots(size: StressSize, only: Sequence[str] = ()) -> list[StressShot]:
     """Return the chosen shots, in order.
 
     `only`: families, or shots as `FAMILY/SHOT`, each of which may be a pattern such as
@@ -58,7 +60,7 @@ def chosen_shots(size: Size, only: Sequence[str] = ()) -> list[Shot]:
     return chosen
 
 
-def _matching(size: Size, only: Sequence[str]) -> tuple[list[Shot], list[str]]:
+def _matching(size: StressSize, only: Sequence[str]) -> tuple[list[StressShot], list[str]]:
     """Return the shots that patterns name, and the patterns that name none."""
     chosen, unmatched = [], dict.fromkeys(only)
     for family, shot in _candidates(size, only):
@@ -78,7 +80,7 @@ def path_of(scene: str) -> str:
     return scene.replace(".", "/", 1)
 
 
-def _candidates(size: Size, only: Sequence[str]) -> Iterator[tuple[Family, Shot]]:
+def _candidates(size: StressSize, only: Sequence[str]) -> Iterator[tuple[StressFamily, StressShot]]:
     # Generating the shots of a family may take seconds, so only families that may match do this.
     families = [pattern.partition("/")[0] for pattern in only]
     for family in FAMILIES.values():

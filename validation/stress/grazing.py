@@ -14,10 +14,17 @@ from itertools import product
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
+from ghostball.validation.stress.shots import (
+    StressFamily,
+    StressShot,
+    StressSize,
+    limit,
+    scene_of,
+    shot,
+)
 
 SPEED = 1.0
-WAY = 0.1
+PATH = 0.1
 """Speed of the moving ball [m/s], and its path to the other ball, or to the cushion [m]."""
 
 SHALLOWEST = 13
@@ -25,7 +32,7 @@ SHALLOWEST = 13
 
 _RADIUS = Ball(id="any", position=(0.0, 0.0)).radius
 _CLOTH = Physics(preset="pool", sliding_friction=0.4)
-_PULL = _CLOTH.sliding_friction * _CLOTH.gravity
+_SLIDING_DECELERATION = _CLOTH.sliding_friction * _CLOTH.gravity
 """Deceleration of the contact point of a sliding ball [m/s^2]."""
 
 
@@ -37,10 +44,10 @@ def straight(depth: float, turn: float, *, physics: Physics, ratio: float = 1.0)
     """
     c, s = math.cos(turn), math.sin(turn)
     aside = (1.0 + ratio) * _RADIUS * (1.0 - depth)
-    start = (-c * WAY - s * aside, -s * WAY + c * aside)
+    start = (-c * PATH - s * aside, -s * PATH + c * aside)
     cue = Ball(id="cue", position=start, velocity=(SPEED * c, SPEED * s))
     rests = Ball(id="object", position=(0.0, 0.0), radius=ratio * _RADIUS)
-    return scene_of(cue, rests, physics=physics, t_max=2.0 * WAY / SPEED)
+    return scene_of(cue, rests, physics=physics, t_max=2.0 * PATH / SPEED)
 
 
 def curved(depth: float, turn: float) -> Scene:
@@ -50,11 +57,11 @@ def curved(depth: float, turn: float) -> Scene:
     # along a parabola, until it has passed.
     spin = SPEED / _RADIUS
     aside = 3.0 * spin
-    t = WAY / SPEED
-    bent, reach = 0.5 * _PULL * t * t, 2.0 * _RADIUS * (1.0 - depth)
-    sideways = _PULL * t
+    t = PATH / SPEED
+    bent, reach = 0.5 * _SLIDING_DECELERATION * t * t, 2.0 * _RADIUS * (1.0 - depth)
+    sideways = _SLIDING_DECELERATION * t
     speed = math.hypot(SPEED, sideways)
-    along, across = WAY + reach * sideways / speed, bent - reach * SPEED / speed
+    along, across = PATH + reach * sideways / speed, bent - reach * SPEED / speed
     cue = Ball(
         id="cue",
         position=(0.0, 0.0),
@@ -68,7 +75,7 @@ def curved(depth: float, turn: float) -> Scene:
 def at_cushion(depth: float, _turn: float) -> Scene:
     """Return a shot that sidespin turns back just where it reaches a cushion."""
     spin, up = 2.0 * SPEED / _RADIUS, 0.4 * SPEED
-    apex = up * up / (2.0 * _PULL)
+    apex = up * up / (2.0 * _SLIDING_DECELERATION)
     # The slip is only sideways, so the friction points away from the cushion.
     cue = Ball(
         id="cue",
@@ -77,7 +84,7 @@ def at_cushion(depth: float, _turn: float) -> Scene:
         angular_velocity=(spin, SPEED / _RADIUS, 0.0),
     )
     table = Table(length=1.2, width=0.6)
-    return scene_of(cue, physics=_CLOTH, table=table, t_max=2.0 * WAY / SPEED)
+    return scene_of(cue, physics=_CLOTH, table=table, t_max=2.0 * PATH / SPEED)
 
 
 def hit_or_miss(depth: float, metric: str = "collision_count") -> Criterion:
@@ -93,7 +100,7 @@ def grazes(
     powers: Iterable[int],
     turns: Iterable[float],
     metric: str = "collision_count",
-) -> Iterator[Shot]:
+) -> Iterator[StressShot]:
     """Yield shots with depths of plus (hit) and minus (miss) these powers of ten [diameters].
 
     `make`: returns the scene for a depth [diameters] and a rotation [rad].
@@ -105,7 +112,7 @@ def grazes(
         yield shot(name, make(depth, turn), hit_or_miss(depth, metric), depth=abs(depth))
 
 
-def _shots(size: Size) -> Iterator[Shot]:
+def _shots(size: StressSize) -> Iterator[StressShot]:
     turns = (0.0, 0.3, 0.7, 1.1, 2.3, 4.0) if size.full else (0.0, 0.7)
     powers = range(1, SHALLOWEST + 1, 1 if size.full else 3)
     sliding = Physics(preset="pool")
@@ -121,7 +128,7 @@ def _shots(size: Size) -> Iterator[Shot]:
         yield from grazes(kind, make, powers, turns[:1] if kind == "cushion" else turns)
 
 
-FAMILY = Family(
+FAMILY = StressFamily(
     "grazing",
     "Grazing hits and near misses",
     "A path that goes 1e-1 to 1e-13 of a diameter into a ball or a cushion gives one "

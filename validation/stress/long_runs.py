@@ -15,7 +15,14 @@ from ghostball.model import POOL_BALL_RADIUS as RADIUS, Ball, Scene, Table
 from ghostball.validation.checks.criterion import Criterion
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.stress.gas import ICE, collision_rate, gas
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
+from ghostball.validation.stress.shots import (
+    StressFamily,
+    StressShot,
+    StressSize,
+    limit,
+    scene_of,
+    shot,
+)
 
 ROWS, PACKING = 6, 0.5
 """A gas of rows x rows balls, and the share of the table that they cover."""
@@ -39,7 +46,7 @@ _PREDICTED = (
 )
 
 
-def _gases(size: Size) -> Iterator[Shot]:
+def _gases(size: StressSize) -> Iterator[StressShot]:
     for collisions in (1_000, 10_000, 100_000) if size.full else (1_000, 100_000):
         t_max = collisions / collision_rate(ROWS**2, PACKING)
         drift = EPS * (_SUM + DRIFT * math.sqrt(collisions) / ROWS**2)
@@ -65,7 +72,7 @@ def _gases(size: Size) -> Iterator[Shot]:
         )
 
 
-def _galperins() -> Iterator[Shot]:
+def _galperins() -> Iterator[StressShot]:
     """Yield a light ball between a cushion and a heavy one: the number of collisions spells pi."""
     for digits in range(6):
         count = galperin(digits)
@@ -137,12 +144,12 @@ def galperin(digits: int) -> int:
         return int(mp.ceil(mp.pi / mp.atan(mp.mpf(10) ** -digits))) - 1
 
 
-def _shots(size: Size) -> Iterator[Shot]:
+def _shots(size: StressSize) -> Iterator[StressShot]:
     yield from _gases(size)
     yield from _galperins()
 
 
-FAMILY = Family(
+FAMILY = StressFamily(
     "long-runs",
     "Long runs: a gas, Galperin's pi",
     "In 100 000 collisions an elastic gas changes its energy by no more than a random walk of "

@@ -9,8 +9,15 @@ from typing import Any
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.stress.grazing import SHALLOWEST, SPEED, WAY, grazes
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
+from ghostball.validation.stress.grazing import PATH, SHALLOWEST, SPEED, grazes
+from ghostball.validation.stress.shots import (
+    StressFamily,
+    StressShot,
+    StressSize,
+    limit,
+    scene_of,
+    shot,
+)
 
 _RADIUS = Ball(id="any", position=(0.0, 0.0)).radius
 _FREE = Physics(rolling_friction=0.0, cushion="mirror")
@@ -31,11 +38,11 @@ def passing(depth: float, turn: float, *, post: bool) -> Scene:
     c, s = math.cos(way), math.sin(way)
     aside = _RADIUS - 2.0 * _RADIUS * depth + (_POST if post else 0.0)
     # The obstacle is at (1, 1), on the right of the path.
-    x, y = 1.0 + s * aside - c * WAY, 1.0 - c * aside - s * WAY
+    x, y = 1.0 + s * aside - c * PATH, 1.0 - c * aside - s * PATH
     table = {"length": 2.0, "width": 2.0, "posts": [{"centre": (1.0, 1.0), "radius": _POST}]}
     shape = Table.model_validate(table if post else {"vertices": _CORNER})
     cue = Ball(id="cue", position=(x, y), velocity=(SPEED * c, SPEED * s))
-    return scene_of(cue, physics=_FREE, t_max=2.0 * WAY / SPEED, table=shape)
+    return scene_of(cue, physics=_FREE, t_max=2.0 * PATH / SPEED, table=shape)
 
 
 def wedge(angle: float) -> tuple[Scene, int]:
@@ -79,7 +86,7 @@ def _bounces(count: int) -> Criterion:
     return limit("ball_cushion_count", why, equals=count)
 
 
-def _grazes(size: Size) -> Iterator[Shot]:
+def _grazes(size: StressSize) -> Iterator[StressShot]:
     powers = range(1, SHALLOWEST + 1, 1 if size.full else 4)
     turns = (0.0, 0.1, -0.3, 0.5) if size.full else (0.0, 0.1)
     for kind in ("post", "corner"):
@@ -87,7 +94,7 @@ def _grazes(size: Size) -> Iterator[Shot]:
         yield from grazes(kind, make, powers, turns, "ball_cushion_count")
 
 
-def _at_holes() -> Iterator[Shot]:
+def _at_holes() -> Iterator[StressShot]:
     """Yield balls at the edge of a hole, balls frozen between jaws, and two that fall together."""
     (hole,) = (one for one in _POOL.holes if one.pocket == 1)  # of the bottom side
     x, edge = hole.centre[0], hole.centre[1] + hole.radius
@@ -118,7 +125,7 @@ def _at_holes() -> Iterator[Shot]:
         yield shot(f"into-the-jaws-{speed:g}", scene, _falls(0), stepped=True)
 
 
-def _rattles(size: Size) -> Iterator[Shot]:
+def _rattles(size: StressSize) -> Iterator[StressShot]:
     """Yield balls that rattle between the jaws of a corner pocket; certified."""
     most = 59 if size.full else 5
     for k in range(most + 1):
@@ -128,21 +135,21 @@ def _rattles(size: Size) -> Iterator[Shot]:
         yield shot(f"rattle-{y:.5f}", scene)
 
 
-def _corners(size: Size) -> Iterator[Shot]:
+def _corners(size: StressSize) -> Iterator[StressShot]:
     """Yield corners with smaller and smaller angles, until the sides are nearly parallel."""
     for degrees in (90.5, 31.0, 7.0, 1.0, 0.3, 0.1, 0.03) if size.full else (90.5, 31.0, 7.0, 1.0):
         scene, count = wedge(math.radians(degrees))
         yield shot(f"needle-{degrees:g}", scene, _bounces(count), angle=degrees)
 
 
-def _shots(size: Size) -> Iterator[Shot]:
+def _shots(size: StressSize) -> Iterator[StressShot]:
     yield from _grazes(size)
     yield from _at_holes()
     yield from _rattles(size)
     yield from _corners(size)
 
 
-FAMILY = Family(
+FAMILY = StressFamily(
     "pockets",
     "Jaws, holes and sharp corners",
     "A path that goes 1e-1 to 1e-13 of a diameter into a post or a corner hits it once. A ball "

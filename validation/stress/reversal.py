@@ -10,10 +10,17 @@ from collections.abc import Iterator
 
 from ghostball.model import POOL_BALL_RADIUS as RADIUS, Ball, Scene, Table
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.checks.relations import BACK
+from ghostball.validation.checks.relations import RETURN_DISTANCE
 from ghostball.validation.grading.tolerances import ROUNDINGS
 from ghostball.validation.stress.gas import ICE, gas
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
+from ghostball.validation.stress.shots import (
+    StressFamily,
+    StressShot,
+    StressSize,
+    limit,
+    scene_of,
+    shot,
+)
 
 LENGTHS = tuple(2.0**k for k in range(-5, 6))
 """Times of reversal [s], as long as rounding permits the return: see `longest`."""
@@ -29,10 +36,10 @@ FACTOR = limit(
 def back_within(radius: float) -> Criterion:
     """Return the limit on the distance from the start after the return, for a radius [m]."""
     why = "Without dissipation, and if rounding allows it, the reversed shot returns to its start."
-    return limit("reversal_error", why, at_most=BACK * radius)
+    return limit("reversal_error", why, at_most=RETURN_DISTANCE * radius)
 
 
-def _there_and_back(name: str, scene: Scene, longest: float) -> Iterator[Shot]:
+def _there_and_back(name: str, scene: Scene, longest: float) -> Iterator[StressShot]:
     """Yield a shot with later and later reversals.
 
     `longest` [s]: the latest reversal; later, rounding alone would prevent the return.
@@ -76,7 +83,7 @@ def _unlike(scene: Scene) -> Scene:
     return scene.model_copy(update={"balls": balls})
 
 
-def _shots(size: Size) -> Iterator[Shot]:
+def _shots(size: StressSize) -> Iterator[StressShot]:
     for rows in (2, 3, 4, 6, 10) if size.full else (3,):
         for packing in (0.1, 0.4) if size.full else (0.2,):
             for seed in (1, 2) if size.full else (1,):
@@ -88,7 +95,7 @@ def _shots(size: Size) -> Iterator[Shot]:
     yield from _there_and_back("line", _line(), 32.0 if size.full else 4.0)
 
 
-FAMILY = Family(
+FAMILY = StressFamily(
     "reversal",
     "Time reversal",
     "A frictionless elastic shot, reversed after 1/32 s, 1/16 s, 1/8 s ..., returns to its start "

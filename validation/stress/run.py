@@ -19,8 +19,8 @@ from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.runs.runner import Reuse
-from ghostball.validation.stress.shots import Shot
-from ghostball.validation.suite.suite import Outcome, run_suite
+from ghostball.validation.stress.shots import StressShot
+from ghostball.validation.suite.suite import SuiteResult, run_suite
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -35,7 +35,7 @@ DEFAULT_ENGINES: tuple[str, ...] = (
 
 
 def run_stress(
-    shots: Sequence[Shot],
+    shots: Sequence[StressShot],
     labels: Sequence[str],
     out: Path,
     *,
@@ -46,7 +46,7 @@ def run_stress(
     reuse: bool = True,
     announce: Callable[[Reuse[CaseRecord]], None] | None = None,
     time_limit: float | None = None,
-) -> Outcome:
+) -> SuiteResult:
     """Run shots on engines; results of other shots by the same code stay in the folder.
 
     `labels`: engines, each `NAME` or `NAME:key=value,...`.
@@ -72,7 +72,7 @@ def run_stress(
     )
 
 
-def _pairs(shots: Sequence[Shot], labels: Sequence[str]) -> set[Name]:
+def _pairs(shots: Sequence[StressShot], labels: Sequence[str]) -> set[Name]:
     """Return the pairs of shot and engine, without those that would take hours."""
     pairs: set[Name] = set()
     for label in labels:
@@ -84,7 +84,7 @@ def _pairs(shots: Sequence[Shot], labels: Sequence[str]) -> set[Name]:
     return pairs
 
 
-def _is_asked(shot: Shot, engine: ReferenceEngine | None) -> bool:
+def _is_asked(shot: StressShot, engine: ReferenceEngine | None) -> bool:
     if shot.stepped or engine is None:
         return shot.stepped
     try:

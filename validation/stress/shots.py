@@ -1,7 +1,7 @@
 """A generated shot: a scene with limits in addition to the limits for every engine.
 
 >>> shot("head-on", scene, limit("collision_count", "They meet once.", equals=1), depth=0.5)
-Shot(scene=..., criteria=..., stepped=True)
+StressShot(scene=..., criteria=..., stepped=True)
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class StressError(GhostballError, ValueError):
 
 
 @dataclass(frozen=True)
-class Size:
+class StressSize:
     """Number of shots to generate.
 
     `full`: all shots of a family, not only those that a CI has time for.
@@ -41,7 +41,7 @@ class Size:
 
 
 @dataclass(frozen=True)
-class Shot:
+class StressShot:
     """A scene and its limits.
 
     `criteria`: limits in addition to those for every engine, and the independent reference needed.
@@ -54,7 +54,7 @@ class Shot:
 
 
 @dataclass(frozen=True)
-class Family:
+class StressFamily:
     """Shots of one kind, over a range of a parameter.
 
     `name`: name on the command line, such as "grazing".
@@ -67,16 +67,16 @@ class Family:
     name: str
     title: str
     asks: str
-    make: Callable[[Size], Iterable[Shot]]
+    make: Callable[[StressSize], Iterable[StressShot]]
 
-    def shots(self, size: Size) -> Iterator[Shot]:
+    def shots(self, size: StressSize) -> Iterator[StressShot]:
         """Yield the shots; the name of each scene starts with the name of the family."""
         for one in self.make(size):
             named = {
                 "name": f"{self.name}.{one.scene.name}",
                 "tags": ("stress", self.name, *one.scene.tags),
             }
-            yield Shot(one.scene.model_copy(update=named), one.criteria, one.stepped)
+            yield StressShot(one.scene.model_copy(update=named), one.criteria, one.stepped)
 
 
 def shot(
@@ -87,18 +87,18 @@ def shot(
     proved: int | None = None,
     stepped: bool | None = None,
     **parameters: float,
-) -> Shot:
+) -> StressShot:
     """Return a shot of this name.
 
     `truth`, `proved`: see `Criteria`.
-    `stepped`: see `Shot`; default: True for short shots.
+    `stepped`: see `StressShot`; default: True for short shots.
     `parameters`: the varied quantities with their values in this shot. They become tags such as
         "depth=0.1", from which the report computes where an engine begins to fail.
     """
     tags = tuple(f"{key.replace('_', ' ')}={value:g}" for key, value in parameters.items())
     short = lasts(scene) <= LONGEST if stepped is None else stepped
     asked = Criteria(truth=truth, proved=proved, criteria=limits)
-    return Shot(scene.model_copy(update={"name": name, "tags": tags}), asked, short)
+    return StressShot(scene.model_copy(update={"name": name, "tags": tags}), asked, short)
 
 
 def scene_of(

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from ghostball.validation.scenes.random_scenes import Wanted, random_scene
-from ghostball.validation.stress.possible import POSSIBLE
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, shot
+from ghostball.validation.stress.common_limits import POSSIBLE
+from ghostball.validation.stress.shots import StressFamily, StressShot, StressSize, limit, shot
 
-MOST = 100_000
+MOST_EVENTS = 100_000
 """Largest number of events, and of contact steps, in a break."""
 
 BREAKS: Final[Mapping[str, Wanted]] = {
@@ -27,7 +27,7 @@ BREAKS: Final[Mapping[str, Wanted]] = {
 STEPPED_T_MAX = 2.0
 """Simulated time of a break for time-stepping engines [s]: a whole break takes them seconds."""
 
-EVERY = 50
+STEPPED_INTERVAL = 50
 """Time-stepping engines simulate one break of this number of consecutive breaks."""
 
 COUNT, COUNT_OF_ALL = 100, 5_000
@@ -35,29 +35,29 @@ COUNT, COUNT_OF_ALL = 100, 5_000
 
 LIMITS = (
     *POSSIBLE,
-    limit("event_count", "Eight times what the longest break needs.", at_most=MOST),
-    limit("contact_steps", "Eight times what the longest break needs.", at_most=MOST),
+    limit("event_count", "Eight times what the longest break needs.", at_most=MOST_EVENTS),
+    limit("contact_steps", "Eight times what the longest break needs.", at_most=MOST_EVENTS),
 )
 
 
-def _shots(size: Size) -> Iterator[Shot]:
+def _shots(size: StressSize) -> Iterator[StressShot]:
     count = size.count or (COUNT_OF_ALL if size.full else COUNT)
     for number in range(size.seed, size.seed + count):
         scene = random_scene(number, **BREAKS)
         yield shot(f"break-{number:05d}", scene, *LIMITS, truth="none", stepped=False)
-        if (number - size.seed) % EVERY == 0:
+        if (number - size.seed) % STEPPED_INTERVAL == 0:
             begun = scene.model_copy(update={"t_max": STEPPED_T_MAX})
             name = f"begun-{number:05d}"
             yield shot(name, begun, *LIMITS, truth="none", stepped=True)
 
 
-FAMILY = Family(
+FAMILY = StressFamily(
     "storms",
     "Random breaks",
     "A random break with random laws and frictions ends by itself within "
-    f"{MOST} events and contact steps, energy never rises, and no ball overlaps another ball "
-    "or a cushion by more than the limits allow. Time-stepping engines simulate "
-    f"{STEPPED_T_MAX:g} s of one break in {EVERY}. --seed and --count choose "
+    f"{MOST_EVENTS} events and contact steps, energy never rises, and no ball overlaps another "
+    "ball or a cushion by more than the limits allow. Time-stepping engines simulate "
+    f"{STEPPED_T_MAX:g} s of one break in {STEPPED_INTERVAL}. --seed and --count choose "
     "other breaks, or more of them.",
     _shots,
 )

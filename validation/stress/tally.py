@@ -12,7 +12,7 @@ from typing import Final, Literal
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
 from ghostball.validation.results.files import cannot_write
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.runs.ladder import step_in
+from ghostball.validation.runs.time_steps import step_in
 from ghostball.validation.stress.families import FAMILIES, path_of
 from ghostball.validation.stress.shots import parameters_of
 
@@ -58,7 +58,7 @@ def _is_generated(case: CaseRecord) -> bool:
 
 
 @dataclass(frozen=True)
-class Tally:
+class FamilyTally:
     """Results of an engine in a family."""
 
     cases: tuple[CaseRecord, ...] = ()
@@ -82,14 +82,14 @@ class Tally:
         return ", ".join(filter(None, (passed, more))) or "–"
 
 
-def tallies(cases: Iterable[CaseRecord]) -> dict[tuple[str, str], Tally]:
+def tallies(cases: Iterable[CaseRecord]) -> dict[tuple[str, str], FamilyTally]:
     """Return the results of each engine in each family, in the order of the families."""
     found: dict[tuple[str, str], list[CaseRecord]] = defaultdict(list)
     for case in cases:
         found[family_of(case), case.label].append(case)
     order = list(FAMILIES)
     keys = sorted(found, key=lambda key: order.index(key[0]))
-    return {key: Tally(tuple(found[key])) for key in keys}
+    return {key: FamilyTally(tuple(found[key])) for key in keys}
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from itertools import product
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.stress.possible import (
+from ghostball.validation.stress.common_limits import (
     ISOLATED,
     POSSIBLE,
     SKEW_OF_CONTACTS,
@@ -16,7 +16,15 @@ from ghostball.validation.stress.possible import (
     symmetric,
 )
 from ghostball.validation.stress.reversal import back_within
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot, size_of
+from ghostball.validation.stress.shots import (
+    StressFamily,
+    StressShot,
+    StressSize,
+    limit,
+    scene_of,
+    shot,
+    size_of,
+)
 
 RADIUS = 2.0**-5
 """Radius [m]: a power of two, so contacts along an axis are exactly closed, and gaps are exact."""
@@ -77,15 +85,15 @@ def resting_row(count: int, gap: float) -> list[Ball]:
     return [ball(f"b{k}", (x, 0.0)) for k, x in enumerate(places)]
 
 
-def _gaps(size: Size) -> tuple[float, ...]:
+def _gaps(size: StressSize) -> tuple[float, ...]:
     return (0.0, *(10.0**-k for k in range(15, 2, -1))) if size.full else (0.0, 1e-9)
 
 
-def _few_gaps(size: Size) -> tuple[float, ...]:
+def _few_gaps(size: StressSize) -> tuple[float, ...]:
     return (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3) if size.full else (0.0,)
 
 
-def _pairs(size: Size) -> Iterator[Shot]:
+def _pairs(size: StressSize) -> Iterator[StressShot]:
     """Yield two balls, one of them moving, in contact along an axis or at an angle; certified."""
     turns = (0.0, 0.7, 0.5 * math.pi, 2.0, 4.0) if size.full else (0.0, 0.7)
     for (kind, physics), gap, (word, direction), turn in product(
@@ -102,7 +110,7 @@ def _pairs(size: Size) -> Iterator[Shot]:
         yield shot(name, scene, *POSSIBLE, *bounded(4, 200), *isolated, gap=gap)
 
 
-def _on_cushions(size: Size) -> Iterator[Shot]:
+def _on_cushions(size: StressSize) -> Iterator[StressShot]:
     """Yield a ball at a cushion, and in a corner; certified."""
     for (kind, physics), gap, (word, direction) in product(
         KINDS.items(), _gaps(size), DIRECTIONS.items()
@@ -135,7 +143,7 @@ def ends(late: int) -> Criterion:
     return limit("rest_error_max", why, at_most=float(late), of="step")
 
 
-def _into_corners(size: Size) -> Iterator[Shot]:
+def _into_corners(size: StressSize) -> Iterator[StressShot]:
     """Yield a ball that rolls into a corner along its bisector, and returns the same way."""
     ways = (0.0, 1e-15, 1e-6, 0.01, 0.1, 0.25, 0.37) if size.full else (0.0, 0.25)
     for corner, far in product(((0, 0), (1, 0), (0, 1), (1, 1)), ways):
@@ -160,7 +168,7 @@ def _limits(scene: Scene, kind: str, skew: float | None) -> tuple[Criterion, ...
     )
 
 
-def _cradles(size: Size) -> Iterator[Shot]:
+def _cradles(size: StressSize) -> Iterator[StressShot]:
     """Yield balls that roll into a row: as many leave the row, and the others stay.
 
     Equal masses exchange velocities, so `k` balls pass through `n` balls in n k collisions.
@@ -184,7 +192,7 @@ def _cradles(size: Size) -> Iterator[Shot]:
         yield shot(name, scene, *POSSIBLE, *ISOLATED, *asked, gap=gap)
 
 
-def _lines(size: Size) -> Iterator[Shot]:
+def _lines(size: StressSize) -> Iterator[StressShot]:
     """Yield a ball that hits a line of frozen balls off centre."""
     numbers = range(2, 16) if size.full else (5,)
     for (kind, physics), n, gap in product(KINDS.items(), numbers, _few_gaps(size)):
@@ -204,7 +212,7 @@ def triangle(rows: int, gap: float) -> list[Plane]:
     ]
 
 
-def _triangles(size: Size) -> Iterator[Shot]:
+def _triangles(size: StressSize) -> Iterator[StressShot]:
     """Yield a straight break of a frozen triangle, and a triangle that nothing hits."""
     numbers = range(3, 16) if size.full else (3,)
     for (kind, physics), rows, gap in product(KINDS.items(), numbers, _few_gaps(size)):
@@ -219,7 +227,7 @@ def _triangles(size: Size) -> Iterator[Shot]:
         yield shot(f"still-{name}", still, *POSSIBLE, calm, *symmetric(0.0), gap=gap)
 
 
-def _wedged(size: Size) -> Iterator[Shot]:
+def _wedged(size: StressSize) -> Iterator[StressShot]:
     """Yield balls pushed against a cushion, or into a corner, that they touch."""
     for (kind, physics), gap in product(KINDS.items(), _few_gaps(size)):
         spacing = 2.0 * RADIUS + gap
@@ -246,7 +254,7 @@ def _wedged(size: Size) -> Iterator[Shot]:
         yield shot(name, scene, *_limits(scene, kind, SKEW_OF_CONTACTS), gap=gap)
 
 
-def _shots(size: Size) -> Iterator[Shot]:
+def _shots(size: StressSize) -> Iterator[StressShot]:
     yield from _pairs(size)
     yield from _on_cushions(size)
     yield from _into_corners(size)
@@ -256,7 +264,7 @@ def _shots(size: Size) -> Iterator[Shot]:
     yield from _wedged(size)
 
 
-FAMILY = Family(
+FAMILY = StressFamily(
     "touching",
     "Touching starts",
     "Balls that touch each other, a cushion or a corner at the start, or are 1e-15 to 1e-3 m away, "

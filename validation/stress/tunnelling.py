@@ -19,7 +19,14 @@ from collections.abc import Iterator
 from itertools import product
 
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
-from ghostball.validation.stress.shots import Family, Shot, Size, limit, scene_of, shot
+from ghostball.validation.stress.shots import (
+    StressFamily,
+    StressShot,
+    StressSize,
+    limit,
+    scene_of,
+    shot,
+)
 
 DIAMETER = 2.0 * POOL_BALL_RADIUS
 
@@ -29,7 +36,7 @@ STEP = 1e-3
 PHASES = 8
 """Number of phases: the ball starts at a fraction of a step farther away."""
 
-ROOM = 1.0
+FREE_PATH = 1.0
 """Path of the ball before and after the contact, besides whole steps, in diameters."""
 
 
@@ -48,8 +55,8 @@ def passing(depth: float, speed: float, step: float, phase: float) -> Scene:
     step.
     """
     way = speed * step
-    before = math.ceil(ROOM * DIAMETER / way) + phase
-    after = math.ceil((2.0 * crossing(depth) + ROOM * DIAMETER) / way)
+    before = math.ceil(FREE_PATH * DIAMETER / way) + phase
+    after = math.ceil((2.0 * crossing(depth) + FREE_PATH * DIAMETER) / way)
     # Contact is where the centres are a diameter apart.
     x = -(before * way + crossing(depth))
     # An engine may shorten its step to fit a whole number of steps; an ulp more would add a step.
@@ -89,7 +96,7 @@ def bounces() -> Scene:
     return scene_of(cue, physics=physics, t_max=2.0, table=table)
 
 
-def _passings(size: Size) -> Iterator[Shot]:
+def _passings(size: StressSize) -> Iterator[StressShot]:
     halves = 2 if size.full else 1
     beyond = [10.0 * 2.0 ** (k / halves) for k in range(1, 4 * halves + 1)]
     game = product(SPEEDS[size.full], DEPTHS[size.full])
@@ -112,13 +119,13 @@ DEPTHS = ((0.1, 0.01), (0.5, 0.1, 0.05, 0.02, 0.01))
 for the small size and the full size."""
 
 
-def _shots(size: Size) -> Iterator[Shot]:
+def _shots(size: StressSize) -> Iterator[StressShot]:
     yield from _passings(size)
     yield shot("energy-of-elastic-break", elastic_break())
     yield shot("energy-of-bounces", bounces())
 
 
-FAMILY = Family(
+FAMILY = StressFamily(
     "tunnelling",
     "Fast balls and time steps",
     "No ball passes through another ball, at any phase of the time step: "

@@ -18,16 +18,16 @@ from ghostball.model.errors import storable
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
 from ghostball.reference_adapters.registry import EngineUnavailableError, engine_name, make_engine
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.law import Asked, approximations_of, is_unstated
 from ghostball.validation.checks.metrics import METRICS, USUAL
+from ghostball.validation.checks.requirements import Requirements, approximations_of, is_unstated
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Done, Progress
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord, Fault
 from ghostball.validation.results.store import Finished
-from ghostball.validation.runs.playing import blamed_on_engine, differs_by_record, run_engine
+from ghostball.validation.runs.engine_runs import blamed_on_engine, differs_by_record, run_engine
 from ghostball.validation.suite.judge import Case, TruthFailure, judge
-from ghostball.validation.suite.plan import Plan
+from ghostball.validation.suite.plan import SuitePlan
 from ghostball.validation.truth.scene_truth import (
     PARTS,
     Truth,
@@ -40,7 +40,7 @@ _NO_TRUTH = Truth(None, missing="a perturbed initial state has no reference resu
 
 
 def prepare(
-    planned: Plan, pairs: Sequence[Name], jobs: int, compiling: Progress[str] | None
+    planned: SuitePlan, pairs: Sequence[Name], jobs: int, compiling: Progress[str] | None
 ) -> Callable[[], None]:
     """Do the work that these cases of a plan need before the first one runs.
 
@@ -60,7 +60,7 @@ def prepare(
     )
 
 
-def cases_of(planned: Plan, pairs: Sequence[Name]) -> Iterator[Case]:
+def cases_of(planned: SuitePlan, pairs: Sequence[Name]) -> Iterator[Case]:
     """Yield these cases of a plan, scene by scene, each with the reference result of its scene."""
     computed = USUAL if planned.metrics is None else planned.metrics
     parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
@@ -179,7 +179,7 @@ def finished(done: Done[Case, Finished]) -> Finished:
     return replace(record, printed=done.printed, measured=now), motion
 
 
-def _without_truth(metrics: Collection[str], asked: Asked) -> tuple[str, ...]:
+def _without_truth(metrics: Collection[str], asked: Requirements) -> tuple[str, ...]:
     """Return the metrics that a perturbed initial state has without a reference result.
 
     The accuracy class is kept, because it shows unphysical results, except for engines with limits

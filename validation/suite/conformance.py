@@ -1,6 +1,7 @@
 """Run one engine on scenes; report each requirement as passed, failed or skipped.
 
-The requirements and their sentences are those of `ghostball validate`; see `validation.checks.law`.
+The requirements and their sentences are those of `ghostball validate`; see
+`validation.checks.requirements`.
 """
 
 from __future__ import annotations
@@ -11,9 +12,9 @@ from typing import Literal
 
 from ghostball.model import Scene
 from ghostball.reference_adapters import ReferenceEngine, engine_names, make_engine
-from ghostball.validation.checks import law
+from ghostball.validation.checks import requirements
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.law import Asked
+from ghostball.validation.checks.requirements import Requirements
 from ghostball.validation.checks.verdict import is_unfinished, unfinished_text
 from ghostball.validation.results.records import CaseRecord, Check, Motion
 from ghostball.validation.suite.case import plain_settings, run_case, truth_or_failure
@@ -40,7 +41,7 @@ class EngineUnderTest:
 
 
 @dataclass(frozen=True)
-class Finding:
+class RequirementResult:
     """Result of one requirement: `words` is one sentence, "" if it passed."""
 
     outcome: Outcome
@@ -58,32 +59,34 @@ class SceneRun:
     record: CaseRecord
     motion: Motion | None = None
 
-    def finding(self, metric: str) -> Finding:
+    def finding(self, metric: str) -> RequirementResult:
         """Return the result of `COMPLETES`, or of all limits on a metric."""
         record = self.record
         if record.outcome == "not-representable":
-            return Finding("skipped", f"{record.scene}: unsupported: {record.reason}")
+            return RequirementResult("skipped", f"{record.scene}: unsupported: {record.reason}")
         if record.outcome != "ran":
-            return Finding("failed", f"{record.engine} failed: {record.reason}")
+            return RequirementResult("failed", f"{record.engine} failed: {record.reason}")
         if metric == COMPLETES:
             if is_unfinished(record):
-                return Finding(
+                return RequirementResult(
                     "failed", f"the run must finish by itself: {unfinished_text(record)}"
                 )
-            return Finding("passed")
+            return RequirementResult("passed")
         checks = tuple(check for check in record.checks if check.metric == metric)
         if not checks:
             note = record.notes.get(metric) or (
                 "no limit follows from the claims or the time step of the engine, or the "
                 "reference isn't independent of the engine `ghostball`"
             )
-            return Finding("skipped", f"{record.scene}: {note}")
+            return RequirementResult("skipped", f"{record.scene}: {note}")
         broken = tuple(check for check in checks if check.passed is False)
         if broken:
-            return Finding("failed", "; ".join(check.sentence for check in broken), broken)
+            return RequirementResult(
+                "failed", "; ".join(check.sentence for check in broken), broken
+            )
         if all(check.passed is None for check in checks):
-            return Finding("skipped", f"{record.scene}: {checks[0].note}", checks)
-        return Finding("passed", checks=checks)
+            return RequirementResult("skipped", f"{record.scene}: {checks[0].note}", checks)
+        return RequirementResult("passed", checks=checks)
 
 
 def engine_under_test(spec: str, judged_as: str | None = None) -> EngineUnderTest:
@@ -100,27 +103,29 @@ def engine_under_test(spec: str, judged_as: str | None = None) -> EngineUnderTes
     return EngineUnderTest(spec, lambda: make_engine(spec), other)
 
 
-def asked_of(engine: EngineUnderTest, own: Criteria, for_all: Criteria | None = None) -> Asked:
-    """Return the requirements for an engine in a scene; see `law.asked_of`.
+def asked_of(
+    engine: EngineUnderTest, own: Criteria, for_all: Criteria | None = None
+) -> Requirements:
+    """Return the requirements for an engine in a scene; see `requirements.asked_of`.
 
     Limits for the engine itself apply even if it is judged as another engine.
     """
     makers = [engine, *([] if engine.judged_as is None else [engine.judged_as])]
     engines = [one.make() for one in makers]
-    return law.asked_of([(one.name, plain_settings(one)) for one in engines], own, for_all)
+    return requirements.asked_of([(one.name, plain_settings(one)) for one in engines], own, for_all)
 
 
-def what_is_asked(engine: EngineUnderTest, scene: Scene, asked: Asked) -> tuple[str, ...]:
+def what_is_asked(engine: EngineUnderTest, scene: Scene, asked: Requirements) -> tuple[str, ...]:
     """Return the names of the requirements: `COMPLETES`, then metrics in the order of `METRICS`."""
     judged = engine if engine.judged_as is None else engine.judged_as
-    return (COMPLETES, *asked.metrics(law.claim_of(judged.make(), scene)))
+    return (COMPLETES, *asked.metrics(requirements.claim_of(judged.make(), scene)))
 
 
 def run_scene(
     engine: EngineUnderTest,
     scene: Scene,
     own: Criteria,
-    asked: Asked,
+    asked: Requirements,
     make: Callable[[], ReferenceEngine] | None = None,
     *,
     every_record: bool = False,

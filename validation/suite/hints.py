@@ -21,15 +21,15 @@ from ghostball.validation.scenes.library import find_scene, select
 
 BALL_BALL, CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.label
 
-FEWEST_ALIKE = 2
+FEWEST_BAD = 2
 """Number of bad cases from which a common property is reported."""
 
 
-FEW = 1.0 / 3.0
+LARGEST_GOOD_SHARE = 1.0 / 3.0
 """Largest share of the good cases that may have the property that all bad cases share."""
 
 
-ALONE: Mapping[Feature, tuple[str, ...]] = {
+SCENES_OF_FEATURE: Mapping[Feature, tuple[str, ...]] = {
     Feature.ROLLING: ("head-on",),
     Feature.SLIDING: ("sliding-stun",),
     Feature.FRICTIONLESS_CLOTH: ("cloth-frictionless", "cloth-frictionless-sliding"),
@@ -63,14 +63,14 @@ Two scenes if both rolling and sliding balls can have the feature: an engine may
 them.
 """
 
-_WITH_CUSHIONS = {Feature[law.feature] for law in CUSHION_LAWS if law.feature} | {
+_CUSHION_FEATURES = {Feature[law.feature] for law in CUSHION_LAWS if law.feature} | {
     Feature.FALLING_RESTITUTION,
     Feature.CUSHION_TANGENTIAL,
     Feature.OPEN_SIDES,
     Feature.POLYGON,
     Feature.POSTS,
 }
-_BETWEEN_BALLS = {Feature[law.feature] for law in BALL_LAWS if law.feature} | {
+_BALL_PAIR_FEATURES = {Feature[law.feature] for law in BALL_LAWS if law.feature} | {
     Feature.BALL_RESTITUTION,
     Feature.BALL_FRICTION,
     Feature.SPEED_DEPENDENT_FRICTION,
@@ -84,8 +84,8 @@ def tried_by(case: CaseRecord) -> set[Feature]:
     if case.outcome != "ran":
         return set()
     tried = set(scene_features(case.load_scene()))
-    tried -= set() if _happened(case, CUSHION) else _WITH_CUSHIONS
-    return tried - (set() if _happened(case, BALL_BALL) else _BETWEEN_BALLS)
+    tried -= set() if _happened(case, CUSHION) else _CUSHION_FEATURES
+    return tried - (set() if _happened(case, BALL_BALL) else _BALL_PAIR_FEATURES)
 
 
 def untried(engine: ReferenceEngine, tried: Collection[Feature]) -> Mapping[Feature, str]:
@@ -102,7 +102,7 @@ def _trying(feature: Feature, engine: ReferenceEngine) -> str:
     def is_able(scene: Scene) -> bool:
         return not missing_features(engine.capabilities, scene)
 
-    able = next(filter(is_able, map(find_scene, ALONE[feature])), None)
+    able = next(filter(is_able, map(find_scene, SCENES_OF_FEATURE[feature])), None)
     if able is None:
         having = (one for one in _by_size() if feature in scene_features(one))
         able = next(filter(is_able, having), None)
@@ -148,13 +148,13 @@ def shared(bad: Sequence[CaseRecord], good: Sequence[CaseRecord]) -> str:
     Returns "" if no property separates them. With several such properties, the one that the fewest
     good cases have.
     """
-    if len(bad) < FEWEST_ALIKE or not good:
+    if len(bad) < FEWEST_BAD or not good:
         return ""
     having = {name: sum(map(has, good)) for name, has in _traits() if all(map(has, bad))}
     if not having:
         return ""
     name = min(having, key=having.__getitem__)
-    if having[name] > FEW * len(good):
+    if having[name] > LARGEST_GOOD_SHARE * len(good):
         return ""
     count = having[name]
     rest = f"{count} of the other {len(good)} scenes" if count else "no other scene"

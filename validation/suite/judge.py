@@ -12,8 +12,8 @@ from ghostball.model.hashes import bits_hash
 from ghostball.reference_adapters.base import ReferenceEngine, Resolution
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.checks.law import Asked
-from ghostball.validation.checks.metrics import METRICS, USUAL, Measured, measure
+from ghostball.validation.checks.metrics import METRICS, USUAL, CaseMetrics, measure
+from ghostball.validation.checks.requirements import Requirements
 from ghostball.validation.results.records import Accuracy, CaseRecord, Check, status_name
 from ghostball.validation.results.store import Finished
 from ghostball.validation.runs.sampling import events_of, first_not_finite, motion_of
@@ -48,7 +48,7 @@ class Case:
     scene: Scene
     label: str
     truth: Truth | TruthFailure
-    asked: Asked = field(default_factory=Asked)
+    asked: Requirements = field(default_factory=Requirements)
     metrics: tuple[str, ...] | None = None
     judged_as: Callable[[], ReferenceEngine] | None = None
     varied_from: str = ""
@@ -117,7 +117,7 @@ def _measured(
     resolution: Resolution,
     metrics: Collection[str] | None,
     engine: ReferenceEngine,
-) -> tuple[Measured, Accuracy | None]:
+) -> tuple[CaseMetrics, Accuracy | None]:
     """Return the metrics of a run and its accuracy; no accuracy if the run is its own reference."""
     measured = measure(
         result,
@@ -141,13 +141,13 @@ def _measured(
 
 
 def _checks(
-    asked: Sequence[Criterion], measured: Measured, truth: Truth, engine: str
+    asked: Sequence[Criterion], measured: CaseMetrics, truth: Truth, engine: str
 ) -> tuple[Check, ...]:
     judged = (one for one in asked if _is_judged(one, measured, truth))
     return tuple(_check(one, measured, truth, engine) for one in judged)
 
 
-def _is_judged(criterion: Criterion, measured: Measured, truth: Truth) -> bool:
+def _is_judged(criterion: Criterion, measured: CaseMetrics, truth: Truth) -> bool:
     """Return True if a criterion can be judged; otherwise the record states why not."""
     metric = criterion.metric
     if metric in measured.incomplete:
@@ -158,7 +158,7 @@ def _is_judged(criterion: Criterion, measured: Measured, truth: Truth) -> bool:
     return measured.values[metric] is not None and (part is None or part in truth.independent)
 
 
-def _check(criterion: Criterion, measured: Measured, truth: Truth, engine: str) -> Check:
+def _check(criterion: Criterion, measured: CaseMetrics, truth: Truth, engine: str) -> Check:
     metric = criterion.metric
     own = truth.is_own_measure(engine, METRICS[metric].compares)
     return criterion.check(

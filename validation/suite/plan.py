@@ -20,29 +20,29 @@ from ghostball.reference_adapters.registry import (
     make_engine,
 )
 from ghostball.validation.checks.criteria import Criteria, criteria_beside
-from ghostball.validation.checks.law import Asked, asked_of
 from ghostball.validation.checks.metrics import METRICS, choose_metrics
+from ghostball.validation.checks.requirements import Requirements, asked_of
 from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.runs.playing import first_played
+from ghostball.validation.runs.engine_runs import first_played
 from ghostball.validation.runs.runner import check_each_once
 from ghostball.validation.scenes.library import find_scene, paths_among, scene_names, scene_path
+from ghostball.validation.suite.ensemble import Ensemble
 from ghostball.validation.suite.unchanged import inputs_hash, measured_between
-from ghostball.validation.suite.varied import Ensemble
 from ghostball.validation.truth.scene_truth import check_truth
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class SuitePlan:
     """A checked run: the scenes, the engines and the criteria."""
 
     scenes: Sequence[Scene]
     settings: Mapping[str, dict[str, Any] | None]  # by label; None: the engine is unavailable
     criteria: Mapping[str, Criteria]  # by scene name
     given: frozenset[str]  # scenes whose criteria were given, not shipped
-    asked: Mapping[Name, Asked]  # by scene name and label
+    asked: Mapping[Name, Requirements]  # by scene name and label
     inputs: Mapping[Name, str]  # hashes; "": can't be reused
     metrics: tuple[str, ...] | None  # None: all
     # names of perturbed scenes: the name of the scene they came from
@@ -80,7 +80,7 @@ def plan(
     only: Collection[Name] | None = None,
     ensemble: Ensemble | None = None,
     keeps_motion: bool = True,
-) -> Plan:
+) -> SuitePlan:
     """Return what will run and the limits that apply; refuse invalid input before anything runs.
 
     One error comes later, from `prepare`: criteria that ask for a closed form which the scene
@@ -115,21 +115,25 @@ def plan(
         given = [one for one in scenes if only is None or (one.name, label) in only]
         mine = [one for one in given if one.name not in origins]
         firsts[label] = first_played(make_engine(label), mine)
-    asked: dict[Name, Asked] = {}
+    asked: dict[Name, Requirements] = {}
     inputs: dict[Name, str] = {}
     for scene in scenes:
         for label, values in settings.items():
             pair, limits = (scene.name, label), own[scene.name]
             if only is not None and pair not in only:
                 continue
-            asked[pair] = Asked() if values is None else asked_of([(names[label], values)], limits)
+            asked[pair] = (
+                Requirements() if values is None else asked_of([(names[label], values)], limits)
+            )
             inputs[pair] = (
                 ""
                 if values is None or label in of_others
                 else inputs_hash(scene, label, values, asked[pair], limits.truth, chosen)
             )
     named = frozenset(criteria)
-    return Plan(scenes, settings, own, named, asked, inputs, chosen, origins, firsts, keeps_motion)
+    return SuitePlan(
+        scenes, settings, own, named, asked, inputs, chosen, origins, firsts, keeps_motion
+    )
 
 
 def shipped_criteria(scene: Scene) -> Criteria:

@@ -13,11 +13,11 @@ from typing import Final
 from pydantic import TypeAdapter
 
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
-from ghostball.validation.measured.likeness import Likeness, likeness
+from ghostball.validation.measured.table_agreement import TableAgreement, likeness
 from ghostball.validation.parallel.pool import Done, Progress
 from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.database import (
-    AGAIN,
+    REMEDY,
     current_records,
     has_database,
     reading,
@@ -25,38 +25,38 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.record_store import Name, RecordStore
-from ghostball.validation.runs.playing import in_other_process, run_engine
+from ghostball.validation.runs.engine_runs import in_other_process, run_engine
 from ghostball.validation.runs.runner import Ran, run
 from ghostball.validation.suite.case import plain_settings
 from ghostball.validation.suite.unchanged import code_hash, hash_of
 
-_LIKENESS: Final = TypeAdapter(Likeness)
+_AGREEMENT: Final = TypeAdapter(TableAgreement)
 
 
-class LikenessWriter(RecordStore[Likeness, Likeness]):
+class AgreementWriter(RecordStore[TableAgreement, TableAgreement]):
     """Store the agreement of each engine with measured tables."""
 
     kind = "likeness"
-    adapter = _LIKENESS
+    adapter = _AGREEMENT
     what = "comparisons with measured tables"
 
-    def name_of(self, record: Likeness) -> Name:
+    def name_of(self, record: TableAgreement) -> Name:
         """Return the label."""
         return (record.label,)
 
-    def stands(self, record: Likeness) -> bool:
+    def stands(self, record: TableAgreement) -> bool:
         """Return True if running again would give the same result: no crash, no time limit."""
         return not any(family.failed for family in record.families)
 
 
-def measure_likenesses(
+def measure_agreements(
     specs: Sequence[str],
     folder: Path,
     time_limit: float | None,
     *,
     reuse: bool = False,
-    progress: Progress[Likeness] | None = None,
-) -> Ran[Likeness]:
+    progress: Progress[TableAgreement] | None = None,
+) -> Ran[TableAgreement]:
     """Return the agreement of each installed engine with measured tables, and store it in a folder.
 
     Stored results of engines that aren't in `specs` are no longer shown.
@@ -76,7 +76,7 @@ def measure_likenesses(
         lambda names: (name[0] for name in names),
         partial(_measure, time_limit=time_limit),
         _given,
-        LikenessWriter(folder, code_hash()),
+        AgreementWriter(folder, code_hash()),
         reuse=reuse,
         progress=progress,
     )
@@ -84,7 +84,7 @@ def measure_likenesses(
     return replace(ran, records=in_order)
 
 
-def load_likenesses(folder: Path) -> list[Likeness]:
+def load_agreements(folder: Path) -> list[TableAgreement]:
     """Return the stored agreement of the last run in a folder; empty if there is none.
 
     Raises `ResultsError` if it can't be read.
@@ -92,21 +92,21 @@ def load_likenesses(folder: Path) -> list[Likeness]:
     if not has_database(folder):
         return []
     with reading(folder) as database:
-        rows = current_records(database, LikenessWriter.kind)
-    what = f"{folder}: {LikenessWriter.what}"
-    found: list[Likeness] = [record_of(_LIKENESS, text, what) for text, _ in rows]
+        rows = current_records(database, AgreementWriter.kind)
+    what = f"{folder}: {AgreementWriter.what}"
+    found: list[TableAgreement] = [record_of(_AGREEMENT, text, what) for text, _ in rows]
     if len({tuple(family.name for family in one.families) for one in found}) > 1:
-        raise ResultsError(f"{what} are damaged: engines have different families. {AGAIN}")
+        raise ResultsError(f"{what} are damaged: engines have different families. {REMEDY}")
     return found
 
 
-def _measure(spec: str, time_limit: float | None) -> Likeness:
+def _measure(spec: str, time_limit: float | None) -> TableAgreement:
     engine = make_engine(spec)
     with in_other_process(engine, time_limit) as player:
         return likeness(spec, engine, partial(run_engine, player))
 
 
-def _given(done: Done[str, Likeness]) -> Likeness:
+def _given(done: Done[str, TableAgreement]) -> TableAgreement:
     """Return the result of a task; the task can't crash, because every shot has its own process."""
     assert done.given is not None
     return done.given

@@ -1,8 +1,8 @@
 """The spread of final states for perturbed initial states, for shots too chaotic to compare singly.
 
 Engines that disagree on each single shot after its horizon may still agree on the distribution of
-final states. Each scene is run with perturbed initial states (`suite.varied`) as cases of the same
-run. This module computes the spread on each engine, and compares it with that on Ghostball's
+final states. Each scene is run with perturbed initial states (`suite.ensemble`) as cases of the
+same run. This module computes the spread on each engine, and compares it with that on Ghostball's
 engine. This compares two codes; it doesn't compare a code with a reference result.
 """
 

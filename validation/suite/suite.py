@@ -24,9 +24,9 @@ from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.results.store import PartWriter, ResultsWriter
 from ghostball.validation.runs.runner import Reuse, check_limits, run
 from ghostball.validation.suite.case import cases_of, finished, prepare, run_case
+from ghostball.validation.suite.ensemble import Ensemble
 from ghostball.validation.suite.plan import plan
 from ghostball.validation.suite.unchanged import code_hash, code_with_engines
-from ghostball.validation.suite.varied import Ensemble
 
 DEFAULT_ENGINES: tuple[str, ...] = (
     "ghostball",
@@ -61,7 +61,7 @@ class Counts:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class SuiteResult:
     """The result of a run.
 
     `cases`: finished cases: reused cases first, then the others in order of completion.
@@ -105,7 +105,7 @@ class Outcome:
 
 
 def exit_status_of(cases: Collection[CaseRecord]) -> ExitStatus:
-    """Return the exit status for these cases, as in `Outcome.exit_status`."""
+    """Return the exit status for these cases, as in `SuiteResult.exit_status`."""
     if any(case.fault == "ghostball" for case in cases):
         return ExitStatus.HARNESS_FAILED
     if any(map(is_unfinished, cases)) or any(
@@ -132,7 +132,7 @@ def run_suite(
     only: Collection[Name] | None = None,
     ensemble: Ensemble | None = None,
     keeps_motion: bool = True,
-) -> Outcome:
+) -> SuiteResult:
     """Run every scene on every engine and write a results folder.
 
     Parameters
@@ -188,8 +188,8 @@ def run_suite(
     -----
     Each case is recorded with its whole motion, stored or not. The reference result of a scene is
     computed once. After Ctrl-C, the run stops, keeps the finished cases and sets
-    `Outcome.interrupted`; results of earlier runs that this run has not replaced yet are kept too,
-    for a later run with `reuse`.
+    `SuiteResult.interrupted`; results of earlier runs that this run has not replaced yet are kept,
+    too, for a later run with `reuse`.
     """
     check_limits(jobs, time_limit)
     planned = plan(scenes, engine_specs, criteria or {}, metrics, only, ensemble, keeps_motion)
@@ -210,4 +210,4 @@ def run_suite(
         announce=announce,
         progress=progress,
     )
-    return Outcome(out, list(ran.records.values()), planned.size, ran.interrupted, ran.begun)
+    return SuiteResult(out, list(ran.records.values()), planned.size, ran.interrupted, ran.begun)

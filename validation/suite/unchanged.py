@@ -31,7 +31,7 @@ from typing import Any
 from ghostball.model import Scene
 from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.workers.process import installed
-from ghostball.validation.checks.law import Asked
+from ghostball.validation.checks.requirements import Requirements
 from ghostball.validation.parallel.sources import (
     SourcesError,
     code_kind,
@@ -63,7 +63,7 @@ def inputs_hash(
     scene: Scene,
     label: str,
     settings: Mapping[str, Any],
-    asked: Asked,
+    asked: Requirements,
     truth: str | None,
     metrics: Sequence[str] | None,
 ) -> str:

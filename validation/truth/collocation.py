@@ -24,17 +24,17 @@ from ghostball.reference_adapters.certified.integrated_slide import IntegratedSl
 BITS = 192
 """Precision of all numbers: 40 digits, plus the loss by powers of the time in a step."""
 
-_SMALL = arb((1, -50))
+_NEGLIGIBLE_SHARE = arb((1, -50))
 """Share of slip and speed below which a slip ends with constant drag, and below which drag is
 ignored.
 
 The error is about the square of this.
 """
 
-_SETTLED = arb((1, -120))
+_CONVERGED = arb((1, -120))
 """Change of the rates in an iteration, in units of the friction rate, that ends the iteration."""
 
-_TURNS = 200
+_MOST_ITERATIONS = 200
 """Largest number of iterations in a step: each gains one or two digits."""
 
 _MOST_STEPS = 1_000
@@ -62,8 +62,8 @@ class Collocation:
         a, k, c = friction.mid(), drag.mid(), 3.5 * friction.mid()
         pieces: list[SlidePiece] = []
         t, r, y = ZERO, (ZERO, ZERO), [number.mid() for number in (*v, *u)]
-        least = _SMALL * length(y[2], y[3])
-        still = least + _SMALL * length(y[0], y[1])
+        least = _NEGLIGIBLE_SHARE * length(y[2], y[3])
+        still = least + _NEGLIGIBLE_SHARE * length(y[0], y[1])
 
         def go_on(polys: list[arb_poly], h: arb) -> None:
             """Add a piece with these velocities and slips, and a duration `h`."""
@@ -106,10 +106,10 @@ class Collocation:
             return [dx - cloth * ux, dy - cloth * uy, dx - cloth * 3.5 * ux, dy - cloth * 3.5 * uy]
 
         rates = arb_mat([rates_at(*y)] * self._points)
-        for _ in range(_TURNS):
+        for _ in range(_MOST_ITERATIONS):
             moved, before = (self._to_integrals * rates * h).mid().tolist(), rates
             states = [[w + d for w, d in zip(y, row, strict=True)] for row in moved]
             rates = arb_mat([rates_at(*state) for state in states]).mid()
-            if all(abs(x) < _SETTLED * a for x in (rates - before).entries()):
+            if all(abs(x) < _CONVERGED * a for x in (rates - before).entries()):
                 return rates
         raise UndecidedError("how a slide in air continues", exact=True)

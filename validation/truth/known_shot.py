@@ -15,7 +15,7 @@ from ghostball.model import GhostballError, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.truth.closed_forms import closed_form
 from ghostball.validation.truth.integration import integrated, may_be_integrated
 from ghostball.validation.truth.proof import proof_of

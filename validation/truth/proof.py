@@ -13,7 +13,7 @@ from ghostball.reference_adapters.certified.api import check_certified
 
 logger = logging.getLogger("ghostball.validation")
 
-PATIENCE = 3.0
+MESSAGE_DELAY = 3.0
 """Computing time [s] after which a message explains the wait."""
 
 
@@ -46,8 +46,8 @@ def refused_features(scene: Scene) -> str:
 
 @contextmanager
 def explained(message: str) -> Iterator[None]:
-    """Log a message if the block takes longer than `PATIENCE`."""
-    timer = threading.Timer(PATIENCE, logger.warning, (message,))
+    """Log a message if the block takes longer than `MESSAGE_DELAY`."""
+    timer = threading.Timer(MESSAGE_DELAY, logger.warning, (message,))
     timer.daemon = True
     timer.start()
     try:

@@ -32,7 +32,7 @@ from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.reference_adapters.registry import OURS
-from ghostball.validation.grading.certified_growth import Rounding, growth_of_proof
+from ghostball.validation.grading.certified_growth import RoundingEffects, growth_of_proof
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
 from ghostball.validation.grading.gradable import Gradable, gradable, proved_motion
@@ -46,7 +46,7 @@ from ghostball.validation.grading.horizon import (
 from ghostball.validation.grading.lateness import Lateness, lateness_of
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_ROUNDOFF
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, INTEGRATION, OUR_ENGINE
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.closed_forms import (
     DIGITS,
@@ -129,7 +129,7 @@ class Truth:
     meetings: Meetings | None = None
     shot_horizon: float = math.inf
     lateness: Lateness | None = None
-    rounding: Rounding | None = None
+    rounding: RoundingEffects | None = None
     graded: Gradable | None = None
     graded_steps: Gradable | None = None
 

@@ -19,8 +19,8 @@ from ghostball.model import GhostballError
 from ghostball.reports.words import many
 from ghostball.validation.baselines.gate import source_of
 from ghostball.validation.baselines.revision import checked_out, repository, resolve
+from ghostball.validation.baselines.run_pairs import Pair, changes_of, paired
 from ghostball.validation.baselines.run_times import Revision, run_time_ratios
-from ghostball.validation.baselines.two_runs import Pair, changes_of, paired
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import select

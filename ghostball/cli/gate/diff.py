@@ -21,7 +21,7 @@ from ghostball.reports.outcome import CHANGES, coloured
 from ghostball.reports.shift import error_text
 from ghostball.reports.words import many
 from ghostball.validation.baselines import SceneChange
-from ghostball.validation.baselines.two_runs import changes_of, paired
+from ghostball.validation.baselines.run_pairs import changes_of, paired
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import Results, has_results
 

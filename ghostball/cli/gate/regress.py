@@ -35,7 +35,7 @@ from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
 from ghostball.validation.suite.hints import shared
 from ghostball.validation.suite.plan import criteria_beside_paths
-from ghostball.validation.suite.suite import Outcome, run_suite
+from ghostball.validation.suite.suite import SuiteResult, run_suite
 
 _VERDICTS = {
     ExitStatus.PASSED: "[green]passed[/]",
@@ -144,7 +144,7 @@ def compare_with_baselines(
     return found
 
 
-def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
+def _status(regression: Regression, outcome: SuiteResult) -> ExitStatus:
     compared = {
         "failed": ExitStatus.CHECK_FAILED,
         "no-baseline": ExitStatus.NOT_JUDGED,
@@ -159,7 +159,7 @@ def _status(regression: Regression, outcome: Outcome) -> ExitStatus:
 
 def _show(
     regression: Regression,
-    outcome: Outcome,
+    outcome: SuiteResult,
     out: Path,
     console: Console,
     seconds: float,

@@ -31,7 +31,7 @@ from ghostball.reports import plot_explanation, style
 from ghostball.reports.reason import reason_of
 from ghostball.validation.diagnose.attribution import Attribution, Rung
 from ghostball.validation.diagnose.explanation import Explanation, explain
-from ghostball.validation.diagnose.near_misses import Margin
+from ghostball.validation.diagnose.margins import Margin
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.grading.event_logs import Event
 from ghostball.validation.results.records import ACCURACY_KINDS

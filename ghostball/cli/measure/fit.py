@@ -31,10 +31,10 @@ from ghostball.validation.results.files import write_whole
 
 try:
     from ghostball.reports.figures.fitted import draw_fit
+    from ghostball.validation.measured.fit.clean_events import find_clean_events
     from ghostball.validation.measured.fit.fields import FIELDS
     from ghostball.validation.measured.fit.fit import NotEnoughError, fit_table
-    from ghostball.validation.measured.fit.found import Fit
-    from ghostball.validation.measured.fit.harvest import harvest
+    from ghostball.validation.measured.fit.fit_result import Fit
 except ImportError as error:
     missing = (error.name or "").partition(".")[0]
     if missing not in {"scipy", "threadpoolctl"}:
@@ -86,7 +86,7 @@ def run(asked: FitOptions) -> ExitStatus:
     if asked.out is not None:
         check_writable(asked.out, "--out")
     made = make_engine(asked.engine)
-    found = harvest(read_tracks(tracks, surface), surface)
+    found = find_clean_events(read_tracks(tracks, surface), surface)
     compile_first((), asked.engine)
     with (
         counting(f"fitting {made.name}") as count,

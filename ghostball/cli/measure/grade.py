@@ -14,7 +14,7 @@ from ghostball.reference_adapters.base import EngineError
 from ghostball.reference_adapters.elsewhere import load_runs, recorded_engine
 from ghostball.reference_adapters.registry import engine_names
 from ghostball.reports.accuracy import cell_text
-from ghostball.validation.checks.law import asked_of
+from ghostball.validation.checks.requirements import asked_of
 from ghostball.validation.checks.verdict import few_ends_judged, not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.records import CaseRecord

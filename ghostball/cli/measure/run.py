@@ -29,7 +29,7 @@ from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot_result
 from ghostball.reports.plot import is_film
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.scenes.library import find_scene
 
 _HASH = re.compile("[0-9a-f]{64}")

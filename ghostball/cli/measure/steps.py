@@ -39,7 +39,7 @@ from ghostball.validation.precision.points import (
     seconds_to,
 )
 from ghostball.validation.results.measurement import MeasurementError, make_folder
-from ghostball.validation.runs.ladder import step_of
+from ghostball.validation.runs.time_steps import step_of
 from ghostball.validation.scenes.library import select
 
 LEGEND = (

@@ -23,14 +23,21 @@ from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.stress import (
     DEFAULT_ENGINES,
     FAMILIES,
-    Shot,
-    Size,
+    StressShot,
+    StressSize,
     chosen_shots,
     path_of,
     run_stress,
 )
-from ghostball.validation.stress.tally import Tally, again, explaining, sweeps, tallies, why_failed
-from ghostball.validation.suite.suite import Outcome, exit_status_of
+from ghostball.validation.stress.tally import (
+    FamilyTally,
+    again,
+    explaining,
+    sweeps,
+    tallies,
+    why_failed,
+)
+from ghostball.validation.suite.suite import SuiteResult, exit_status_of
 
 FAULTS_SHOWN = 3
 """Number of failed shots printed for an engine in a family; the rest are counted."""
@@ -38,7 +45,7 @@ FAULTS_SHOWN = 3
 
 def run(asked: StressOptions) -> ExitStatus:
     """Run the shots, print where engines fail, and return the exit status."""
-    shots = chosen_shots(Size(asked.full, asked.seed, asked.count), asked.only or ())
+    shots = chosen_shots(StressSize(asked.full, asked.seed, asked.count), asked.only or ())
     if asked.listed:
         show_list(shots, named=bool(asked.only), as_json=asked.form is Format.JSON)
         return ExitStatus.PASSED
@@ -62,7 +69,7 @@ def run(asked: StressOptions) -> ExitStatus:
     return exit_status_of(held)
 
 
-def show_list(shots: Sequence[Shot], *, named: bool, as_json: bool) -> None:
+def show_list(shots: Sequence[StressShot], *, named: bool, as_json: bool) -> None:
     """Print the families, or the shots if families are named."""
     paths = [path_of(one.scene.name) for one in shots]
     if as_json:
@@ -78,7 +85,7 @@ def show_list(shots: Sequence[Shot], *, named: bool, as_json: bool) -> None:
         stdout().print(table_of(heads, rows, right=heads[1:2]))
 
 
-def _show(outcome: Outcome, form: Format) -> None:
+def _show(outcome: SuiteResult, form: Format) -> None:
     """Print the counts for each family, the value where each engine starts to fail, and failures.
 
     A failure is printed as the name of the shot and the reason.
@@ -88,7 +95,7 @@ def _show(outcome: Outcome, form: Format) -> None:
     heads = ("family", *map(escape, labels))
     families = list(dict.fromkeys(family for family, _ in found))
     rows = (
-        (family, *(_cell(found.get((family, label), Tally())) for label in labels))
+        (family, *(_cell(found.get((family, label), FamilyTally())) for label in labels))
         for family in families
     )
     console.print(table_of(heads, rows, right=heads[1:], title="passed / judged"))
@@ -103,13 +110,13 @@ def _show(outcome: Outcome, form: Format) -> None:
     say_all_printed(outcome.cases)
 
 
-def _cell(one: Tally) -> str:
+def _cell(one: FamilyTally) -> str:
     if one.failed:
         return f"[bold red]{one.text}[/]"
     return f"[green]{one.text}[/]" if one.count("passed") else f"[dim]{one.text}[/]"
 
 
-def _failures(found: dict[tuple[str, str], Tally], folder: Path) -> Iterator[RenderableType]:
+def _failures(found: dict[tuple[str, str], FamilyTally], folder: Path) -> Iterator[RenderableType]:
     """Yield the first failed shots of each engine in each family, and commands to repeat them."""
     for (family, label), one in found.items():
         for case in one.failed[:FAULTS_SHOWN]:

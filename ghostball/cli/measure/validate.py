@@ -45,10 +45,10 @@ from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, INTEGRA
 from ghostball.validation.results.store import CaseRecord, Results, has_results
 from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.library import BOARD, CRITERIA_SUFFIX, FULL, scene_names, select
+from ghostball.validation.suite.ensemble import Ensemble, PerturbationSize
 from ghostball.validation.suite.plan import criteria_beside_paths
-from ghostball.validation.suite.real_tables import measure_likenesses
-from ghostball.validation.suite.suite import DEFAULT_ENGINES, Outcome, run_suite
-from ghostball.validation.suite.varied import Ensemble, Size
+from ghostball.validation.suite.real_tables import measure_agreements
+from ghostball.validation.suite.suite import DEFAULT_ENGINES, SuiteResult, run_suite
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def run(asked: ValidateOptions) -> ExitStatus:
                 status = worst(status, _say_changed(regression, console))
         with busy("engines compared with measured tables"):
             beside = plan.engines if plan.whole else ()
-            measured = measure_likenesses(beside, plan.out, asked.time_limit, reuse=not asked.rerun)
+            measured = measure_agreements(beside, plan.out, asked.time_limit, reuse=not asked.rerun)
         if found := list(measured.records.values()):
             console.print(likeness_table(found), crop=False)
         if measured.interrupted:
@@ -155,7 +155,11 @@ def _plan(asked: ValidateOptions) -> _ValidationPlan:
         gate.check(sorted(scene.name for scene in scenes))
     starts = None
     if asked.ensemble is not None:
-        size = Size.parse(asked.ensemble_size) if asked.ensemble_size else Size()
+        size = (
+            PerturbationSize.parse(asked.ensemble_size)
+            if asked.ensemble_size
+            else PerturbationSize()
+        )
         starts = Ensemble(asked.ensemble, size)
     return _ValidationPlan(
         scenes,
@@ -188,7 +192,7 @@ def _say_failed(case: CaseRecord) -> None:
 
 def _show(
     plan: _ValidationPlan,
-    outcome: Outcome,
+    outcome: SuiteResult,
     results: Results,
     console: Console,
     seconds: float,
@@ -251,7 +255,7 @@ def _say_changed(regression: Regression, console: Console) -> ExitStatus:
     return ExitStatus.PASSED
 
 
-def _left(outcome: Outcome) -> str:
+def _left(outcome: SuiteResult) -> str:
     """Return what the folder of an interrupted run holds if none of its cases finished."""
     if not has_results(outcome.folder):
         return "no results"
@@ -284,7 +288,7 @@ def _is_installed(name: str) -> bool:
         return False
 
 
-def _advice(outcome: Outcome) -> str:
+def _advice(outcome: SuiteResult) -> str:
     """Return why no limit judges the run, and how to get a verdict."""
     if outcome.counts.checks_left_out:
         return "--metric leaves out every limit. Choose a metric that has one"

@@ -34,10 +34,10 @@ from ghostball.reports.shared_tables import (
 )
 from ghostball.reports.words import LIKENESS_KEY, likeness_cell, many
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
-from ghostball.validation.measured.likeness import Likeness
+from ghostball.validation.measured.table_agreement import TableAgreement
 from ghostball.validation.results.store import CaseRecord, Results
-from ghostball.validation.suite.suite import Outcome
-from ghostball.validation.suite.varied import Size
+from ghostball.validation.suite.ensemble import PerturbationSize
+from ghostball.validation.suite.suite import SuiteResult
 
 COLOURS = {
     Verdict.PASS: "green",
@@ -99,7 +99,7 @@ def _by_scene(results: Results) -> Iterable[CaseRecord]:
     return filter(None, (results.case(*pair) for pair in pairs))
 
 
-def spread_table(results: Results, size: Size) -> RenderableType:
+def spread_table(results: Results, size: PerturbationSize) -> RenderableType:
     """Return the spread of the results of ensembles; `size` is the largest perturbation."""
     heads = [escape(head) for head in SPREAD_HEADS]
     rows = (tuple(map(escape, row)) for row in spread_rows(results))
@@ -113,7 +113,7 @@ def colour_of(case: CaseRecord) -> str:
     return COLOURS.get(verdict_of(case), "default")
 
 
-def headline(outcome: Outcome, seconds: float) -> str:
+def headline(outcome: SuiteResult, seconds: float) -> str:
     """Return the result of a run in one line: counts of checks and cases, and the time."""
     counts = outcome.counts
     parts = [f"{counts.checks_passed} checks passed", f"{counts.checks_failed} failed"]
@@ -221,7 +221,7 @@ def _raised_at(case: CaseRecord) -> str:
     return f" ({Path(file).name}:{line})" if file else ""
 
 
-def likeness_table(found: Sequence[Likeness]) -> RenderableType:
+def likeness_table(found: Sequence[TableAgreement]) -> RenderableType:
     """Return the difference of each engine from measurements on real tables.
 
     It is in standard errors if the error of the measurements is known, else in their unit.
@@ -240,7 +240,7 @@ def likeness_table(found: Sequence[Likeness]) -> RenderableType:
 
 
 def _likenesses(
-    found: Sequence[Likeness], title: str, key: str = "", *, grades: bool
+    found: Sequence[TableAgreement], title: str, key: str = "", *, grades: bool
 ) -> Iterator[RenderableType]:
     """Yield the title, the table and the key of the families whose `grades` is as given."""
     chosen = [(one, [f for f in one.families if f.grades is grades]) for one in found]

@@ -26,10 +26,10 @@ from ghostball.reports.ci.junit import junit_xml
 from ghostball.reports.report import Pictures
 from ghostball.validation.baselines import load_regressions
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.measured.likeness import Likeness
-from ghostball.validation.results.frames import csv_of, rows_of
+from ghostball.validation.measured.table_agreement import TableAgreement
 from ghostball.validation.results.store import Results
-from ghostball.validation.suite.real_tables import load_likenesses
+from ghostball.validation.results.tables import csv_of, rows_of
+from ghostball.validation.suite.real_tables import load_agreements
 
 
 @dataclass(frozen=True)
@@ -93,12 +93,12 @@ def printed(folder: Path, form: Format) -> str:
         return csv_of(rows_of(folder, "comparisons"))
     tables = {name: rows_of(folder, name) for name in ("cases", "comparisons", "checks", "metrics")}
     compared = [one.model_dump(mode="json", by_alias=True) for one in regressions]
-    beside = [_json_values(one) for one in load_likenesses(folder)]
+    beside = [_json_values(one) for one in load_agreements(folder)]
     whole = {"state": results.state, **tables, "regressions": compared, "real_tables": beside}
     return json.dumps(whole) + "\n"
 
 
-def _json_values(found: Likeness) -> dict[str, Any]:
+def _json_values(found: TableAgreement) -> dict[str, Any]:
     """Return the comparison of an engine with real tables as values for JSON."""
     families = []
     for one in found.families:

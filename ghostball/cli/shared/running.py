@@ -16,11 +16,11 @@ from ghostball.validation.parallel.cluster import cluster_at
 from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.runs.runner import Reuse
-from ghostball.validation.suite.suite import Outcome
+from ghostball.validation.suite.suite import SuiteResult
 
 
 def run_cases(
-    run: Callable[..., Outcome],
+    run: Callable[..., SuiteResult],
     items: Sequence[Any],
     labels: Sequence[str],
     out: Path,
@@ -30,7 +30,7 @@ def run_cases(
     steps: Steps | None = None,
     done: Callable[[CaseRecord], None] = lambda _: None,
     **more: Any,
-) -> Outcome:
+) -> SuiteResult:
     """Run cases with a progress bar, and print how many are reused.
 
     `run`: `run_suite`, or a function with the same parameters.

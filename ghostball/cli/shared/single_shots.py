@@ -21,7 +21,7 @@ from ghostball.reference_adapters.stepping.kernels import adapter_kernels
 from ghostball.reports.plot import ENDINGS, FILMS
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.compiling import compile_kernels
-from ghostball.validation.runs.playing import in_other_process
+from ghostball.validation.runs.engine_runs import in_other_process
 
 
 @contextmanager

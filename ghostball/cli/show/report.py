@@ -12,7 +12,7 @@ from ghostball.cli.show.commands import ReportOptions
 from ghostball.model import GhostballError
 from ghostball.reports.page.stress import FOLDER
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.results import frames
+from ghostball.validation.results import tables
 from ghostball.validation.results.store import Results
 from ghostball.validation.stress.tally import are_stress
 
@@ -27,7 +27,7 @@ def run(asked: ReportOptions) -> ExitStatus:
     if asked.export is not None:
         why = "`--export` writes the tables of results instead of a report"
         refuse_given(context, why, "opened", "figures", "jobs", "form")
-        for path in frames.export(folder, asked.export):
+        for path in tables.export(folder, asked.export):
             typer.echo(path)
         return ExitStatus.PASSED
     if asked.form is not None:

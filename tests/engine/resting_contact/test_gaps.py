@@ -10,7 +10,7 @@ from right_shots import broken
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene, Table
-from ghostball.validation.stress.possible import (
+from ghostball.validation.stress.common_limits import (
     POSSIBLE,
     SKEW_OF_CONTACTS,
     bounded,

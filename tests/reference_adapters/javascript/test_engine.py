@@ -32,7 +32,7 @@ from ghostball.model import Status, UnsupportedSceneError
 from ghostball.reference_adapters.javascript.engine import PlanckEngine
 from ghostball.reference_adapters.javascript.packages import DRIVER, folder
 from ghostball.reference_adapters.registry import make_engine
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.scenes.library import find_scene
 
 ENGINES = ("planck", "matter-js", "cannon-es")

@@ -15,7 +15,7 @@ from ghostball.reference_adapters.javascript import engine as javascript
 from ghostball.reference_adapters.javascript.engine import PlanckEngine
 from ghostball.reference_adapters.javascript.packages import PACKAGES, VARIABLE, installed, why_not
 from ghostball.validation.parallel.sources import code_here, versions
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.scenes.library import find_scene
 
 FAKE = """#!{python}

@@ -9,14 +9,18 @@ import pytest
 from likenesses import keep_likenesses
 
 from ghostball.reports.page.real_tables import real_tables_html
-from ghostball.validation.measured.likeness import Family, Likeness, Measured
+from ghostball.validation.measured.table_agreement import (
+    ComparedFigure,
+    FigureFamily,
+    TableAgreement,
+)
 from ghostball.validation.results.store import Results
 
 EVIL = "</script><img src=x onerror=alert(1)>"
 
 
-def family(**fields) -> Family:
-    return Family(
+def family(**fields) -> FigureFamily:
+    return FigureFamily(
         name="cushion",
         short="rebound",
         title="Rebounds",
@@ -29,11 +33,11 @@ def family(**fields) -> Family:
 
 
 FIGURES = (
-    Measured(at=0.5, value=0.55, error=0.01, played=0.56),
-    Measured(at=1.0, value=0.55, error=0.01, played=0.56),
-    Measured(at=1.5, value=0.54, error=0.01, played=0.57),
+    ComparedFigure(at=0.5, value=0.55, error=0.01, played=0.56),
+    ComparedFigure(at=1.0, value=0.55, error=0.01, played=0.56),
+    ComparedFigure(at=1.5, value=0.54, error=0.01, played=0.57),
 )
-SHOWN = Family(
+SHOWN = FigureFamily(
     name="hit-speeds",
     short="hits",
     title="Hits",
@@ -45,19 +49,19 @@ SHOWN = Family(
     grades=False,
 )
 HITS = tuple(
-    Measured(at=at, value=value, error=None, played=value + 0.025, what=what)
+    ComparedFigure(at=at, value=value, error=None, played=value + 0.025, what=what)
     for at in (10.0, 20.0, 30.0)
     for what, value in (("cue ball", 0.4), ("object ball", 0.5))
 )
 FOUND = [
-    Likeness(
+    TableAgreement(
         label="ghostball",
         families=(
             family(figures=FIGURES, settings={"cushion": "x"}),
             SHOWN.model_copy(update={"figures": HITS}),
         ),
     ),
-    Likeness(label="other", families=(family(lacks=EVIL), SHOWN.lacking("no balls"))),
+    TableAgreement(label="other", families=(family(lacks=EVIL), SHOWN.lacking("no balls"))),
 ]
 
 
@@ -96,7 +100,7 @@ def test_each_thing_that_was_measured_has_its_sign(html):
 
 def test_what_is_nearly_proportional_is_drawn_over_it(tmp_path):
     banks = family(figures=FIGURES).model_copy(update={"name": "banks-pool"})
-    found = Likeness(label="ghostball", families=(banks,))
+    found = TableAgreement(label="ghostball", families=(banks,))
     keep_likenesses(tmp_path, [found])
     html = str(real_tables_html(Results(tmp_path, [], {})))
     assert [f"<title>{x}</title>" in html for x in ("1.1", "0.55", "0.36")] == [True] * 3

@@ -18,13 +18,13 @@ from ghostball.reports.page.verdict import engines_html, verdict_html
 from ghostball.reports.shots import load_shot
 from ghostball.validation.baselines import (
     FirstDifference,
-    Quantity,
     Regression,
     SceneChange,
+    ValueChange,
     save_regressions,
 )
 from ghostball.validation.results.store import Results
-from ghostball.validation.stress import Size, chosen_shots, run_stress
+from ghostball.validation.stress import StressSize, chosen_shots, run_stress
 
 # Fails where a section of the page hides a verdict, a scene, a reason, or what is missing.
 
@@ -166,8 +166,8 @@ def regression(**changes):
         "first_difference": FirstDifference(
             index=4, before_horizon=True, words="cue hits 1 no more"
         ),
-        "metrics": (Quantity(name="rest_error_max", unit="m", base=1e-16, head=3e-3),),
-        "counters": (Quantity(name="events", unit="1", base=9, head=None),),
+        "metrics": (ValueChange(name="rest_error_max", unit="m", base=1e-16, head=3e-3),),
+        "counters": (ValueChange(name="events", unit="1", base=9, head=None),),
         "base_hash": "a" * 64,
         "head_hash": "b" * 64,
         "rest_base": ((1.5, 0.8, 0.028575),),
@@ -287,7 +287,7 @@ SHOTS = ["grazing/rolling-*-1e-0[14]", "tunnelling/speed-*-depth-0.1-phase-0"]
 def shown(tmp_path_factory):
     """Return the section about a run of a right and a coarse engine, without markup."""
     folder = tmp_path_factory.mktemp("out")
-    run_stress(chosen_shots(Size(), SHOTS), ["ghostball", COARSE], folder / "stress")
+    run_stress(chosen_shots(StressSize(), SHOTS), ["ghostball", COARSE], folder / "stress")
     html = str(stress_html(Results(folder, [], {})))
     return " ".join(re.sub(r"<[^>]*>", " ", html.replace("<wbr>", "")).split())
 

@@ -9,7 +9,7 @@ from right_shots import broken
 from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, Status
 from ghostball.model.rounding import CONTACT_TOLERANCE, FLIGHT_CONTACT_TOLERANCE
 from ghostball.validation.grading.tolerances import EPS
-from ghostball.validation.stress.possible import POSSIBLE
+from ghostball.validation.stress.common_limits import POSSIBLE
 from same.plays import played
 
 MOST_PIECES = 4_000

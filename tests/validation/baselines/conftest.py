@@ -8,7 +8,7 @@ import gate
 import pytest
 
 import ghostball.reference_adapters.ghostball
-import ghostball.validation.runs.playing
+import ghostball.validation.runs.engine_runs
 from ghostball.engine import simulate
 from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import accept
@@ -58,7 +58,10 @@ class Workshop:
             result = simulate(scene.model_copy(update={"balls": (moved, *others)}), **options)
             return replace(result, scene=scene)
 
-        for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.playing):
+        for module in (
+            ghostball.reference_adapters.ghostball,
+            ghostball.validation.runs.engine_runs,
+        ):
             self._monkeypatch.setattr(module, "simulate", planted)
 
     def contents(self):

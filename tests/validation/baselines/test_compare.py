@@ -14,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 from ghostball.model import Ball, EventKind
 from ghostball.validation.baselines.baseline import KEPT_EVENTS
 from ghostball.validation.baselines.compare import NEGLIGIBLE, compare
-from ghostball.validation.baselines.played import MotionNotKeptError
+from ghostball.validation.baselines.compared_run import MotionNotKeptError
 from ghostball.validation.baselines.regression import Answer
 from ghostball.validation.results.records import Accuracy
 from ghostball.validation.scenes.library import find_scene

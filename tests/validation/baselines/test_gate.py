@@ -8,14 +8,14 @@ import gate
 import pytest
 
 import ghostball.reference_adapters.ghostball
-import ghostball.validation.runs.playing
+import ghostball.validation.runs.engine_runs
 from ghostball.engine import simulate
 from ghostball.model import EngineFailedError, UnsupportedSceneError
 from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, RefusedError
 from ghostball.validation.baselines.baseline import Baseline, baseline_path, load_baseline
+from ghostball.validation.baselines.compared_run import ComparedRun
 from ghostball.validation.baselines.gate import outcome_of, playing_again
-from ghostball.validation.baselines.played import Played
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
 
@@ -42,7 +42,7 @@ def test_another_reference_is_a_warning(accepted):
     path = baseline_path(accepted.baselines, "roll")
     old = load_baseline(path)
     record = replace(old.record, truth="certified")
-    moved = Baseline.of(Played(record, lambda: old.events.log), old.accepted)
+    moved = Baseline.of(ComparedRun(record, lambda: old.events.log), old.accepted)
     path.write_text(moved.text, encoding="utf-8")
     found = accepted.compare()
     assert found.outcome == "passed"
@@ -135,7 +135,7 @@ def unsteady(monkeypatch):
         moved = state._replace(positions=state.positions + 1e-9 * next(count))
         return replace(result, final_state=moved)
 
-    for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.playing):
+    for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.engine_runs):
         monkeypatch.setattr(module, "simulate", unsteady)
 
 

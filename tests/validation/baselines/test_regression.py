@@ -15,7 +15,7 @@ from ghostball.validation.baselines.regression import (
 )
 from ghostball.validation.results.database import put_document, transaction, writing
 from ghostball.validation.results.files import ResultsError
-from ghostball.validation.results.frames import rows_of
+from ghostball.validation.results.tables import rows_of
 
 SHOT = gate.cut_shot()
 BASE = gate.played(SHOT)

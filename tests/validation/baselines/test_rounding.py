@@ -15,7 +15,7 @@ from ghostball.engine.sensitivity import TangentMap
 from ghostball.model import Scene
 from ghostball.reference_adapters.function import engine_of
 from ghostball.validation.baselines.compare import compare
-from ghostball.validation.baselines.played import Log, Played
+from ghostball.validation.baselines.compared_run import ComparedRun, EventLog
 from ghostball.validation.baselines.rounding import (
     UNAMPLIFIED,
     allowance,
@@ -177,7 +177,7 @@ def test_an_ulp_in_every_step_is_rounding_and_another_friction_is_worse(noise, f
         result = engine.simulate(scene, record="events")
         error = float(np.max(np.linalg.norm(result.rest_positions - truth, axis=1)))
         record = gate.record_of(result, scene, accuracy=Accuracy("millimetres", error=error))
-        return Played(record, lambda: Log.of(events_of(result)))
+        return ComparedRun(record, lambda: EventLog.of(events_of(result)))
 
     base, head = ran(), ran(noise=noise, factor=factor)
     assert base.record.accuracy.error > 1e-4

@@ -13,15 +13,15 @@ from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.checks.metrics import measure
 from ghostball.validation.checks.relations import (
-    BACK,
     RELATIONS,
+    RETURN_DISTANCE,
     begun_at_end,
     mirrored,
     rounding_of_way_back,
 )
 from ghostball.validation.grading.tolerances import ROUNDINGS
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.stress import Size
+from ghostball.validation.stress import StressSize
 from ghostball.validation.stress.gas import gas
 from ghostball.validation.truth.scene_truth import Truth
 
@@ -87,7 +87,7 @@ def test_an_exact_engine_comes_back_and_another_does_not(after: float):
     scene = gas(3, 0.2, after)
     factor, _ = related("reversal_factor", scene)
     assert 0.0 < factor < ROUNDINGS
-    assert related("reversal_error", scene)[0] < BACK * scene.radii.min()
+    assert related("reversal_error", scene)[0] < RETURN_DISTANCE * scene.radii.min()
     assert related("reversal_error", scene, Leaning(OURS.settings))[0] > 1e-6
 
 
@@ -123,8 +123,10 @@ def test_our_engine_is_lost_where_the_tangent_map_says():
         there = simulate(scene.model_copy(update={"t_max": float(turn)}))
         back = simulate(begun_at_end(there, float(turn), -1.0))
         off = np.linalg.norm(back.rest_positions - scene.positions, axis=1).max()
-        lost.append(off > BACK * scene.radii.min())
-        predicted.append(rounding_of_way_back(scene, float(turn)) > BACK * scene.radii.min())
+        lost.append(off > RETURN_DISTANCE * scene.radii.min())
+        predicted.append(
+            rounding_of_way_back(scene, float(turn)) > RETURN_DISTANCE * scene.radii.min()
+        )
     first, expected = 2 + np.argmax(lost), 2 + np.argmax(predicted)
     assert any(lost)
     assert expected / 1.5 <= first <= 1.5 * expected
@@ -157,6 +159,8 @@ def test_an_engine_that_leaves_balls_where_no_shot_begins_fails():
 
 def test_every_relation_is_asked_by_some_family():
     asked = {
-        one.metric for _, shot in stress_shots(Size(count=1)) for one in shot.criteria.criteria
+        one.metric
+        for _, shot in stress_shots(StressSize(count=1))
+        for one in shot.criteria.criteria
     }
     assert set(RELATIONS) <= asked

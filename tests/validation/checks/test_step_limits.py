@@ -23,7 +23,7 @@ from ghostball.validation.checks.metrics import measure
 from ghostball.validation.checks.step_limits import step_criteria
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import plain_settings, run_case
 from ghostball.validation.suite.judge import Case

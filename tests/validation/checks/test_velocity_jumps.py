@@ -13,7 +13,7 @@ from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.validation.checks.accuracy import BROKEN_SHARE, accuracy_of
 from ghostball.validation.checks.velocity_jumps import largest_jump
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.scene_truth import truth_of
 

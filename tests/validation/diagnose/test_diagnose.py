@@ -11,7 +11,7 @@ from ghostball.validation import find_scene
 from ghostball.validation.diagnose.contact_states import fault_at_contacts
 from ghostball.validation.diagnose.explanation import explain
 from ghostball.validation.diagnose.self_check import contradiction_in
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.truth.known_shot import known_shot
 
 # Faults at contacts: the planted one is found, and none where an engine keeps the impact law

@@ -23,10 +23,10 @@ from ghostball.validation.diagnose.explanation import (
     _unless_ambiguous,
     explain,
 )
-from ghostball.validation.diagnose.wrong_factor import LEAVES
+from ghostball.validation.diagnose.wrong_factor import LARGEST_REMAINDER
 from ghostball.validation.grading.event_logs import Event
-from ghostball.validation.runs import ladder
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs import time_steps
+from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.scenes.library import select
 
 TABLE = Table(length=2.0, width=1.0)
@@ -241,7 +241,7 @@ def test_no_run_is_made_twice(monkeypatch):
         runs.append((engine.settings.dt, scene.t_max))
         return run_engine(engine, scene, record)
 
-    monkeypatch.setattr(ladder, "run_engine", counted)
+    monkeypatch.setattr(time_steps, "run_engine", counted)
     found = explain(hit(), stepping(energy=1.02, **SAME))
     assert found.fault is not None  # looked for in the run with the shortest step
     assert len(runs) == len(found.attribution.ladder)
@@ -250,7 +250,7 @@ def test_no_run_is_made_twice(monkeypatch):
 
 def test_a_coefficient_comes_with_what_it_leaves():
     found = explain(hit(), stepping(rolling=5 / 7, **SAME), label="mine")
-    assert found.factor.after < LEAVES * found.factor.before
+    assert found.factor.after < LARGEST_REMAINDER * found.factor.before
     assert re.search(r"it would be \S+ \S+, 0\.\d+ % of that", reason_of(found))
 
 

@@ -9,7 +9,7 @@ import pytest
 from ghostball import find_scene, make_engine, simulate
 from ghostball.validation.diagnose.explanation import explain
 from ghostball.validation.diagnose.wrong_factor import Factor, wrong_factor
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.truth.known_shot import known_shot
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ghostball.reference_adapters import make_engine
-from ghostball.validation.runs.playing import run_engine, run_ours
+from ghostball.validation.runs.engine_runs import run_engine, run_ours
 from ghostball.validation.scenes.library import find_scene
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from ghostball.model import UnsupportedSceneError
 from ghostball.validation.examples.stepper import Stepper, StepperSettings
-from ghostball.validation.runs.playing import run_engine, run_ours
+from ghostball.validation.runs.engine_runs import run_engine, run_ours
 from ghostball.validation.scenes.library import find_scene
 
 

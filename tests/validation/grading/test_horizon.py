@@ -15,8 +15,8 @@ from ghostball.reference_adapters.base import EngineBase, resolution_of, stated_
 from ghostball.reference_adapters.certified import certify
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
-from ghostball.validation.checks.law import asked_of
 from ghostball.validation.checks.metrics import METRICS
+from ghostball.validation.checks.requirements import asked_of
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.grading.certified_growth import growth_of_proof
 from ghostball.validation.grading.horizon import Meetings, RunGrowth, horizon, meetings_of

@@ -11,11 +11,16 @@ from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.banks import through_points
 from ghostball.validation.measured.cushion_contacts import cushion_contacts
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.likeness import Family, Player, families_of, likeness
 from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
-from ghostball.validation.measured.play import OperatorError, rolling_deceleration
 from ghostball.validation.measured.rebounds import rebounds, square_rebound
 from ghostball.validation.measured.rolling import deceleration
+from ghostball.validation.measured.simulated_ball import OperatorError, rolling_deceleration
+from ghostball.validation.measured.table_agreement import (
+    FigureFamily,
+    MeasuredEngine,
+    families_of,
+    likeness,
+)
 from ghostball.validation.measured.tracks import Surface, Track
 
 # Families of hits: speeds and ways after oblique ones, and throw; shown, but not graded
@@ -23,7 +28,7 @@ from ghostball.validation.measured.tracks import Surface, Track
 
 def of(spec, facts):
     engine = make_engine(spec)
-    return families_of(facts, Player(engine, partial(engine.simulate, record="trajectory")))
+    return families_of(facts, MeasuredEngine(engine, partial(engine.simulate, record="trajectory")))
 
 
 @pytest.mark.parametrize("spec", ["ghostball", "pymunk", "pybullet"])
@@ -216,7 +221,7 @@ GRADED = ["cushion", "cushion-slope", "rolling-pool", "banks-pool"]
 SHOWN = ["cushion-snooker", "hit-speeds", "hit-angle", "throw-pool"]
 
 
-def likeness_of(spec: str) -> dict[str, Family]:
+def likeness_of(spec: str) -> dict[str, FigureFamily]:
     engine = make_engine(spec)
     found = likeness(spec, engine, partial(engine.simulate, record="trajectory"))
     return {family.name: family for family in found.families}

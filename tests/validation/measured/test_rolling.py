@@ -11,8 +11,8 @@ from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.likeness import Player, families_of
 from ghostball.validation.measured.rolling import deceleration, rolling_windows
+from ghostball.validation.measured.table_agreement import MeasuredEngine, families_of
 from ghostball.validation.measured.tracks import Surface, Track, tracks_of
 
 SURFACE = Surface(2.84, 1.42, 0.03075)
@@ -69,7 +69,7 @@ def test_the_preset_carom_slows_balls_as_was_measured():
 
 
 def test_our_engine_follows_what_cloth_does_at_each_speed():
-    (family,) = families_of("rolling-pool", Player(make_engine("ghostball"), PLAY))
+    (family,) = families_of("rolling-pool", MeasuredEngine(make_engine("ghostball"), PLAY))
     assert family.most < 1.0
     assert family.settings["rolling_friction_quadratic"] > 0.0
 

@@ -13,14 +13,14 @@ from ghostball.reference_adapters import (
 from ghostball.validation.precision import measure as precision
 from ghostball.validation.precision.measure import ladder_of, measure_precision
 from ghostball.validation.precision.points import PrecisionMeasurement, seconds_to
-from ghostball.validation.runs import ladder
-from ghostball.validation.runs.ladder import step_of
+from ghostball.validation.runs import time_steps
+from ghostball.validation.runs.time_steps import step_of
 from ghostball.validation.scenes.library import find_scene
 
 
 @pytest.fixture(autouse=True)
 def _short_ladders(monkeypatch):
-    monkeypatch.setattr(ladder, "MOST_STEPS", 4_000)
+    monkeypatch.setattr(time_steps, "MOST_STEPS", 4_000)
 
 
 @pytest.fixture

@@ -16,14 +16,14 @@ from ghostball.model import EventKind, Scene, energy_of, first_energy
 from ghostball.reference_adapters.certified import certify
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.law import asked_of
+from ghostball.validation.checks.requirements import asked_of
 from ghostball.validation.grading.tolerances import EPS
 from ghostball.validation.scenes.random_scenes import random_scene
 from ghostball.validation.stress import (
     FAMILIES,
-    Shot,
-    Size,
     StressError,
+    StressShot,
+    StressSize,
     chosen_shots,
     path_of,
     storms,
@@ -42,23 +42,23 @@ from ghostball.validation.suite.case import plain_settings, run_case
 from ghostball.validation.suite.judge import Case
 from ghostball.validation.truth.scene_truth import Truth, truth_of
 
-FULL = Size(full=True, count=10)
+FULL = StressSize(full=True, count=10)
 
 
-def shot(name: str, size: Size = FULL) -> Shot:
+def shot(name: str, size: StressSize = FULL) -> StressShot:
     (found,) = (one for path, one in stress_shots(size, name))
     return found
 
 
-def broken_in(shot: Shot, result) -> set[str]:
+def broken_in(shot: StressShot, result) -> set[str]:
     """Return the metrics of what a run breaks of the shot's own limits, and of the law."""
     found = broken(result, *shot.criteria.criteria)
     return {sentence.partition(" must be")[0] for sentence in found}
 
 
-@pytest.mark.parametrize("size", [Size(count=10), FULL], ids=["quick", "full"])
+@pytest.mark.parametrize("size", [StressSize(count=10), FULL], ids=["quick", "full"])
 @pytest.mark.parametrize("family", FAMILIES)
-def test_each_shot_is_a_scene_with_a_name_of_its_own(family: str, size: Size):
+def test_each_shot_is_a_scene_with_a_name_of_its_own(family: str, size: StressSize):
     scenes = [one.scene for one in FAMILIES[family].shots(size)]
     assert len({scene.name for scene in scenes}) == len(scenes) > 0
     for scene in scenes:
@@ -68,20 +68,20 @@ def test_each_shot_is_a_scene_with_a_name_of_its_own(family: str, size: Size):
 
 
 def test_shots_are_chosen_by_pattern_and_what_is_not_there_is_refused():
-    hits = chosen_shots(Size(), ["grazing/*-hit-1e-01"])
+    hits = chosen_shots(StressSize(), ["grazing/*-hit-1e-01"])
     assert {path_of(one.scene.name) for one in hits} > {"grazing/rolling-hit-1e-01"}
-    (rare,) = chosen_shots(Size(), ["grazing/rolling-hit-1e-02"])  # among all alone
+    (rare,) = chosen_shots(StressSize(), ["grazing/rolling-hit-1e-02"])  # among all alone
     assert rare.scene.name == "grazing.rolling-hit-1e-02"
     for name in ("grasing", "grazing/*-9e-99"):
         with pytest.raises(StressError, match=r"no family or shot is called .*Families: grazing"):
-            chosen_shots(Size(), [name])
+            chosen_shots(StressSize(), [name])
 
 
 def test_the_random_breaks_are_those_of_the_numbers_that_are_asked_for():
-    names = [name for name, _ in stress_shots(Size(seed=7, count=2), "storms")]
+    names = [name for name, _ in stress_shots(StressSize(seed=7, count=2), "storms")]
     assert names == ["storms/break-00007", "storms/begun-00007", "storms/break-00008"]
     scene = random_scene(8, **storms.BREAKS)
-    assert shot("storms/break-00008", Size(seed=7, count=2)).scene.balls == scene.balls
+    assert shot("storms/break-00008", StressSize(seed=7, count=2)).scene.balls == scene.balls
 
 
 def test_a_shot_that_lasts_is_asked_of_no_engine_with_a_step():
@@ -173,7 +173,7 @@ def test_galperin_shots_ask_for_each_collision_for_their_energy_and_for_no_overl
 @pytest.mark.compiled
 @pytest.mark.parametrize("seed", [0, 7])
 def test_a_gas_that_collides_too_often_or_too_seldom_is_seen(seed: int):
-    asked = shot("long-runs/gas-1000", Size(seed=seed))
+    asked = shot("long-runs/gas-1000", StressSize(seed=seed))
     run = simulate(asked.scene, record="trajectory")
     assert broken_in(asked, run) == set()
     for share in (0.6, 1.5):
@@ -182,9 +182,9 @@ def test_a_gas_that_collides_too_often_or_too_seldom_is_seen(seed: int):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("path", [path for path, _ in stress_shots(Size(), "reversal")])
+@pytest.mark.parametrize("path", [path for path, _ in stress_shots(StressSize(), "reversal")])
 def test_each_shot_of_the_quick_size_is_turned_round_and_measured(path: str):
-    asked = shot(path, Size())
+    asked = shot(path, StressSize())
     found = judged(asked.scene, asked.criteria, reference=False)
     assert found.faults == ()
     measured = {check.metric for check in found.record.checks if check.passed is not None}
@@ -213,7 +213,7 @@ def test_runs_too_long_to_be_recorded_keep_their_energy_and_count(name: str, tim
 def test_the_longest_break_known_needs_an_eighth_of_what_is_allowed():
     work = simulate(kept_scene("break-of-most-events")).work  # number 944 of 6550 random ones
     needed = work["events"] + work["contact_steps"]
-    assert 8 * needed <= storms.MOST < 9 * needed
+    assert 8 * needed <= storms.MOST_EVENTS < 9 * needed
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.25, 0.875])

@@ -10,7 +10,7 @@ from stored_records import record
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine
 from ghostball.validation.results.records import CaseRecord, Check
 from ghostball.validation.results.store import Results
-from ghostball.validation.stress import Size, chosen_shots, run_stress
+from ghostball.validation.stress import StressSize, chosen_shots, run_stress
 from ghostball.validation.stress.tally import (
     again,
     are_stress,
@@ -24,7 +24,7 @@ ONE, OTHER = ["grazing/rolling-hit-1e-01"], ["grazing/rolling-miss-1e-01"]
 
 
 def run(out: Path, labels: list[str], only: list[str]):
-    return run_stress(chosen_shots(Size(), only), labels, out)
+    return run_stress(chosen_shots(StressSize(), only), labels, out)
 
 
 def test_what_the_same_code_left_of_other_shots_stays_and_is_reused(tmp_path):
@@ -54,7 +54,7 @@ def test_an_engine_that_cannot_state_its_error_is_asked_and_fails(tmp_path, monk
     assert "planted" in found.reason
 
 
-SHOT = chosen_shots(Size(), ONE)[0].scene
+SHOT = chosen_shots(StressSize(), ONE)[0].scene
 
 
 def case(depth: float, label: str = "pymunk", passed: bool | None = True, **changes) -> CaseRecord:

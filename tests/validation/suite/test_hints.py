@@ -15,9 +15,16 @@ from wrong_physics import with_balls, with_physics
 from ghostball import Feature, Table, find_scene, plays
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.function import engine_of
-from ghostball.validation.checks.law import asked_of
+from ghostball.validation.checks.requirements import asked_of
 from ghostball.validation.scenes.library import select
-from ghostball.validation.suite.hints import ALONE, lacked, shared, simplest, tried_by, untried
+from ghostball.validation.suite.hints import (
+    SCENES_OF_FEATURE,
+    lacked,
+    shared,
+    simplest,
+    tried_by,
+    untried,
+)
 from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.scene_truth import truth_of
 
@@ -236,15 +243,15 @@ def broken_limits(scene, play):
 
 def test_each_feature_has_a_scene_of_its_own():
     # A feature that is added needs a scene that tries it alone, and wrong engines that fail there.
-    assert set(ALONE) == set(WRONG) == set(Feature)
-    for feature, names in ALONE.items():
+    assert set(SCENES_OF_FEATURE) == set(WRONG) == set(Feature)
+    for feature, names in SCENES_OF_FEATURE.items():
         for features in (set(scene_features(find_scene(name))) for name in names):
             assert feature in features
             assert features - {feature} <= PLAIN | NEEDS.get(feature, set()), feature
 
 
 @pytest.mark.parametrize(
-    ("feature", "name"), [(one, name) for one, names in ALONE.items() for name in names]
+    ("feature", "name"), [(one, name) for one, names in SCENES_OF_FEATURE.items() for name in names]
 )
 def test_who_gets_one_feature_wrong_fails_its_own_scene_and_who_is_right_passes(feature, name):
     scene = find_scene(name)
@@ -254,7 +261,9 @@ def test_who_gets_one_feature_wrong_fails_its_own_scene_and_who_is_right_passes(
 
 
 def test_smoke_tries_restitution_of_balls_and_cushions():
-    assert set(ALONE[Feature.CUSHION_RESTITUTION]) <= {scene.name for scene in select(["smoke"])}
+    assert set(SCENES_OF_FEATURE[Feature.CUSHION_RESTITUTION]) <= {
+        scene.name for scene in select(["smoke"])
+    }
     tried = {one for scene in select(["smoke"]) for one in scene_features(scene)}
     assert {Feature.BALL_RESTITUTION, Feature.CUSHION_RESTITUTION, Feature.UNBOUNDED_CLOTH} <= tried
 

@@ -15,9 +15,9 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.store import Results, ResultsError, ResultsWriter
 from ghostball.validation.scenes.library import FULL, find_scene, select
 from ghostball.validation.suite import case, suite
+from ghostball.validation.suite.ensemble import Ensemble, PerturbationSize
 from ghostball.validation.suite.plan import criteria_beside_paths, plan, shipped_criteria
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, run_suite
-from ghostball.validation.suite.varied import Ensemble, Size
 from ghostball.validation.truth import closed_forms
 from ghostball.validation.truth.closed_forms import FORMS, may_have_closed_form
 
@@ -90,7 +90,9 @@ def test_planning_solves_proves_compiles_and_plays_nothing(monkeypatch: pytest.M
     scenes = select([FULL])
     given = {one.name: shipped_criteria(one) for one in scenes}
     for criteria in ({}, given):
-        planned = plan(scenes, DEFAULT_ENGINES, criteria, None, ensemble=Ensemble(2, Size()))
+        planned = plan(
+            scenes, DEFAULT_ENGINES, criteria, None, ensemble=Ensemble(2, PerturbationSize())
+        )
         assert planned.size == 3 * len(scenes) * len(DEFAULT_ENGINES)
 
 

@@ -11,14 +11,14 @@ from likenesses import keep_likenesses, likeness
 from ghostball.validation.results.database import DATABASE
 from ghostball.validation.results.store import ResultsError
 from ghostball.validation.suite import real_tables
-from ghostball.validation.suite.real_tables import load_likenesses, measure_likenesses
+from ghostball.validation.suite.real_tables import load_agreements, measure_agreements
 
 OURS = ("ghostball", "paper-discrete")
 RAISING = "faulty_engine:FaultyEngine:does=raise"
 
 
 def measure(specs, folder, **options):
-    return list(measure_likenesses(specs, folder, 60.0, **options).records.values())
+    return list(measure_agreements(specs, folder, 60.0, **options).records.values())
 
 
 @pytest.fixture
@@ -39,10 +39,10 @@ def test_what_is_measured_is_read_back_until_a_run_measures_none(tmp_path):
     specs = ("ghostball", "pymunk:contact_steps=exact", "paper-discrete")
     found = measure(specs, tmp_path)
     assert [one.label for one in found] == list(specs)
-    assert load_likenesses(tmp_path) == found
+    assert load_agreements(tmp_path) == found
     assert measure((), tmp_path) == []
-    assert load_likenesses(tmp_path) == []
-    assert load_likenesses(tmp_path / "nowhere") == []
+    assert load_agreements(tmp_path) == []
+    assert load_agreements(tmp_path / "nowhere") == []
 
 
 def test_what_is_unchanged_is_reused(tmp_path, measured, monkeypatch):
@@ -78,10 +78,10 @@ def test_an_interrupt_keeps_what_is_done(tmp_path, measured, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(real_tables, "likeness", interrupting)
-        ran = measure_likenesses(OURS, tmp_path, 60.0)
+        ran = measure_agreements(OURS, tmp_path, 60.0)
     assert ran.interrupted
-    assert list(ran.records.values()) == load_likenesses(tmp_path)
-    assert [one.label for one in load_likenesses(tmp_path)] == ["ghostball"]
+    assert list(ran.records.values()) == load_agreements(tmp_path)
+    assert [one.label for one in load_agreements(tmp_path)] == ["ghostball"]
     measure(OURS, tmp_path, reuse=True)
     assert measured == list(OURS)
 
@@ -92,11 +92,11 @@ def test_what_is_damaged_is_refused_by_name(tmp_path):
         database.execute("""UPDATE records SET record = '{"label": "ghostball"}'""")
         database.commit()
     with pytest.raises(ResultsError, match=r"comparisons with measured tables.*families"):
-        load_likenesses(tmp_path)
+        load_agreements(tmp_path)
 
 
 def test_engines_of_different_families_are_refused(tmp_path):
     found = [likeness("ghostball", rebound=1.0, rolling=1.0), likeness("pymunk", rebound=1.0)]
     keep_likenesses(tmp_path, found)
     with pytest.raises(ResultsError, match="engines have different families"):
-        load_likenesses(tmp_path)
+        load_agreements(tmp_path)

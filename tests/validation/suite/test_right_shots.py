@@ -13,7 +13,7 @@ from shots import kept_scene
 from ghostball.model import Scene
 from ghostball.validation.checks.verdict import Verdict, verdict_of
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
-from ghostball.validation.stress import Size
+from ghostball.validation.stress import StressSize
 
 SHAPES = {**PROVABLE, "table": ("polygon", "pockets", "posts")}
 
@@ -114,7 +114,7 @@ def test_a_bounce_at_the_very_height_from_which_bounces_are_one_motion_is_not_ju
     ],
 )
 def test_what_extreme_numbers_found_is_gone(name):
-    ((_, shot),) = stress_shots(Size(), f"extremes/{name}")
+    ((_, shot),) = stress_shots(StressSize(), f"extremes/{name}")
     found = judged(shot.scene)
     assert found.faults == ()
     assert found.reference == "whole"
@@ -138,7 +138,7 @@ def broken_and_ambiguous(family: str, every: int) -> tuple[dict[str, tuple[str, 
     """Return what some stress shots of a family break, and in which the order is ambiguous."""
     found = {
         name: judged(shot.scene, shot.criteria, reference=shot.criteria.truth != "none")
-        for name, shot in list(stress_shots(Size(), family))[::every]
+        for name, shot in list(stress_shots(StressSize(), family))[::every]
     }
     broken = {name: one.faults for name, one in found.items() if one.faults}
     return broken, [name for name, one in found.items() if one.reference == "ambiguous"]
@@ -164,7 +164,7 @@ def test_all_stress_shots_are_right_by_the_law(family):
 
 
 def test_hardly_any_stress_shot_is_ambiguous():
-    shots = [one for family in FAMILIES for one in stress_shots(Size(), family)]
+    shots = [one for family in FAMILIES for one in stress_shots(StressSize(), family)]
     referenced = [name for name, shot in shots if shot.criteria.truth != "none"]
     assert set(AMBIGUOUS) <= set(referenced)
     assert len(AMBIGUOUS) <= MOST_AMBIGUOUS * len(referenced)

@@ -14,9 +14,9 @@ from ghostball.cli import app
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene, select
+from ghostball.validation.suite.ensemble import Ensemble, EnsembleError, PerturbationSize
 from ghostball.validation.suite.spread import QUANTITIES, spreads_of
 from ghostball.validation.suite.suite import run_suite
-from ghostball.validation.suite.varied import Ensemble, EnsembleError, Size
 
 REST_TIME = "rest time [s]"
 
@@ -109,5 +109,5 @@ def test_a_size_that_is_too_large_for_a_scene_is_refused_before_anything_runs(
             select(["stop"]),
             ["ghostball"],
             tmp_path,
-            ensemble=Ensemble(2, Size(velocity=1e-3, position=0.01)),
+            ensemble=Ensemble(2, PerturbationSize(velocity=1e-3, position=0.01)),
         )

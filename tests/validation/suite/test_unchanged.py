@@ -18,12 +18,12 @@ from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import Criterion
-from ghostball.validation.checks.law import Asked
+from ghostball.validation.checks.requirements import Requirements
 from ghostball.validation.parallel.sources import is_ours, versions
 from ghostball.validation.results.records import CaseRecord, Motion, status_name
 from ghostball.validation.results.store import Results, ResultsWriter
 from ghostball.validation.runs.runner import Reuse
-from ghostball.validation.suite.suite import Outcome, run_suite
+from ghostball.validation.suite.suite import SuiteResult, run_suite
 from ghostball.validation.suite.unchanged import code_hash, inputs_hash
 
 ENGINES = ("ghostball", "paper-discrete")
@@ -69,7 +69,7 @@ def spy_on(
     monkeypatch.setattr(engine, "simulate", simulate)
 
 
-def run(out: Path, **options: Any) -> Outcome:
+def run(out: Path, **options: Any) -> SuiteResult:
     chosen = {"scenes": scenes(), "engines": ENGINES, "reuse": True} | options
     shots, engines = chosen.pop("scenes"), chosen.pop("engines")
     return run_suite(shots, engines, out, **chosen)
@@ -253,12 +253,12 @@ def test_every_input_is_in_the_hash() -> None:
         {"label": "paper-discrete:dt=0.02"},
         {"settings": {"dt": 0.01}},
         {"settings": {"dt": 0.02, "new": None}},
-        {"asked": Asked()},
+        {"asked": Requirements()},
         {"asked": asked_of_all(limits(2e-6).criteria)},
         {"asked": asked_of_all(limits(metric="rest_error_rms").criteria)},
         {"asked": asked_of_all((criteria[0].model_copy(update={"reason": "another"}),))},
         {"asked": asked_of_all(criteria, rules[0])},
-        {"asked": Asked(law=asked_of_all(criteria).stated)},
+        {"asked": Requirements(law=asked_of_all(criteria).stated)},
         {"truth": "engine"},
         {"metrics": ["rest_error_max"]},
     ]

@@ -18,7 +18,7 @@ from benchmarks.pictures.physics import PUBLISHED_DEFLECTIONS
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.reference_adapters.certified import certify
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.stress import Size
+from ghostball.validation.stress import StressSize
 from ghostball.validation.truth.closed_forms import DIGITS, ClosedForm, closed_form, has_closed_form
 from ghostball.validation.truth.closed_forms._setup import numbers_of
 from ghostball.validation.truth.scene_truth import truth_of
@@ -382,6 +382,6 @@ def test_there_is_none_of_a_table_that_is_no_plain_rectangle(shape: dict[str, An
 
 def test_a_shot_so_slow_that_digits_end_has_no_form() -> None:
     """Breaks where a speed of 1e-49 m/s, which arrives, is taken for a rounding of none."""
-    ((_, shot),) = stress_shots(Size(), "extremes/limit-elastic-1e-49")
+    ((_, shot),) = stress_shots(StressSize(), "extremes/limit-elastic-1e-49")
     assert closed_form(shot.scene) is None
     assert truth_of(shot.scene).collision_counts == {"ball-ball": 1, "ball-cushion": 0}

@@ -18,8 +18,8 @@ from ghostball.reference_adapters.certified.integrated_slide import IntegratedSl
 from ghostball.reference_adapters.ghostball import GhostballEngine
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criteria import Criteria
-from ghostball.validation.checks.law import asked_of, claim_of
-from ghostball.validation.checks.step_limits import LEAST
+from ghostball.validation.checks.requirements import asked_of, claim_of
+from ghostball.validation.checks.step_limits import LEAST_LIMIT
 from ghostball.validation.results.records import INTEGRATION, OUR_ENGINE
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth import integration
@@ -175,7 +175,7 @@ def test_the_law_holds_our_engine_to_the_resolution_that_it_states(tmp_path, mon
     truth = truth_of(scene, "integration")
     asked = asked_of([("ghostball", {})], Criteria())
     limits = {one.metric: one.limit for one in asked.limits(engine, scene, truth)}
-    assert limits["rest_error_max"] == LEAST + engine.resolution(scene) < 1e-11
+    assert limits["rest_error_max"] == LEAST_LIMIT + engine.resolution(scene) < 1e-11
     assert limits["energy_rise"] == 5e-13
     two = scene_of(ball((0.0, 0.0), (2.0, 0.5)), ball((1.0, 0.0)), **POOL)
     limits = {one.metric: one.limit for one in asked.limits(engine, two, truth)}

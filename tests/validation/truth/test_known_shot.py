@@ -69,7 +69,7 @@ def test_what_cannot_be_proved_is_named():
 
 
 def test_only_a_proof_that_takes_long_is_announced(monkeypatch, caplog):
-    monkeypatch.setattr(module, "PATIENCE", 0.01)
+    monkeypatch.setattr(module, "MESSAGE_DELAY", 0.01)
     monkeypatch.setattr(module, "certify", lambda scene, settings, motion: time.sleep(0.2))
     with caplog.at_level(logging.WARNING, "ghostball.validation"):
         proof_of(find_scene("stop"))

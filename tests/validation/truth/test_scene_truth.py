@@ -18,7 +18,7 @@ from ghostball.model import Ball, EventKind, Physics, Scene, Table
 from ghostball.reference_adapters.certified import certify
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.store import CERTIFIED, CLOSED_FORM, OUR_ENGINE
-from ghostball.validation.runs import playing
+from ghostball.validation.runs import engine_runs
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import truth_or_failure
 from ghostball.validation.suite.judge import TruthFailure
@@ -199,7 +199,7 @@ def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.Monk
     assert events.rounding is None
     assert np.array_equal(events.collision_times, whole.collision_times)
     assert truth_of(shot(), parts=frozenset({"rest"})).rest_positions is not None
-    monkeypatch.setattr(playing, "simulate", refuse)
+    monkeypatch.setattr(engine_runs, "simulate", refuse)
     rest = truth_of(scene, parts=frozenset({"rest", "time", "conditioning"}))
     assert np.array_equal(rest.rest_positions, whole.rest_positions)
     assert rest.collisions == whole.collisions

@@ -13,13 +13,13 @@ from ghostball.model.impact_laws import LawEntry
 from ghostball.validation.measured.fit.fields import own_fields
 from ghostball.validation.measured.fit.least_squares import Field, Solution, goodness
 
-ALIKE: Final = 0.95
+LARGEST_CORRELATION: Final = 0.95
 """Correlation above which two values can't be distinguished: one compensates for the other."""
-_TOLD_APART = 2.0
+_DISTINCT_DEVIATIONS = 2.0
 """Standard deviations by which a law must fit worse to count as worse than the best one."""
 _MOST_SPREADS = 2
 """Range of the tested nose heights, in standard deviations from the mean."""
-_HOPELESS = 5.0
+_HOPELESS_MISFIT = 5.0
 """Misfit difference from the best height above which no further height is tested in this direction.
 """
 MOST_HEIGHTS: Final = 2 * _MOST_SPREADS + 1
@@ -44,7 +44,7 @@ def solutions_around(
             last = tried[each] = solve(each, last)
             least = min(one.misfit for one in tried.values())
             worse = (last.misfit - least) / max(goodness([last]), 1.0)
-            if worse + each**2 > _HOPELESS:
+            if worse + each**2 > _HOPELESS_MISFIT:
                 break
     return tried
 
@@ -85,7 +85,7 @@ def pairs_alike(fields: Sequence[Field], solution: Solution) -> list[tuple[str, 
     return [
         (fields[i].name, fields[j].name)
         for i, j in combinations(range(len(fields)), 2)
-        if abs(correlation[i, j]) >= ALIKE
+        if abs(correlation[i, j]) >= LARGEST_CORRELATION
     ]
 
 
@@ -101,7 +101,7 @@ def laws_alike(solutions: dict[str, Solution]) -> list[str]:
     alike = [order[0]]
     for name in order[1:]:
         worse = misfits[name] - best
-        if np.sum(worse) <= _TOLD_APART * np.sqrt(len(worse)) * np.std(worse):
+        if np.sum(worse) <= _DISTINCT_DEVIATIONS * np.sqrt(len(worse)) * np.std(worse):
             alike.append(name)
     return alike
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from ghostball.model import Ball, Physics
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.measured.fit.lines import Curve
-from ghostball.validation.measured.play import rolling_deceleration
+from ghostball.validation.measured.fit.curves import Curve
+from ghostball.validation.measured.simulated_ball import rolling_deceleration
 
 SIDE = 1.0
 """Typical side of a ball: the speed of its equator about the vertical axis, divided by its speed.
@@ -30,7 +30,7 @@ SIZE = 20.0
 
 
 @dataclass(frozen=True)
-class Event(ABC):
+class FitEvent(ABC):
     """An event of a shot that can be simulated."""
 
     shot: str
@@ -71,7 +71,7 @@ class Event(ABC):
 
 
 @dataclass(frozen=True)
-class RollingEvent(Event):
+class RollingEvent(FitEvent):
     """A ball that rolls freely: `given` its speed [m/s], `seen` its deceleration [m/s^2]."""
 
     curve: Curve  # a parabola
@@ -89,7 +89,7 @@ class RollingEvent(Event):
 
 
 @dataclass(frozen=True)
-class CushionEvent(Event):
+class CushionEvent(FitEvent):
     """A ball that rolls to a cushion and back: velocities before and after the contact.
 
     `given`: towards the cushion and along it [m/s], and the side at the contact; `seen`: away from
@@ -116,7 +116,7 @@ class CushionEvent(Event):
 
 
 @dataclass(frozen=True)
-class HitEvent(Event):
+class HitEvent(FitEvent):
     """A rolling ball that hits a ball at rest: positions and velocities of both afterwards.
 
     The first axis is the direction of the ball, the origin the position of the ball at rest.

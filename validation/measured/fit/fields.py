@@ -11,15 +11,15 @@ from ghostball.model.impact_laws import CUSHION_LAWS, LawEntry
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.measured.fit.least_squares import Assumed, Field
 
-ALL = frozenset({"rolling", "cushion", "hit"})
+ALL_FAMILIES = frozenset({"rolling", "cushion", "hit"})
 CUSHION, HIT = frozenset({"cushion"}), frozenset({"hit"})
 """Families of events."""
 
 FIELDS: Final = {
     one.name: one
     for one in (
-        Field("rolling_friction", 0.0, 0.2, 1e-4, ALL),
-        Field("rolling_friction_quadratic", 0.0, 0.5, 5e-4, ALL),
+        Field("rolling_friction", 0.0, 0.2, 1e-4, ALL_FAMILIES),
+        Field("rolling_friction_quadratic", 0.0, 0.5, 5e-4, ALL_FAMILIES),
         Field("sliding_friction", 0.02, 1.0, 2e-3, CUSHION | HIT),
         Field("ball_restitution", 0.3, 1.0, 2e-3, HIT),
         Field("ball_friction", 0.0, 1.0, 2e-3, HIT),
@@ -35,7 +35,7 @@ DEFAULT_FIELDS: Final = tuple(
 )
 """Coefficients that are fitted by default. Trackers don't see the side of a ball, which has the
 same effect as the friction between balls; and the nose height can be measured with a ruler."""
-_TOLD_BY: Final = {
+_DETERMINED_BY: Final = {
     "rolling_friction": frozenset({"rolling"}),
     "rolling_friction_quadratic": frozenset({"rolling"}),
     "sliding_friction": HIT,
@@ -56,9 +56,9 @@ NOSE_SPREAD: Final = 0.01
 """Standard deviation of the nose height, in ball diameters: the rules of pool allow 62.5 to 64.5 %
 (World Pool Association, equipment specifications).
 """
-BEGIN: Final = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
+INITIAL_VALUES: Final = {"ball_friction": 0.06, "cushion_restitution_loss": 0.05}
 """Initial values of the search that differ from the preset, whose value may be a law or a limit."""
-NEEDS: Final = {
+NEEDED_FEATURES: Final = {
     "rolling_friction_quadratic": Feature.QUADRATIC_ROLLING,
     "cushion_restitution_loss": Feature.FALLING_RESTITUTION,
 }
@@ -75,29 +75,29 @@ def assumed_of(name: str, physics: Physics, radius: float) -> Assumed | None:
     if name not in SPREAD:
         return None
     value = getattr(physics, name)
-    mean = float(value) if isinstance(value, float | int) else BEGIN[name]
+    mean = float(value) if isinstance(value, float | int) else INITIAL_VALUES[name]
     return Assumed(mean, SPREAD[name])
 
 
-def told_by(field: Field) -> frozenset[str]:
+def determined_by(field: Field) -> frozenset[str]:
     """Return the families that determine a field."""
-    return _TOLD_BY.get(field.name, field.felt_by)
+    return _DETERMINED_BY.get(field.name, field.felt_by)
 
 
 def own_fields(law: LawEntry, fields: Sequence[Field]) -> list[Field]:
     """Return the fields that a cushion law uses and only contacts with cushions determine."""
-    return [one for one in fields if told_by(one) == CUSHION and one.name in law.uses]
+    return [one for one in fields if determined_by(one) == CUSHION and one.name in law.uses]
 
 
 def lacking(engine: ReferenceEngine, preset: str) -> dict[str, Any]:
     """Return replacements for features of a preset that an engine lacks."""
     changes: dict[str, Any] = {
         name: 0.0
-        for name, feature in NEEDS.items()
+        for name, feature in NEEDED_FEATURES.items()
         if not has_feature(engine.capabilities, feature)
     }
     if not has_feature(engine.capabilities, Feature.SPEED_DEPENDENT_FRICTION):
-        changes["ball_friction"] = BEGIN["ball_friction"]
+        changes["ball_friction"] = INITIAL_VALUES["ball_friction"]
     laws = [law.name for law in cushion_laws(engine)]
     if laws and Physics(preset=preset).cushion not in laws:
         changes["cushion"] = laws[-1]

@@ -25,33 +25,33 @@ from ghostball.validation.measured.fit.choices import (
     pairs_alike,
     solutions_around,
 )
+from ghostball.validation.measured.fit.clean_events import CleanEvents
+from ghostball.validation.measured.fit.event_simulation import EventSimulator, Progress
 from ghostball.validation.measured.fit.fields import (
-    BEGIN,
     CUSHION,
     DEFAULT_FIELDS,
     FIELDS,
-    NEEDS,
+    INITIAL_VALUES,
+    NEEDED_FEATURES,
     assumed_of,
     cushion_laws,
+    determined_by,
     lacking,
     own_fields,
-    told_by,
 )
-from ghostball.validation.measured.fit.found import Assumptions, Fit
-from ghostball.validation.measured.fit.harvest import Harvest
+from ghostball.validation.measured.fit.fit_result import Assumptions, Fit
 from ghostball.validation.measured.fit.least_squares import (
     Assumed,
     Field,
-    Problem,
+    FitProblem,
     Solution,
     goodness,
 )
-from ghostball.validation.measured.fit.playing import Player, Progress
-from ghostball.validation.measured.play import Play
+from ghostball.validation.measured.simulated_ball import Play
 
 LEAST_EVENTS: Final = 8
 """Number of events below which a family isn't fitted."""
-NORMAL: Final = 1.96
+NORMAL_95: Final = 1.96
 """Standard errors that contain 95 % of normally distributed numbers."""
 
 
@@ -60,7 +60,7 @@ class NotEnoughError(GhostballError):
 
 
 def fit_table(
-    found: Harvest,
+    found: CleanEvents,
     engine: ReferenceEngine,
     play: Play,
     *,
@@ -100,7 +100,7 @@ class _Fitting:
 
     def __init__(
         self,
-        found: Harvest,
+        found: CleanEvents,
         engine: ReferenceEngine,
         play: Play,
         preset: str,
@@ -109,7 +109,7 @@ class _Fitting:
         nose_height: float | None,
         progress: Progress | None,
     ) -> None:
-        self._engine, self._player = engine, Player(engine, play, progress)
+        self._engine, self._player = engine, EventSimulator(engine, play, progress)
         self._asked, self._law = asked, law
         self._noise = found.noise
         self._families = {
@@ -136,7 +136,7 @@ class _Fitting:
         assumed = self._assumptions(fields)
         self._assumed = dict(assumed)
         self._values = self._begin(fields)
-        own = {name: [one for one in fields if told_by(one) == {name}] for name in _NAMES}
+        own = {name: [one for one in fields if determined_by(one) == {name}] for name in _NAMES}
         laws = self._laws(own["cushion"])
         tries_frictions = bool(own["hit"]) and self._is_friction_open()
         steps = sum(map(bool, own.values())) + tries_frictions + len(laws)
@@ -280,10 +280,10 @@ class _Fitting:
 
         Then 95 % of true values are within 1.96 stated errors, as with many shots (Student 1908).
         """
-        (family,) = told_by(field)
+        (family,) = determined_by(field)
         shots = {event.shot for event in self._families[family]}
-        beside = sum(told_by(one) == {family} for one in fields)
-        return float(stdtrit(max(len(shots) - beside, 1), 0.975)) / NORMAL
+        beside = sum(determined_by(one) == {family} for one in fields)
+        return float(stdtrit(max(len(shots) - beside, 1), 0.975)) / NORMAL_95
 
     def _told(self, names: Sequence[str]) -> list[Field]:
         """Return the fields that the events determine and the engine supports."""
@@ -291,11 +291,13 @@ class _Fitting:
         for name in names:
             one = FIELDS[name]
             why = ""
-            if not told_by(one) <= set(self._families):
-                why = self._too_few(told_by(one))
-            elif name in NEEDS and not has_feature(self._engine.capabilities, NEEDS[name]):
-                why = f"{self._engine.name} doesn't support {NEEDS[name].value}"
-            elif told_by(one) == CUSHION and not cushion_laws(self._engine):
+            if not determined_by(one) <= set(self._families):
+                why = self._too_few(determined_by(one))
+            elif name in NEEDED_FEATURES and not has_feature(
+                self._engine.capabilities, NEEDED_FEATURES[name]
+            ):
+                why = f"{self._engine.name} doesn't support {NEEDED_FEATURES[name].value}"
+            elif determined_by(one) == CUSHION and not cushion_laws(self._engine):
                 why = f"{self._engine.name} has no cushion law that can be fitted"
             if why and self._asked:
                 raise NotEnoughError(f"can't fit `{name}`: {why}")
@@ -330,7 +332,7 @@ class _Fitting:
         """Return the initial values of the search."""
         values = {}
         for one in fields:
-            value = BEGIN.get(one.name, getattr(self._base, one.name))
+            value = INITIAL_VALUES.get(one.name, getattr(self._base, one.name))
             values[one.name] = float(min(max(value, one.low), one.high))
         return values
 
@@ -345,7 +347,7 @@ class _Fitting:
             for name, known in self._assumed.items()
             if name not in fitted
             and self._matters(FIELDS[name], {family}, self._held)
-            and known.spread > _HELD * FIELDS[name].step
+            and known.spread > _EXACT_SPREAD * FIELDS[name].step
         ]
         names = [one.name for one in (*fields, *beside)]
 
@@ -354,7 +356,7 @@ class _Fitting:
             return self._physics(values, self._held)
 
         events = self._families[family]
-        problem = Problem(events, [*fields, *beside], build, self._player.predict, self._assumed)
+        problem = FitProblem(events, [*fields, *beside], build, self._player.predict, self._assumed)
         begin = {name: one.mean for name, one in self._assumed.items()} | self._values
         found = problem.solve(np.array([begin[name] for name in names]), befores)
         count = len(fields)  # assumed fields have already widened the errors of these
@@ -390,5 +392,5 @@ _NAMES = {
     "cushion": "contacts with cushions",
     "hit": "hits of a ball at rest",
 }
-_HELD = 1.5
+_EXACT_SPREAD = 1.5
 """Largest spread of an earlier result that is treated as exact, in difference steps."""

@@ -17,10 +17,10 @@ from scipy.optimize import least_squares
 
 from ghostball.model import Physics
 from ghostball.model.arrays import FloatArray
-from ghostball.validation.measured.fit.events import Event
-from ghostball.validation.measured.fit.playing import Played
+from ghostball.validation.measured.fit.event_simulation import StartedEvent
+from ghostball.validation.measured.fit.events import FitEvent
 
-Predict = Callable[[Physics, Sequence[Played]], Sequence[FloatArray]]
+Predict = Callable[[Physics, Sequence[StartedEvent]], Sequence[FloatArray]]
 """Simulates events from given initial values, and returns the values that would be seen."""
 
 HUBER = 2.5
@@ -30,11 +30,11 @@ HUBER = 2.5
 _TRIALS = 30
 """Largest number of steps of a search."""
 _HALVINGS = 6
-_CLOSE = 0.02
+_LINEAR = 0.02
 """Largest deviation of an event from its linear approximation, in errors."""
-_SETTLED = 0.05
+_CONVERGED = 0.05
 """Change of a value, in standard errors, below which a search has converged."""
-_REACH = 40.0
+_LONGEST_STEP = 40.0
 """Largest change of a value in one step, in difference steps: beyond it, no model is linear."""
 
 
@@ -114,7 +114,7 @@ Asking = Generator[Sequence[FloatArray], Sequence[FloatArray], _Nearest]
 class _Weighed:
     """An event, with matrices that make its measurement errors independent and of variance 1."""
 
-    def __init__(self, event: Event) -> None:
+    def __init__(self, event: FitEvent) -> None:
         self.event = event
         self._seen = np.linalg.inv(np.linalg.cholesky(event.seen_covariance))
         self._given = np.linalg.inv(np.linalg.cholesky(event.given_covariance))
@@ -136,11 +136,11 @@ class _Weighed:
                 slope = known
             step = np.linalg.lstsq(slope, -left, rcond=None)[0]
             change = slope @ step
-            if _squares(change) < _CLOSE**2:
+            if _squares(change) < _LINEAR**2:
                 return _Nearest(before + step, left + change, slope)
             for _ in range(_HALVINGS):
                 (tried,) = yield from self._ask([before + step])
-                if _squares(tried - left - change) < _CLOSE**2:
+                if _squares(tried - left - change) < _LINEAR**2:
                     return _Nearest(before + step, tried, slope)
                 if _squares(tried) < _squares(left):
                     before, left = before + step, tried
@@ -170,7 +170,7 @@ class _Weighed:
         return np.asarray(np.linalg.solve(spread, near.left[:count] - pull @ near.left[count:]))
 
 
-class Problem:
+class FitProblem:
     """A fit of coefficients to events.
 
     `events`: of one family.
@@ -181,7 +181,7 @@ class Problem:
 
     def __init__(
         self,
-        events: Sequence[Event],
+        events: Sequence[FitEvent],
         fields: Sequence[Field],
         build: Callable[[FloatArray], Physics],
         predict: Predict,
@@ -242,7 +242,7 @@ class Problem:
         every = np.vstack([slopes, np.diag(weights)])
         told = np.linalg.pinv(every.T @ every, hermitian=True)
         errors = np.sqrt(np.maximum(np.diag(told), 0.0))
-        reach = _REACH * self._steps
+        reach = _LONGEST_STEP * self._steps
         step = (
             least_squares(
                 lambda numbers: left + every @ (numbers - values),
@@ -259,7 +259,7 @@ class Problem:
             - values
         )
         step[~np.any(every, axis=0)] = 0.0
-        close = _SETTLED * errors
+        close = _CONVERGED * errors
         if np.all(np.abs(step) <= close):
             return values, found, True
         for _ in range(_HALVINGS):

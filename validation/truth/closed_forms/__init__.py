@@ -26,9 +26,9 @@ from ghostball.validation.truth.closed_forms._forms import (
 from ghostball.validation.truth.closed_forms._setup import (
     DIGITS,
     Collision,
+    FormResult,
     Key,
     OrderError,
-    Outcome,
     Vector,
     numbers_of,
     setup_of,
@@ -117,7 +117,7 @@ def may_have_closed_form(scene: Scene) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _solved(scene: Scene) -> tuple[Form, Outcome] | None:
+def _solved(scene: Scene) -> tuple[Form, FormResult] | None:
     """Return the form of `scene` and its result, or None if it has none."""
     candidates = _candidates(scene)
     if not candidates:
@@ -166,7 +166,7 @@ def _is_covered(scene: Scene) -> bool:
 
 
 def _conditioning(
-    scene: Scene, form: Form, numbers: Mapping[Key, mpf], exact: Outcome
+    scene: Scene, form: Form, numbers: Mapping[Key, mpf], exact: FormResult
 ) -> tuple[NDArray[np.float64], float]:
     """Sum |d result / d x| |x| over the scene's numbers, each by one relative nudge of 1e-25."""
     nudge = mp.mpf(10) ** (-DIGITS // 2)

@@ -27,8 +27,8 @@ from typing import NamedTuple
 from mpmath import mp, mpf
 
 from ghostball.validation.truth.closed_forms._motion import (
+    BallState,
     Cloth,
-    State,
     along,
     cloth_of,
     dot,
@@ -42,7 +42,7 @@ from ghostball.validation.truth.closed_forms._motion import (
     starting_state,
     time_to_rest,
 )
-from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, Setup, Vector
+from ghostball.validation.truth.closed_forms._setup import FormResult, OrderError, Setup, Vector
 
 
 class _End(NamedTuple):
@@ -53,22 +53,22 @@ class _End(NamedTuple):
     hull: list[Vector]
 
 
-def _alone(setup: Setup, end_of: Callable[[Setup, int], _End]) -> Outcome:
+def _alone(setup: Setup, end_of: Callable[[Setup, int], _End]) -> FormResult:
     """Return the result for balls that never meet, each computed separately."""
     if setup.cushions or setup.t_max is not None:
         raise OrderError("needs an unbounded cloth, and no end but rest")
     ends = [end_of(setup, ball) for ball in range(len(setup.positions))]
     if setup.verify:
         make_sure_apart([end.hull for end in ends], setup.radii)
-    return Outcome.at_rest([end.position for end in ends], max(end.time for end in ends))
+    return FormResult.at_rest([end.position for end in ends], max(end.time for end in ends))
 
 
-def alone_in_air(setup: Setup) -> Outcome:
+def alone_in_air(setup: Setup) -> FormResult:
     """Solve balls that slide and roll on straight lines until they rest; they never meet."""
     return _alone(setup, _end_in_air)
 
 
-def alone_in_flight(setup: Setup) -> Outcome:
+def alone_in_flight(setup: Setup) -> FormResult:
     """Solve balls that bounce, slide and roll until they rest; they never meet."""
     if setup.table_restitution == 1:
         raise OrderError("needs bounces that end at rest")
@@ -99,7 +99,7 @@ def _rolled(setup: Setup, speed: mpf, cloth: Cloth) -> tuple[mpf, mpf]:
     return mp.log1p(q * q) / (2 * b), mp.atan(q) / mp.sqrt(a * b)
 
 
-def _slid(setup: Setup, state: State, cloth: Cloth) -> tuple[State, mpf]:
+def _slid(setup: Setup, state: BallState, cloth: Cloth) -> tuple[BallState, mpf]:
     """Return the state at the end of a straight slide, and its time [s]."""
     slip = slip_of(state, cloth.radius)
     size = length_of(slip)
@@ -148,7 +148,7 @@ def _end_of_flight(setup: Setup, ball: int) -> _End:
     return _End(path[-1].state.position, time + time_to_rest(path, cloth), hull)
 
 
-def _bounced(setup: Setup, ball: int) -> tuple[State, mpf, list[Vector]]:
+def _bounced(setup: Setup, ball: int) -> tuple[BallState, mpf, list[Vector]]:
     """Return a ball's state once it stays on the cloth, when this is, and the bounces."""
     state, radius = starting_state(setup, ball), setup.radii[ball]
     state = state._replace(spin=rolling_spin(state, radius), rolls=False)
@@ -169,7 +169,7 @@ def _bounced(setup: Setup, ball: int) -> tuple[State, mpf, list[Vector]]:
         time += lasts
 
 
-def _rubbed(state: State, radius: mpf, push: mpf, setup: Setup, ball: int) -> State:
+def _rubbed(state: BallState, radius: mpf, push: mpf, setup: Setup, ball: int) -> BallState:
     """Return the state after a bounce; `push` is its impulse over the mass [m/s]."""
     slip = slip_of(state, radius)
     size = length_of(slip)
@@ -185,7 +185,7 @@ def _rubbed(state: State, radius: mpf, push: mpf, setup: Setup, ball: int) -> St
     )
 
 
-def fall_in_air(setup: Setup) -> Outcome:
+def fall_in_air(setup: Setup) -> FormResult:
     """Solve balls that bounce on the spot until they rest; they never meet."""
     if setup.cushions or setup.t_max is not None or setup.table_restitution == 1:
         raise OrderError("needs an unbounded cloth, and bounces that end at rest")
@@ -198,7 +198,7 @@ def fall_in_air(setup: Setup) -> Outcome:
         (x, y), (u, v) = setup.positions[i], setup.positions[j]
         if length_of((u - x, v - y)) <= setup.radii[i] + setup.radii[j]:
             raise OrderError("two balls are above each other")
-    return Outcome.at_rest(setup.positions, max(_time_of(setup, ball) for ball in balls))
+    return FormResult.at_rest(setup.positions, max(_time_of(setup, ball) for ball in balls))
 
 
 def _time_of(setup: Setup, ball: int) -> mpf:

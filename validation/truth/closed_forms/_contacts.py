@@ -7,11 +7,16 @@ from __future__ import annotations
 
 from mpmath import mp
 
-from ghostball.validation.truth.closed_forms._motion import State, cloth_of, path_of, time_to_rest
-from ghostball.validation.truth.closed_forms._setup import OrderError, Outcome, Setup
+from ghostball.validation.truth.closed_forms._motion import (
+    BallState,
+    cloth_of,
+    path_of,
+    time_to_rest,
+)
+from ghostball.validation.truth.closed_forms._setup import FormResult, OrderError, Setup
 
 
-def collision_with_two(setup: Setup) -> Outcome:
+def collision_with_two(setup: Setup) -> FormResult:
     """Solve ball 0, rolling along +x, that hits balls 1 and 2 at once, which mirror each other.
 
     With c the cosine between the path and a line of centres, each object ball leaves along its line
@@ -39,18 +44,18 @@ def collision_with_two(setup: Setup) -> Outcome:
     ends, times = [], []
     for ball, (position, after) in enumerate(starts):
         cloth = cloth_of(setup, ball)
-        path = path_of(State(position, after, setup.spins[ball], rolls=True), cloth)
+        path = path_of(BallState(position, after, setup.spins[ball], rolls=True), cloth)
         ends.append(path[-1].state.position)
         times.append(time_to_rest(path, cloth))
     mirrored = (ends[1][0], 2 * cue[1] - ends[1][1])
-    return Outcome.at_rest(
+    return FormResult.at_rest(
         (*ends, mirrored),
         2 * distance / (velocity[0] + speed) + max(times),
         (("ball-ball", 0, 1), ("ball-ball", 0, 2)),
     )
 
 
-def pushed_along(setup: Setup) -> Outcome:
+def pushed_along(setup: Setup) -> FormResult:
     """Solve a ball with topspin, at rest, that pushes the ball in front of it along +x.
 
     Its friction mu_s m1 g accelerates both while it slides. The ball in front rolls; its inertia is
@@ -75,12 +80,12 @@ def pushed_along(setup: Setup) -> Outcome:
     gripping = radius * spin[1] / (together + 5 * slide / 2)
     speed = together * gripping
     travelled = together * gripping**2 / 2 + speed**2 / (2 * roll)
-    return Outcome.at_rest(
+    return FormResult.at_rest(
         ((back[0] + travelled, back[1]), (front[0] + travelled, front[1])), gripping + speed / roll
     )
 
 
-def wedged(setup: Setup) -> Outcome:
+def wedged(setup: Setup) -> FormResult:
     """Solve a ball with topspin that pushes the ball in front of it against the left cushion.
 
     Nothing can move: the cushion and the ball balance the friction mu_s m g until it has ended the
@@ -93,7 +98,7 @@ def wedged(setup: Setup) -> Outcome:
             raise OrderError("the second ball must lie on the left cushion")
         if not spin < 0:
             raise OrderError("the first ball must have topspin towards the cushion")
-    return Outcome.at_rest(
+    return FormResult.at_rest(
         setup.positions, setup.radii[0] * abs(spin) / (5 * cloth_of(setup, 0).sliding / 2)
     )
 

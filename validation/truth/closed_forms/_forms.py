@@ -21,26 +21,26 @@ from ghostball.validation.truth.closed_forms._contacts import (
 from ghostball.validation.truth.closed_forms._motion import make_sure_apart
 from ghostball.validation.truth.closed_forms._setup import (
     Collision,
+    FormResult,
     OrderError,
-    Outcome,
     Setup,
     Vector,
 )
-from ghostball.validation.truth.closed_forms._shot import Shot
+from ghostball.validation.truth.closed_forms._shot import OrderedShot
 from ghostball.validation.truth.closed_forms._unfolding import unfolded_bounces, unfolded_masses
 
 
 class Form(NamedTuple):
     """A solver of a scene, and its kind of motion: rolling or sliding, air, flight."""
 
-    solve: Callable[[Setup], Outcome]
+    solve: Callable[[Setup], FormResult]
     motion: Literal["rolling", "sliding"] = "rolling"
     air: bool = False
     flight: bool = False
 
 
-def _in_order(order: Sequence[Collision], setup: Setup) -> Outcome:
-    shot = Shot(setup)
+def _in_order(order: Sequence[Collision], setup: Setup) -> FormResult:
+    shot = OrderedShot(setup)
     for collision in order:
         shot.play(collision)
     return shot.end()
@@ -52,7 +52,7 @@ _squeezed_out = partial(
 """The first ball hits the second, which lies on the left cushion, bounces, and hits back."""
 
 
-def _chain(setup: Setup) -> Outcome:
+def _chain(setup: Setup) -> FormResult:
     """Solve a line in which each ball hits the next, after rolling through the gap or touching it.
 
     For touching balls, one impact follows the other, as with vanishing gaps.
@@ -65,11 +65,11 @@ class _Pair(NamedTuple):
     """Two balls that collide once: the time, their end, and points around their paths."""
 
     contact: mpf
-    outcome: Outcome
+    outcome: FormResult
     hull: list[Vector]
 
 
-def _separate_pairs(setup: Setup) -> Outcome:
+def _separate_pairs(setup: Setup) -> FormResult:
     """Solve many shots on one cloth: balls 0 and 1, balls 2 and 3, ...; each pair collides once.
 
     The boxes around the paths of the pairs are disjoint, so each pair is a separate shot.
@@ -82,7 +82,7 @@ def _separate_pairs(setup: Setup) -> Outcome:
     if setup.verify:
         make_sure_apart([pair.hull for pair in pairs], [max(pair.radii) for pair in setups])
     order = sorted(range(len(pairs)), key=lambda k: pairs[k].contact)
-    return Outcome(
+    return FormResult(
         tuple(position for pair in pairs for position in pair.outcome.positions),
         tuple(velocity for pair in pairs for velocity in pair.outcome.velocities),
         max(pair.outcome.time for pair in pairs),
@@ -93,7 +93,7 @@ def _separate_pairs(setup: Setup) -> Outcome:
 # a nudge for the conditioning changes one pair, or all pairs by one number
 @lru_cache(maxsize=256)
 def _solve_pair(setup: Setup) -> _Pair:
-    shot = Shot(setup)
+    shot = OrderedShot(setup)
     shot.play(("ball-ball", 0, 1))
     return _Pair(shot.time, shot.end(), shot.hull)
 
@@ -107,7 +107,7 @@ def form_of_shape(setup: Setup) -> Form:
 
     Raises `OrderError` if the shot isn't of this kind.
     """
-    shot = Shot(setup)
+    shot = OrderedShot(setup)
     while (found := shot.next_collision()) is not None:
         if len(shot.collisions) == MOST_COLLISIONS:
             raise OrderError("more collisions than are solved by shape")

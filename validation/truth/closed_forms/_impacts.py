@@ -8,7 +8,7 @@ from __future__ import annotations
 from mpmath import mp, mpf
 
 from ghostball.validation.truth.closed_forms._motion import (
-    State,
+    BallState,
     along,
     dot,
     length_of,
@@ -32,8 +32,8 @@ def alciatore_friction(speed: mpf) -> mpf:
 
 
 def ball_impact(
-    setup: Setup, a: int, b: int, state_a: State, state_b: State
-) -> tuple[State, State]:
+    setup: Setup, a: int, b: int, state_a: BallState, state_b: BallState
+) -> tuple[BallState, BallState]:
     """Return the states of two touching balls after their impact.
 
     Along n the impulse is (1 + e) m_r (v_a - v_b).n. Across it, friction acts against the slip U of
@@ -61,11 +61,11 @@ def ball_impact(
         tx, ty = scaled(turn * lift, _across(normal))
         wx, wy, wz = rolling_spin(state, setup.radii[ball])
         spin = (wx + tx, wy + ty, wz - turn * rub)
-        after.append(_settled(State(state.position, velocity, spin, False), setup.radii[ball]))
+        after.append(_settled(BallState(state.position, velocity, spin, False), setup.radii[ball]))
     return after[0], after[1]
 
 
-def cushion_impact(setup: Setup, ball: int, cushion: str, state: State) -> State:
+def cushion_impact(setup: Setup, ball: int, cushion: str, state: BallState) -> BallState:
     """Return the state of a ball at a cushion after the impact, by the scene's law."""
     nx, ny = NORMALS[cushion]
     normal = (mp.mpf(nx), mp.mpf(ny))
@@ -84,11 +84,11 @@ def cushion_impact(setup: Setup, ball: int, cushion: str, state: State) -> State
     velocity = along(scaled(vn, normal), vt, across)
     if not setup.slides:
         return state._replace(velocity=velocity)
-    return _settled(State(state.position, velocity, spin, False), radius)
+    return _settled(BallState(state.position, velocity, spin, False), radius)
 
 
 def _rubbing(
-    setup: Setup, normal: Vector, push: mpf, a: tuple[int, State], b: tuple[int, State]
+    setup: Setup, normal: Vector, push: mpf, a: tuple[int, BallState], b: tuple[int, BallState]
 ) -> tuple[mpf, mpf]:
     """Return the impulse of friction on b along t and up, over the reduced mass [m/s]."""
     across = _across(normal)
@@ -146,6 +146,6 @@ def _across(normal: Vector) -> Vector:
     return (-normal[1], normal[0])
 
 
-def _settled(state: State, radius: mpf) -> State:
+def _settled(state: BallState, radius: mpf) -> BallState:
     """Return a state with its field `rolls` set."""
     return state._replace(rolls=negligible(length_of(slip_of(state, radius))))

@@ -17,7 +17,7 @@ The conditioning nudges numbers by 1e-25 of themselves, which changes a speed by
 """
 
 
-class State(NamedTuple):
+class BallState(NamedTuple):
     """A ball: position [m], velocity [m/s], angular velocity [rad/s], whether it rolls."""
 
     position: Vector
@@ -35,11 +35,11 @@ class Cloth(NamedTuple):
     spinning: mpf
 
 
-class Segment(NamedTuple):
+class PathSegment(NamedTuple):
     """A constant acceleration [m/s^2] from the time `start` [s], at which the ball has `state`."""
 
     start: mpf
-    state: State
+    state: BallState
     acceleration: Vector
 
 
@@ -78,9 +78,9 @@ def cloth_of(setup: Setup, ball: int) -> Cloth:
     )
 
 
-def starting_state(setup: Setup, ball: int) -> State:
+def starting_state(setup: Setup, ball: int) -> BallState:
     """Return the initial state of a ball of the setup."""
-    return State(
+    return BallState(
         setup.positions[ball],
         setup.velocities[ball],
         setup.spins[ball],
@@ -88,20 +88,20 @@ def starting_state(setup: Setup, ball: int) -> State:
     )
 
 
-def rolling_spin(state: State, radius: mpf) -> Spin:
+def rolling_spin(state: BallState, radius: mpf) -> Spin:
     """Return the angular velocity of a ball: k x v / R if it rolls, otherwise its own."""
     if not state.rolls:
         return state.spin
     return (-state.velocity[1] / radius, state.velocity[0] / radius, state.spin[2])
 
 
-def slip_of(state: State, radius: mpf) -> Vector:
+def slip_of(state: BallState, radius: mpf) -> Vector:
     """Return the velocity of the ball's contact point with the cloth, v + w x (-R z)."""
     (vx, vy), (wx, wy, _) = state.velocity, state.spin
     return (vx - radius * wy, vy + radius * wx)
 
 
-def path_of(state: State, cloth: Cloth) -> list[Segment]:
+def path_of(state: BallState, cloth: Cloth) -> list[PathSegment]:
     """Return the undisturbed motion of a ball: a slide, a roll and a rest, or some of them.
 
     Sliding friction acts against the slip u and never turns it, so the path is a parabola for T = 2
@@ -115,7 +115,7 @@ def path_of(state: State, cloth: Cloth) -> list[Segment]:
         speed = length_of(slip)
         if not negligible(speed):
             friction = scaled(-cloth.sliding / speed, slip)
-            path.append(Segment(start, state, friction))
+            path.append(PathSegment(start, state, friction))
             start = 2 * speed / (7 * cloth.sliding) if cloth.sliding else mp.inf
             if start == mp.inf:
                 return path
@@ -123,18 +123,18 @@ def path_of(state: State, cloth: Cloth) -> list[Segment]:
         state = state._replace(rolls=True)
     speed = length_of(state.velocity)
     if not negligible(speed):
-        path.append(Segment(start, state, scaled(-cloth.rolling / speed, state.velocity)))
+        path.append(PathSegment(start, state, scaled(-cloth.rolling / speed, state.velocity)))
         if not cloth.rolling:
             return path
         stop = speed / cloth.rolling
         state = moved(path[-1], cloth, stop)
         start += stop
     zero = mp.mpf(0)
-    path.append(Segment(start, state._replace(velocity=(zero, zero)), (zero, zero)))
+    path.append(PathSegment(start, state._replace(velocity=(zero, zero)), (zero, zero)))
     return path
 
 
-def moved(segment: Segment, cloth: Cloth, dt: mpf) -> State:
+def moved(segment: PathSegment, cloth: Cloth, dt: mpf) -> BallState:
     """Return the state `dt` after the segment's start; in a slide dw/dt = (5 / 2R) (ay, -ax)."""
     state, acceleration = segment.state, segment.acceleration
     turn = 5 * dt / (2 * cloth.radius)
@@ -143,10 +143,10 @@ def moved(segment: Segment, cloth: Cloth, dt: mpf) -> State:
     wx, wy, wz = state.spin
     left = max(abs(wz) - cloth.spinning * dt, mp.mpf(0))
     spin = (wx + turn * acceleration[1], wy - turn * acceleration[0], mp.sign(wz) * left)
-    return State(position, velocity, spin, state.rolls)
+    return BallState(position, velocity, spin, state.rolls)
 
 
-def state_at(path: list[Segment], cloth: Cloth, dt: mpf) -> State:
+def state_at(path: list[PathSegment], cloth: Cloth, dt: mpf) -> BallState:
     """Return the state at the time `dt` on a path."""
     segment = next(segment for segment in reversed(path) if segment.start <= dt)
     return moved(segment, cloth, dt - segment.start)
@@ -165,7 +165,7 @@ def make_sure_apart(ways: Iterable[Sequence[Vector]], radii: Iterable[mpf]) -> N
             raise OrderError("two balls come too close to each other")
 
 
-def time_to_rest(path: list[Segment], cloth: Cloth) -> mpf:
+def time_to_rest(path: list[PathSegment], cloth: Cloth) -> mpf:
     """Return the time at which the ball has stopped moving and spinning [s].
 
     A spin without friction doesn't count.

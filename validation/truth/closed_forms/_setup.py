@@ -20,12 +20,12 @@ Key = tuple[str, *tuple[int, ...]]
 Collision = tuple[str, int, int | str]
 """Kind label, first ball, second ball or name of the cushion: as in `run --format json`."""
 
-_OF_THE_CLOTH = ("rolling_friction", "sliding_friction", "spinning_friction_rate")
+_CLOTH_FIELDS = ("rolling_friction", "sliding_friction", "spinning_friction_rate")
 """Coefficients that a ball may override."""
 
-_OF_AIR = ("air_drag", "rolling_friction_quadratic")
+_AIR_FIELDS = ("air_drag", "rolling_friction_quadratic")
 
-_OF_CUSHIONS = (
+_CUSHION_FIELDS = (
     "cushion_restitution",
     "cushion_restitution_loss",
     "cushion_tangential_restitution",
@@ -34,7 +34,7 @@ _OF_CUSHIONS = (
 )
 
 
-_OF_EACH_BALL = (
+_BALL_FIELDS = (
     *("positions", "velocities", "heights", "rises", "spins", "rolls", "radii", "masses"),
     *("rolling_frictions", "sliding_frictions", "spin_decelerations"),
 )
@@ -101,11 +101,11 @@ class Setup:
 
     def of(self, balls: slice) -> Setup:
         """Return the setup of some of the balls."""
-        return replace(self, **{name: getattr(self, name)[balls] for name in _OF_EACH_BALL})
+        return replace(self, **{name: getattr(self, name)[balls] for name in _BALL_FIELDS})
 
 
 @dataclass(frozen=True)
-class Outcome:
+class FormResult:
     """The end of a scene by a form.
 
     `positions`, `velocities` [m] and [m/s].
@@ -120,7 +120,7 @@ class Outcome:
     @classmethod
     def at_rest(
         cls, positions: Sequence[Vector], time: mpf, collisions: Sequence[Collision] = ()
-    ) -> Outcome:
+    ) -> FormResult:
         """Return the result for a shot in which all balls come to rest."""
         zero = mp.mpf(0)
         return cls(tuple(positions), ((zero, zero),) * len(positions), time, tuple(collisions))
@@ -147,9 +147,9 @@ def numbers_of(scene: Scene) -> dict[Key, mpf]:
             found["velocity", i, 2] = ball.velocity[2]
             if ball.position[2] != ball.radius:
                 found["position", i, 2] = ball.position[2]
-        own = {name: getattr(ball, name) for name in _OF_THE_CLOTH}
+        own = {name: getattr(ball, name) for name in _CLOTH_FIELDS}
         found |= {(name, i): value for name, value in own.items() if value is not None}
-    found |= {(name,): getattr(physics, name) for name in _OF_THE_CLOTH + _OF_AIR}
+    found |= {(name,): getattr(physics, name) for name in _CLOTH_FIELDS + _AIR_FIELDS}
     if len(scene.balls) > 1:
         found["ball_restitution",] = physics.ball_restitution
         if physics.ball_friction != "alciatore":
@@ -158,7 +158,7 @@ def numbers_of(scene: Scene) -> dict[Key, mpf]:
         found["table_restitution",] = physics.table_restitution
     if table is not None:
         found |= {("length",): table.length, ("width",): table.width}
-        found |= {(name,): getattr(physics, name) for name in _OF_CUSHIONS}
+        found |= {(name,): getattr(physics, name) for name in _CUSHION_FIELDS}
         if physics.cushion_restitution_loss == 0.0:
             # without loss it is a different law, not a value with an error
             del found["cushion_restitution_loss",]

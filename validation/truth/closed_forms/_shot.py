@@ -8,7 +8,7 @@ from mpmath import mp, mpf
 
 from ghostball.validation.truth.closed_forms._impacts import NORMALS, ball_impact, cushion_impact
 from ghostball.validation.truth.closed_forms._motion import (
-    Segment,
+    PathSegment,
     along,
     cloth_of,
     dot,
@@ -21,13 +21,13 @@ from ghostball.validation.truth.closed_forms._motion import (
 from ghostball.validation.truth.closed_forms._polynomials import Polynomial, first_fall_below_zero
 from ghostball.validation.truth.closed_forms._setup import (
     Collision,
+    FormResult,
     OrderError,
-    Outcome,
     Setup,
     Vector,
 )
 
-TOUCHING = mp.mpf(2) ** -46
+TOUCHING_OVERLAP = mp.mpf(2) ** -46
 """Overlap of touching balls that is allowed, in radii, because positions are given in doubles.
 
 Such balls touch as soon as they approach.
@@ -37,7 +37,7 @@ LEAST_DIFFERENCE = mp.mpf(10) ** -30
 """Collisions closer in time than this [s] count as simultaneous."""
 
 
-class Shot:
+class OrderedShot:
     """Balls that slide, roll and spin, moved from one given collision to the next.
 
     With `setup.verify`, each step checks that nothing else happens first, and otherwise raises
@@ -90,10 +90,10 @@ class Shot:
             raise OrderError(f"{found[0][1]} comes at once, or together with another")
         return found[0][1]
 
-    def end(self) -> Outcome:
+    def end(self) -> FormResult:
         """Move until every ball rests and none spins, or to `t_max`."""
         self._advance(self._time_left(), None)
-        return Outcome(
+        return FormResult(
             tuple(state.position for state in self._states),
             tuple(state.velocity for state in self._states),
             self.time,
@@ -165,10 +165,10 @@ class Shot:
                 -sign * segment.acceleration[axis] / 2,
             )
             if end == mp.inf:  # at rest, or at constant velocity
-                if gap[1] < 0 and gap[0] > -TOUCHING * radius:
+                if gap[1] < 0 and gap[0] > -TOUCHING_OVERLAP * radius:
                     return segment.start + max(-gap[0] / gap[1], mp.mpf(0))
                 continue
-            dt = first_fall_below_zero(gap, end - segment.start, TOUCHING * radius)
+            dt = first_fall_below_zero(gap, end - segment.start, TOUCHING_OVERLAP * radius)
             if dt is not None:
                 return segment.start + dt
         return None
@@ -183,7 +183,7 @@ class Shot:
             # constant relative velocity: until they have passed each other
             if duration == mp.inf:
                 duration = max(-gap[1] / gap[2] / 2, mp.mpf(0)) if gap[2] else mp.mpf(0)
-            dt = first_fall_below_zero(gap, duration, TOUCHING * reach**2)
+            dt = first_fall_below_zero(gap, duration, TOUCHING_OVERLAP * reach**2)
             if dt is not None:
                 return start + dt
         return None
@@ -207,7 +207,7 @@ class Shot:
         )
 
 
-def _with_ends(path: list[Segment]) -> list[tuple[Segment, mpf]]:
+def _with_ends(path: list[PathSegment]) -> list[tuple[PathSegment, mpf]]:
     """Return each segment with its end time."""
     ends = [segment.start for segment in path[1:]]
     return list(zip(path, [*ends, mp.inf], strict=True))

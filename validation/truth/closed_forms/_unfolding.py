@@ -5,10 +5,10 @@ from __future__ import annotations
 from mpmath import mp
 
 from ghostball.validation.truth.closed_forms._motion import along, cloth_of, length_of
-from ghostball.validation.truth.closed_forms._setup import Collision, OrderError, Outcome, Setup
+from ghostball.validation.truth.closed_forms._setup import Collision, FormResult, OrderError, Setup
 
 
-def unfolded_bounces(setup: Setup) -> Outcome:
+def unfolded_bounces(setup: Setup) -> FormResult:
     """Solve one ball on a table with mirror cushions, by unfolding.
 
     The ball's centre moves in a box of (length - 2R) by (width - 2R). Reflecting the box instead of
@@ -37,10 +37,10 @@ def unfolded_bounces(setup: Setup) -> Outcome:
             crossings.append((ahead, sides[axis][edge % 2]))
     crossings.sort()
     collisions: list[Collision] = [("ball-cushion", 0, side) for _, side in crossings]
-    return Outcome.at_rest([(rest[0], rest[1])], speed / deceleration, collisions)
+    return FormResult.at_rest([(rest[0], rest[1])], speed / deceleration, collisions)
 
 
-def unfolded_masses(setup: Setup) -> Outcome:
+def unfolded_masses(setup: Setup) -> FormResult:
     """Solve two balls and one cushion, without friction, by unfolding their configuration space.
 
     Galperin 2003, Regular and Chaotic Dynamics 8(4) 375. Let q1 be the small ball's gap to the left
@@ -86,7 +86,7 @@ def unfolded_masses(setup: Setup) -> Outcome:
     gaps = (radius * mp.cos(angle) / weights[0], radius * mp.sin(angle) / weights[1])
     rates = (speed * mp.cos(direction) / weights[0], speed * mp.sin(direction) / weights[1])
     zero = mp.mpf(0)
-    return Outcome(
+    return FormResult(
         ((setup.radii[0] + gaps[1], small[1]), (setup.radii[0] + reach + gaps[0], large[1])),
         ((rates[1], zero), (rates[0], zero)),
         setup.t_max,

@@ -11,7 +11,7 @@ from commands import accept, cli, regress, write_config
 
 import ghostball.cli.gate.regress
 import ghostball.reference_adapters.ghostball
-import ghostball.validation.runs.playing
+import ghostball.validation.runs.engine_runs
 from ghostball.engine import simulate
 
 
@@ -43,7 +43,7 @@ def planted(monkeypatch):
         state = result.final_state
         return replace(result, final_state=state._replace(positions=state.positions - 1e-9))
 
-    for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.playing):
+    for module in (ghostball.reference_adapters.ghostball, ghostball.validation.runs.engine_runs):
         monkeypatch.setattr(module, "simulate", lossy)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from commands import accept, cli, contents, edit_engine, refused, regress
 
-from ghostball.validation.baselines import Played, load_baseline, load_regression
+from ghostball.validation.baselines import ComparedRun, load_baseline, load_regression
 from ghostball.validation.baselines.baseline import Baseline, baseline_path
 
 
@@ -64,7 +64,9 @@ def test_what_validate_found_can_be_accepted(here):
     path = baseline_path(here / "baselines" / "ghostball", "cut")
     whole = load_baseline(path)
     record = replace(whole.record, work={**whole.record.work, "bounds": 1})
-    path.write_text(Baseline.of(Played(record, whole.played.log), whole.accepted).text, "utf-8")
+    path.write_text(
+        Baseline.of(ComparedRun(record, whole.played.log), whole.accepted).text, "utf-8"
+    )
     options = ("cut.toml", "-e", "ghostball", "--no-report")
     assert cli("validate", *options).exit_code == 1
     assert cli("accept", "--reason", "As it was.").exit_code == 0

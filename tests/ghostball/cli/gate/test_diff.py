@@ -10,7 +10,7 @@ import pytest
 from commands import cli, refused
 from stored_records import cut_short
 
-from ghostball.validation.baselines.two_runs import changes_of
+from ghostball.validation.baselines.run_pairs import changes_of
 from ghostball.validation.results.records import Accuracy, Check
 from ghostball.validation.results.store import Results
 

@@ -9,13 +9,13 @@ import pytest
 
 from ghostball.validation.examples import first_engine
 from ghostball.validation.precision.points import PrecisionMeasurement
-from ghostball.validation.runs import ladder
+from ghostball.validation.runs import time_steps
 
 
 @pytest.fixture
 def measured(cli, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(ladder, "MOST_LEVELS", 4)
+    monkeypatch.setattr(time_steps, "MOST_LEVELS", 4)
     return partial(cli, "engines", "--steps")
 
 

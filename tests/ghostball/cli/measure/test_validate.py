@@ -19,8 +19,8 @@ from ghostball.cli.measure.validate import _plan
 from ghostball.reference_adapters.paper.discrete import PaperDiscreteEngine
 from ghostball.reports.style import format_length
 from ghostball.validation.results.database import has_database
-from ghostball.validation.results.frames import export, rows_of
 from ghostball.validation.results.store import Results, has_results
+from ghostball.validation.results.tables import export, rows_of
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import say, stderr
 from ghostball.validation.baselines.regression import FailOn
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.family import Likeness, Measured, families_in
+from ghostball.validation.measured.figures import ComparedFigure, TableAgreement, families_in
 from ghostball.validation.parallel.cluster import ClusterLostError
 
 
@@ -126,13 +126,13 @@ def test_the_first_column_is_whole_unless_others_are_named(whole, kept):
 BANKS, REBOUNDS = (
     one for name in ("banks-pool", "cushion-snooker") for one in families_in(facts_of(name))
 )
-BANK = Measured(at=1.0, value=2.0, error=0.1, played=2.2)
-REBOUND = Measured(at=1.0, value=0.9, error=None, played=0.8)
+BANK = ComparedFigure(at=1.0, value=2.0, error=0.1, played=2.2)
+REBOUND = ComparedFigure(at=1.0, value=0.9, error=None, played=0.8)
 BESIDE_TABLES = [
     likeness("ghostball", rebound=1.5, rolling=0.3),
     likeness("my[x]", rebound="it has none", rolling=1.44),
     likeness("lacks all", rebound="no", rolling="no"),
-    Likeness(
+    TableAgreement(
         label="some[engine]",
         families=(
             BANKS.model_copy(update={"figures": (BANK,)}),

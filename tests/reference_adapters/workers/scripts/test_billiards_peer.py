@@ -9,7 +9,7 @@ from engine_facts import needs, play, rack
 from ghostball.engine import simulate
 from ghostball.model import UnsupportedSceneError
 from ghostball.reference_adapters.registry import make_engine
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.scenes.library import find_scene
 
 

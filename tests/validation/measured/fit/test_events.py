@@ -7,14 +7,14 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Physics
+from ghostball.validation.measured.fit.curves import Curve
+from ghostball.validation.measured.fit.event_simulation import scene_of, seen_in
 from ghostball.validation.measured.fit.events import (
     CushionEvent,
     HitEvent,
     RollingEvent,
     slowing_of,
 )
-from ghostball.validation.measured.fit.lines import Curve
-from ghostball.validation.measured.fit.playing import scene_of, seen_in
 
 POOL = Physics(preset="pool", spinning_friction_rate=10.0)
 RADIUS = 0.028575

@@ -9,15 +9,15 @@ import pytest
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS, POOL, synthetic_tracks
 from ghostball.model import GhostballError, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine
+from ghostball.validation.measured.fit.clean_events import CleanEvents, find_clean_events
 from ghostball.validation.measured.fit.fields import DEFAULT_FIELDS
 from ghostball.validation.measured.fit.fit import NotEnoughError, fit_table
-from ghostball.validation.measured.fit.harvest import Harvest, harvest
 from ghostball.validation.measured.fit.least_squares import Assumed
 
 
 @pytest.fixture(scope="module")
 def found():
-    return harvest(synthetic_tracks(EXAMPLE_PHYSICS, 100, 12, noise=5e-4, side=0.2), POOL)
+    return find_clean_events(synthetic_tracks(EXAMPLE_PHYSICS, 100, 12, noise=5e-4, side=0.2), POOL)
 
 
 def fitted(found, engine="ghostball", **options):
@@ -44,7 +44,7 @@ def test_known_values_come_out_and_the_law_is_told(found):
 
 
 def test_chosen_fields_alone_are_fitted_and_the_rest_is_the_preset_s(found):
-    few = Harvest(found.rolling[:60], found.cushion, [], found.noise)
+    few = CleanEvents(found.rolling[:60], found.cushion, [], found.noise)
     fit = fitted(few, fields=["rolling_friction"])
     assert set(fit.errors) == {"rolling_friction"}
     assert fit.laws == {}
@@ -54,7 +54,7 @@ def test_chosen_fields_alone_are_fitted_and_the_rest_is_the_preset_s(found):
 
 @pytest.mark.slow
 def test_another_engine_is_fitted_without_what_it_lacks(found):
-    few = Harvest(found.rolling[:10], found.cushion[:8], [], found.noise)
+    few = CleanEvents(found.rolling[:10], found.cushion[:8], [], found.noise)
     # Long steps, for a fit plays a thousand shots.
     engine = "pybullet:dt=1e-2"
     fit = fitted(few, engine, fields=["rolling_friction", "cushion_restitution"])
@@ -65,7 +65,7 @@ def test_another_engine_is_fitted_without_what_it_lacks(found):
 
 
 def test_what_a_few_events_do_not_tell_is_said(found):
-    few = Harvest(found.rolling[:60], found.cushion[:7], found.hit[:3], found.noise)
+    few = CleanEvents(found.rolling[:60], found.cushion[:7], found.hit[:3], found.noise)
     fit = fitted(few)
     assert set(fit.errors) == {"rolling_friction", "rolling_friction_quadratic"}
     assert fit.not_told["ball_restitution"] == (
@@ -80,11 +80,11 @@ def test_no_events_are_an_error_that_counts_them(found):
         match=r"not enough data for a fit: 2 stretches of "
         r"rolling, 0",
     ):
-        fitted(Harvest(found.rolling[:2], [], [], found.noise))
+        fitted(CleanEvents(found.rolling[:2], [], [], found.noise))
 
 
 def test_a_field_that_was_asked_for_must_be_told(found):
-    few = Harvest(found.rolling, [], [], found.noise)
+    few = CleanEvents(found.rolling, [], [], found.noise)
     with pytest.raises(NotEnoughError, match="can't fit `ball_restitution`: 0 hits"):
         fitted(few, fields=["ball_restitution"])
     with pytest.raises(
@@ -99,7 +99,7 @@ def test_an_engine_that_mentions_few_features_is_refused_by_what_it_lacks(found)
 
 
 def test_a_law_is_held_where_no_field_of_cushions_is_fitted(found):
-    few = Harvest(found.rolling[:20], [], [], found.noise)
+    few = CleanEvents(found.rolling[:20], [], [], found.noise)
     fit = fitted(few, fields=["rolling_friction"], law="frictional")
     assert fit.physics.cushion == "frictional"
 
@@ -110,7 +110,7 @@ def test_a_law_that_uses_no_such_field_is_refused(found):
 
 
 def test_contacts_alone_tell_no_friction_of_the_cloth(found):
-    alone = Harvest([], found.cushion[:20], [], found.noise)
+    alone = CleanEvents([], found.cushion[:20], [], found.noise)
     said = []
     fit = fitted(
         alone, law="han2005", progress=lambda done, planned, _: said.append((done, planned))
@@ -131,7 +131,7 @@ def test_contacts_alone_tell_no_friction_of_the_cloth(found):
 
 @pytest.mark.slow
 def test_a_nose_that_was_measured_makes_the_error_smaller(found):
-    few = Harvest(found.rolling[:20], found.cushion[:20], [], found.noise)
+    few = CleanEvents(found.rolling[:20], found.cushion[:20], [], found.noise)
     known = fitted(few, law="han2005", nose_height=0.0357)
     assumed = fitted(few, law="han2005")
     assert "cushion_height" in set(assumed.assumed) - set(known.assumed)
@@ -140,14 +140,14 @@ def test_a_nose_that_was_measured_makes_the_error_smaller(found):
 
 
 def test_few_shots_widen_the_error(found):
-    few = Harvest(found.rolling[:12], [], [], found.noise)
+    few = CleanEvents(found.rolling[:12], [], [], found.noise)
     fit = fitted(few, fields=["rolling_friction"])
     assert fit.errors["rolling_friction"] > 1.05 * fit.solutions["rolling"].errors[0]
 
 
 def test_progress_is_told(found):
     said = []
-    few = Harvest(found.rolling[:40], [], [], found.noise)
+    few = CleanEvents(found.rolling[:40], [], [], found.noise)
     fitted(few, progress=lambda done, planned, last: said.append((done, planned, last)))
     assert said[0][:2] == (0, 1)
     assert said[0][2].startswith("rolling, 1")

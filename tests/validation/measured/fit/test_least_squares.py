@@ -12,7 +12,7 @@ from ghostball.validation.measured.fit.least_squares import (
     HUBER,
     Assumed,
     Field,
-    Problem,
+    FitProblem,
     covariance_of,
     goodness,
 )
@@ -64,7 +64,7 @@ def made(seed, count=40, spoilt=0):
 
 
 def solved(events):
-    problem = Problem(events, [FRICTION, SLIDING], build, predict)
+    problem = FitProblem(events, [FRICTION, SLIDING], build, predict)
     return problem.solve(np.array([0.1, 0.2]))
 
 
@@ -95,9 +95,9 @@ def test_a_search_that_stalls_has_not_settled(solutions):
         return [np.array([1.0 + 1e-3 * off - dip]) for _ in played]
 
     events = [Made(str(k), np.array([1.0]), np.array([0.0])) for k in range(40)]
-    found = Problem(events, [FRICTION], lambda values: build([values[0], 0.2]), misleading).solve(
-        np.array([0.1])
-    )
+    found = FitProblem(
+        events, [FRICTION], lambda values: build([values[0], 0.2]), misleading
+    ).solve(np.array([0.1]))
     assert found.values[0] == 0.1
     assert not found.settled
 
@@ -110,7 +110,7 @@ def test_events_that_are_spoilt_move_the_values_little():
 
 def test_a_value_stays_within_its_bounds():
     low = Field("rolling_friction", 0.06, 0.2, 1e-3, frozenset({"made"}))
-    problem = Problem(made(1), [low, SLIDING], build, predict)
+    problem = FitProblem(made(1), [low, SLIDING], build, predict)
     assert problem.solve(np.array([0.1, 0.2])).values[0] == pytest.approx(0.06)
 
 
@@ -126,16 +126,18 @@ def test_an_assumption_that_no_event_tells_adds_its_own_error():
 
 def test_an_assumption_is_moved_by_events_that_tell_better():
     assumed = {"rolling_friction": Assumed(0.1, 0.05)}  # 0.05 is true
-    problem = Problem(made(1), [FRICTION, SLIDING], build, predict, assumed)
+    problem = FitProblem(made(1), [FRICTION, SLIDING], build, predict, assumed)
     found, alone = problem.solve(np.array([0.1, 0.2])), solved(made(1))
     assert found.values == pytest.approx(alone.values, abs=0.2 * np.max(alone.errors))
     firm = {"rolling_friction": Assumed(0.1, 1e-6)}
-    problem = Problem(made(1), [FRICTION, SLIDING], build, predict, firm)
+    problem = FitProblem(made(1), [FRICTION, SLIDING], build, predict, firm)
     assert problem.solve(np.array([0.1, 0.2])).values[0] == pytest.approx(0.1, abs=1e-5)
 
 
 def test_the_error_of_a_field_that_no_event_tells_is_infinite():
-    problem = Problem(made(1), [FRICTION, SLIDING], lambda values: build([values[0], 0.3]), predict)
+    problem = FitProblem(
+        made(1), [FRICTION, SLIDING], lambda values: build([values[0], 0.3]), predict
+    )
     found = problem.solve(np.array([0.1, 0.2]))
     assert found.values[1] == pytest.approx(0.2)
     assert np.isinf(found.errors[1])

@@ -8,13 +8,13 @@ from ghostball.model import EngineFailedError, UnsupportedSceneError
 from ghostball.reference_adapters import engine_class, engine_names, make_engine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation import find_scene
-from ghostball.validation.runs.ladder import with_setting
-from ghostball.validation.runs.playing import (
+from ghostball.validation.runs.engine_runs import (
     differs_by_record,
     first_played,
     in_other_process,
     run_engine,
 )
+from ghostball.validation.runs.time_steps import with_setting
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """Differences of a run with the right end: positions before the end, and times of events.
 
->>> differs_on_the_way(result, known, step=1e-3)
+>>> differs_before_end(result, known, step=1e-3)
 'on the way a ball is up to 100 mm from its place, at t = 0.31 s'
 """
 
@@ -16,14 +16,14 @@ from ghostball.validation.grading.event_logs import Event, events_in
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot, farthest
 
-INSTANTS: Final = 401
+SAMPLE_COUNT: Final = 401
 """Number of times at which an exact motion is compared."""
 
-SEEN: Final = 1e-6
+VISIBLE_DIFFERENCE: Final = 1e-6
 """Smallest reported difference beyond that of a time step: of positions [m], and of times [s]."""
 
 
-def differs_on_the_way(result: Result, known: KnownShot, step: float = 0.0) -> str:
+def differs_before_end(result: Result, known: KnownShot, step: float = 0.0) -> str:
     """Return how a run differs from the reference before its end; "" if there is no difference.
 
     `result`: with its events and its motion; if it has frames, only these are compared.
@@ -34,13 +34,13 @@ def differs_on_the_way(result: Result, known: KnownShot, step: float = 0.0) -> s
 
 
 def _motion(result: Result, known: KnownShot, step: float) -> str:
-    times = np.linspace(0.0, result.rest_time, INSTANTS)
+    times = np.linspace(0.0, result.rest_time, SAMPLE_COUNT)
     if isinstance(result.trajectory, SampledTrajectory):
         times = result.trajectory.times
     off = farthest(result, known.result, times)
     k = int(np.argmax(off))
     speeds = np.linalg.norm(known.result.sample(times).velocities, axis=2)
-    if not off[k] > SEEN + 2.0 * step * float(np.max(speeds)):
+    if not off[k] > VISIBLE_DIFFERENCE + 2.0 * step * float(np.max(speeds)):
         return ""
     return (
         f"on the way a ball is up to {1e3 * off[k]:.3g} mm from its place, at t = {times[k]:.3g} s"
@@ -49,7 +49,7 @@ def _motion(result: Result, known: KnownShot, step: float) -> str:
 
 def _events(result: Result, known: KnownShot, step: float) -> str:
     """Compare the kinds of events that both report: how often, and when, each event happens."""
-    worst, words = SEEN + 2.0 * step, ""
+    worst, words = VISIBLE_DIFFERENCE + 2.0 * step, ""
     for kind in EventKind:
         found, true = (_by_key(run, kind) for run in (result, known.result))
         if not found or not true:

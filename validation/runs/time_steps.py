@@ -12,12 +12,12 @@ from typing import Any, Final
 
 from ghostball.model import Record, Result, Scene
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.validation.runs.playing import run_engine
+from ghostball.validation.runs.engine_runs import run_engine
 
 STEP_SETTINGS: Final = ("dt", "frame")
 """Names of settings that hold the time step of an engine [s]."""
 
-SHORTER: Final = 4.0
+STEP_RATIO: Final = 4.0
 """Ratio between consecutive steps of `shorter_steps`."""
 
 LONGEST_STEP: Final = 0.02
@@ -27,7 +27,7 @@ LONGEST_STEP: Final = 0.02
 MOST_STEPS, MOST_LEVELS = 16_000, 20
 """Largest number of time steps of a shot with the shortest halved step, and of halvings."""
 
-GOES_AWAY: Final = 0.5
+REMAINING_SHARE: Final = 0.5
 """A difference disappears if the shortest step leaves at most this share of it.
 
 A contact is detected late by a random part of a time step, so the error divided by the step is
@@ -84,7 +84,7 @@ def shorter_steps(engine: ReferenceEngine, count: int) -> list[float]:
     Empty if the engine has no time step.
     """
     own = step_of(engine)
-    return [] if own is None else [own / SHORTER**k for k in range(count)]
+    return [] if own is None else [own / STEP_RATIO**k for k in range(count)]
 
 
 def halved_steps(own: float, duration: float) -> Iterator[float]:
@@ -114,7 +114,7 @@ def shrinks(errors: Sequence[float]) -> bool:
 
     `errors`: in the order of the steps, the longest step first.
     """
-    return len(errors) > 1 and errors[-1] <= GOES_AWAY * max(errors[:-1])
+    return len(errors) > 1 and errors[-1] <= REMAINING_SHARE * max(errors[:-1])
 
 
 def knee_step(errors: Mapping[float, float]) -> float | None:

@@ -34,7 +34,7 @@ from ghostball.reference_adapters.registry import OURS, EngineUnavailableError
 from ghostball.reference_adapters.returned import ResultRefusedError, check_result
 from ghostball.validation.parallel.pool import Done, run_tasks
 
-NOT_BLAMED = (
+SELF_EXPLAINED = (
     UnsupportedSceneError,
     EngineUnavailableError,
     EngineFailedError,
@@ -47,11 +47,11 @@ NOT_BLAMED = (
 def blamed_on_engine(name: str) -> Iterator[None]:
     """Turn any exception in the block into an `EngineFailedError` with the name of the engine.
 
-    The errors in `NOT_BLAMED`, such as an unsupported scene, pass unchanged.
+    The errors in `SELF_EXPLAINED`, such as an unsupported scene, pass unchanged.
     """
     try:
         yield
-    except NOT_BLAMED:
+    except SELF_EXPLAINED:
         raise
     except (Exception, SystemExit) as error:
         raise failure_of(name, error) from error
@@ -162,14 +162,14 @@ def in_other_process(
         yield engine
         return
     base: Any = type(engine)
-    with _Worker(base.__module__, time_limit, printed) as worker:
+    with _RemoteWorker(base.__module__, time_limit, printed) as worker:
 
         class RemoteEngine(_Remote, base):  # type: ignore[misc]
             """The engine, running in another process."""
 
             def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
                 """Run the scene in the other process; see `ReferenceEngine.simulate`."""
-                return worker.run(_Shot(base, self.settings, scene, record))
+                return worker.run(_RemoteShot(base, self.settings, scene, record))
 
         yield RemoteEngine(engine.settings)
 
@@ -182,7 +182,7 @@ class _Remote:
 
 
 @dataclass(frozen=True)
-class _Shot:
+class _RemoteShot:
     """A shot that another process is asked to run."""
 
     engine: type[ReferenceEngine]
@@ -192,40 +192,40 @@ class _Shot:
 
 
 @dataclass(frozen=True)
-class _Answer:
+class _RemoteAnswer:
     """A pickled result, or the error in its place."""
 
     result: bytes = b""
     error: Exception | None = None
 
 
-class _Worker:
+class _RemoteWorker:
     """A process that runs one shot after another."""
 
     def __init__(
         self, module: str, time_limit: float | None, printed: Callable[[str], None] | None
     ) -> None:
-        self._waiting: deque[_Shot] = deque()
+        self._waiting: deque[_RemoteShot] = deque()
         self._printed = printed
-        self._answers: Generator[Done[_Shot, _Answer]] = run_tasks(
+        self._answers: Generator[Done[_RemoteShot, _RemoteAnswer]] = run_tasks(
             self, 1, _play, time_limit, partial(import_module, module)
         )
 
-    def __iter__(self) -> Iterator[_Shot]:
+    def __iter__(self) -> Iterator[_RemoteShot]:
         return self
 
-    def __next__(self) -> _Shot:
+    def __next__(self) -> _RemoteShot:
         if not self._waiting:
             raise StopIteration
         return self._waiting.popleft()
 
-    def __enter__(self) -> _Worker:
+    def __enter__(self) -> _RemoteWorker:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._answers.close()
 
-    def run(self, shot: _Shot) -> Result:
+    def run(self, shot: _RemoteShot) -> Result:
         self._waiting.append(shot)
         done = next(self._answers)
         if done.printed and self._printed is not None:
@@ -237,15 +237,15 @@ class _Worker:
         return result
 
 
-def _play(shot: _Shot) -> _Answer:
+def _play(shot: _RemoteShot) -> _RemoteAnswer:
     name = shot.engine.name
     try:
         make: Any = shot.engine  # see `make_engine`
         with blamed_on_engine(name):
             engine = make(shot.settings)
-            return _Answer(pickle.dumps(run_engine(engine, shot.scene, shot.record)))
-    except NOT_BLAMED as error:
-        return _Answer(error=_sendable(name, error))
+            return _RemoteAnswer(pickle.dumps(run_engine(engine, shot.scene, shot.record)))
+    except SELF_EXPLAINED as error:
+        return _RemoteAnswer(error=_sendable(name, error))
 
 
 def _sendable(name: str, error: Exception) -> Exception:
@@ -257,5 +257,5 @@ def _sendable(name: str, error: Exception) -> Exception:
     return error
 
 
-def _crashed(shot: _Shot, reason: str) -> _Answer:
-    return _Answer(error=EngineFailedError(shot.engine.name, reason))
+def _crashed(shot: _RemoteShot, reason: str) -> _RemoteAnswer:
+    return _RemoteAnswer(error=EngineFailedError(shot.engine.name, reason))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ghostball.model import EventKind, Result, SampledTrajectory, Scene
-from ghostball.validation.diagnose.on_the_way import differs_on_the_way
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.diagnose.motion_differences import differs_before_end
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.known_shot import KnownShot, known_shot
 
@@ -23,7 +23,7 @@ def known_and_ours(scene: Scene) -> tuple[KnownShot, Result]:
 @pytest.mark.parametrize("scene", [CUT, DRAW, POCKET])
 def test_a_right_run_differs_in_nothing(scene: Scene):
     known, ours = known_and_ours(scene)
-    assert differs_on_the_way(ours, known) == ""
+    assert differs_before_end(ours, known) == ""
 
 
 def test_frames_beside_their_place_are_named_beyond_what_a_step_allows():
@@ -34,9 +34,9 @@ def test_frames_beside_their_place_are_named_beyond_what_a_step_allows():
     positions[150, 0, 1] += 0.1
     frames = SampledTrajectory(times, positions, right.velocities, right.angular_velocities)
     aside = replace(ours, trajectory=frames)
-    assert "a ball is up to 100 mm from its place" in differs_on_the_way(aside, known)
-    assert "a ball is up to 100 mm from its place" in differs_on_the_way(aside, known, step=1e-3)
-    assert differs_on_the_way(aside, known, step=0.1) == ""
+    assert "a ball is up to 100 mm from its place" in differs_before_end(aside, known)
+    assert "a ball is up to 100 mm from its place" in differs_before_end(aside, known, step=1e-3)
+    assert differs_before_end(aside, known, step=0.1) == ""
 
 
 def test_an_event_of_any_kind_that_is_late_is_named():
@@ -51,7 +51,7 @@ def test_an_event_of_any_kind_that_is_late_is_named():
         events = ours.events.copy()
         k = int(np.flatnonzero(events["kind"] == kind)[0])
         events["t"][k] -= 0.02
-        said = differs_on_the_way(replace(ours, events=np.sort(events, order="t")), known)
+        said = differs_before_end(replace(ours, events=np.sort(events, order="t")), known)
         assert said == f"its events have {what} 0.02 s too early"
 
 
@@ -61,7 +61,7 @@ def test_another_pocket_is_named():
     events = ours.events.copy()
     fell = events["kind"] == EventKind.POCKETED
     events["b"][fell] = (events["b"][fell] + 1) % 6
-    said = differs_on_the_way(replace(ours, events=events), known)
+    said = differs_before_end(replace(ours, events=events), known)
     assert said.startswith('its events have "object" falls into the pocket "')
     assert said.endswith('" never; the reference has this once')
 
@@ -71,5 +71,5 @@ def test_both_balls_of_a_collision_too_many_are_named():
     assert ours.events is not None
     again = ours.events[ours.events["kind"] == EventKind.BALL_BALL]
     twice = np.sort(np.concatenate([ours.events, again]), order="t")
-    said = differs_on_the_way(replace(ours, events=twice), known)
+    said = differs_before_end(replace(ours, events=twice), known)
     assert said == 'its events have "cue" hits "object" twice; the reference has this once'

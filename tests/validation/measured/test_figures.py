@@ -9,14 +9,19 @@ from pydantic import ValidationError
 from ghostball.model import EngineFailedError, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.facts import facts_of
-from ghostball.validation.measured.family import Family, Likeness, Measured, families_in
-from ghostball.validation.measured.likeness import Player, families_of
-from ghostball.validation.measured.play import OperatorError
+from ghostball.validation.measured.figures import (
+    ComparedFigure,
+    FigureFamily,
+    TableAgreement,
+    families_in,
+)
+from ghostball.validation.measured.simulated_ball import OperatorError
+from ghostball.validation.measured.table_agreement import MeasuredEngine, families_of
 
 
-def with_figures(name: str, error: float | None) -> Family:
+def with_figures(name: str, error: float | None) -> FigureFamily:
     (found,) = families_in(facts_of(name))
-    figures = [Measured(at=1.0, value=0.5, error=error, played=x) for x in (0.48, 0.49)]
+    figures = [ComparedFigure(at=1.0, value=0.5, error=error, played=x) for x in (0.48, 0.49)]
     return found.model_copy(update={"figures": tuple(figures)})
 
 
@@ -63,7 +68,7 @@ def test_what_an_engine_lacks_or_that_it_failed_stands_for_its_figures(error, sa
     def play(scene):
         raise error
 
-    for found in families_of("hits-snooker", Player(make_engine("ghostball"), play)):
+    for found in families_of("hits-snooker", MeasuredEngine(make_engine("ghostball"), play)):
         assert (found.lacks, found.failed) == (said, failed)
         assert found.figures == ()
         assert found.settings == {}
@@ -73,7 +78,7 @@ def test_an_engine_as_a_whole_is_where_it_is_furthest_off_of_what_grades():
     graded = likeness("any", rebound=-2.0, slope=1.0, rolling="it rolls none")
     assert graded.typical == pytest.approx(2.0)
     shown = family("shown", 9.0, grades=False)
-    assert Likeness(label="any", families=(*graded.families, shown)).typical == graded.typical
+    assert TableAgreement(label="any", families=(*graded.families, shown)).typical == graded.typical
     assert likeness("any", rolling="it rolls none").typical is None
 
 
@@ -81,7 +86,7 @@ def test_an_engine_as_a_whole_is_where_it_is_furthest_off_of_what_grades():
 def test_a_family_of_an_engine_has_figures_or_says_why_not(fields):
     wrong = family("rolling", 1.0).model_copy(update=fields)
     with pytest.raises(ValidationError, match="must have either `figures` or, in `lacks`"):
-        Likeness(label="any", families=(wrong,))
+        TableAgreement(label="any", families=(wrong,))
 
 
 def test_what_grades_has_errors():
@@ -90,5 +95,5 @@ def test_what_grades_has_errors():
     unknown = tuple(one.model_copy(update={"error": None}) for one in known.figures)
     wrong = known.model_copy(update={"figures": unknown})
     with pytest.raises(ValidationError, match=r"where it `grades`, each of its `figures` must"):
-        Likeness(label="any", families=(wrong,))
-    Likeness(label="any", families=(wrong.model_copy(update={"grades": False}),))
+        TableAgreement(label="any", families=(wrong,))
+    TableAgreement(label="any", families=(wrong.model_copy(update={"grades": False}),))

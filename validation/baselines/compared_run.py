@@ -18,7 +18,7 @@ class MotionNotKeptError(GhostballError):
 
 
 @dataclass(frozen=True, eq=False)
-class Log:
+class EventLog:
     """The events of a shot.
 
     `events`, a structured array (`EVENT_DTYPE`): all `count` events, or the first of them, as in a
@@ -31,7 +31,7 @@ class Log:
     sequence: str
 
     @classmethod
-    def of(cls, events: Events) -> Log:
+    def of(cls, events: Events) -> EventLog:
         """Return a log of all events."""
         return cls(events, len(events), sequence_hash(events))
 
@@ -42,27 +42,27 @@ class Log:
 
 
 @dataclass(frozen=True, eq=False)
-class Played:
+class ComparedRun:
     """A record, and a function that returns its events; it is called only if the hashes differ."""
 
     record: CaseRecord
-    log: Callable[[], Log]
+    log: Callable[[], EventLog]
 
     @classmethod
-    def of(cls, record: CaseRecord, motion: Motion | None) -> Played:
+    def of(cls, record: CaseRecord, motion: Motion | None) -> ComparedRun:
         """Return a record with its stored motion."""
         return cls(record, lambda: _log_in(record, motion))
 
     @classmethod
-    def stored(cls, results: Results, record: CaseRecord) -> Played:
+    def stored(cls, results: Results, record: CaseRecord) -> ComparedRun:
         """Return a record of a results folder."""
         return cls(record, cache(lambda: _log_in(record, results.motion(record))))
 
 
-def _log_in(record: CaseRecord, motion: Motion | None) -> Log:
+def _log_in(record: CaseRecord, motion: Motion | None) -> EventLog:
     if motion is None:
         raise MotionNotKeptError(
             f'scene "{record.scene}" on `{record.label}`: its motion was not kept, so its events '
             "can't be compared. Run the scene again"
         )
-    return Log.of(motion.events)
+    return EventLog.of(motion.events)

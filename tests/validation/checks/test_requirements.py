@@ -11,7 +11,7 @@ from wrong_runs import framed, with_late_events, with_slow_middle
 from ghostball.model.features import Capability, Feature
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.checks.criteria import Criteria, common_criteria
-from ghostball.validation.checks.law import asked_of, is_unstated
+from ghostball.validation.checks.requirements import asked_of, is_unstated
 from ghostball.validation.results.records import ACCURACY_KINDS
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import plain_settings

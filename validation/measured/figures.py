@@ -7,10 +7,10 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
-from ghostball.validation.measured.facts import Facts, Row
+from ghostball.validation.measured.facts import FactRow, Facts
 
 
-class Measured(BaseModel, frozen=True, allow_inf_nan=False):
+class ComparedFigure(BaseModel, frozen=True, allow_inf_nan=False):
     """One measured figure, and the value of a model.
 
     `error`: standard error of the measurement and the spread of tables together; None if both are
@@ -26,7 +26,7 @@ class Measured(BaseModel, frozen=True, allow_inf_nan=False):
     what: str = ""
 
     @classmethod
-    def of(cls, row: Row, played: float) -> Self:
+    def of(cls, row: FactRow, played: float) -> Self:
         """Return the figure of a row of the facts, with the value of a model."""
         return cls(at=row.place, value=row.value, error=row.uncertainty, played=played)
 
@@ -46,7 +46,7 @@ class Measured(BaseModel, frozen=True, allow_inf_nan=False):
         return self.difference / self.error
 
 
-class Family(BaseModel, frozen=True):
+class FigureFamily(BaseModel, frozen=True):
     """Figures of one kind; or why an engine has none.
 
     `grades`: whether the error of each figure is known; otherwise only differences can be given.
@@ -64,7 +64,7 @@ class Family(BaseModel, frozen=True):
     conditions: str = ""
     grades: bool = True
     settings: dict[str, str | float] = {}
-    figures: tuple[Measured, ...] = ()
+    figures: tuple[ComparedFigure, ...] = ()
     lacks: str = ""
     failed: bool = False
 
@@ -89,16 +89,16 @@ class Family(BaseModel, frozen=True):
         """The rms difference of the figures, in their unit."""
         return float(np.sqrt(np.mean([one.difference**2 for one in self.figures])))
 
-    def lacking(self, why: str, *, failed: bool = False) -> Family:
+    def lacking(self, why: str, *, failed: bool = False) -> FigureFamily:
         """Return the family without figures, and why: the engine lacks a feature, or it failed."""
         return self.model_copy(update={"lacks": why, "failed": failed})
 
 
-class Likeness(BaseModel, frozen=True):
+class TableAgreement(BaseModel, frozen=True):
     """The agreement of one engine with all measurements."""
 
     label: str
-    families: tuple[Family, ...]
+    families: tuple[FigureFamily, ...]
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
@@ -116,7 +116,7 @@ class Likeness(BaseModel, frozen=True):
         return self
 
     @property
-    def graded(self) -> tuple[Family, ...]:
+    def graded(self) -> tuple[FigureFamily, ...]:
         """The families that count for the engine as a whole: those with known errors."""
         return tuple(family for family in self.families if family.grades)
 
@@ -126,10 +126,10 @@ class Likeness(BaseModel, frozen=True):
         return max((one.typical for one in self.graded if not one.lacks), default=None)
 
 
-def families_in(facts: Facts) -> list[Family]:
+def families_in(facts: Facts) -> list[FigureFamily]:
     """Return the families of facts without figures, with the fields of the facts or their own."""
-    shared = facts.model_dump(include={*Family.model_fields})
+    shared = facts.model_dump(include={*FigureFamily.model_fields})
     return [
-        Family.model_validate(shared | heading.model_dump(exclude_none=True))
+        FigureFamily.model_validate(shared | heading.model_dump(exclude_none=True))
         for heading in facts.families
     ]

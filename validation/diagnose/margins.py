@@ -11,13 +11,13 @@ import numpy as np
 from ghostball.model import Ball, EventKind, Result, SampledTrajectory, Samples, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.grading.event_logs import Agreement, Event, Parting, events_in
-from ghostball.validation.runs.playing import run_ours
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.sampling import events_of
 
 Centres = Callable[[FloatArray], FloatArray]
 """Times (k,) [s] -> centres (k, balls, 2) [m]."""
 
-TIMES = 2_001
+SAMPLE_COUNT = 2_001
 """Number of times at which a gap is sampled; twice more around the smallest gap."""
 
 
@@ -158,11 +158,11 @@ def _smallest(
     low, high = start, end
     gap, when = np.inf, start
     for _ in range(3):
-        times = np.linspace(low, high, TIMES)
+        times = np.linspace(low, high, SAMPLE_COUNT)
         found = gaps(scene, collision, centres(times))
         row = int(np.argmin(found))
         gap, when = float(found[row]), float(times[row])
-        low, high = float(times[max(row - 1, 0)]), float(times[min(row + 1, TIMES - 1)])
+        low, high = float(times[max(row - 1, 0)]), float(times[min(row + 1, SAMPLE_COUNT - 1)])
     return gap, when
 
 

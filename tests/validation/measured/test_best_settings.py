@@ -15,7 +15,7 @@ from ghostball.model import Physics
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
 from ghostball.validation.measured.banks import through_points
-from ghostball.validation.measured.best import best_cloth, best_cushion
+from ghostball.validation.measured.best_settings import best_cloth, best_cushion
 from ghostball.validation.measured.facts import facts_of
 from ghostball.validation.measured.rebounds import square_rebound
 

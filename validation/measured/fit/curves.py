@@ -60,7 +60,7 @@ def without_stale(track: Track) -> Track:
     before = np.maximum(after - 1, 0)
     step = np.linalg.norm(places[fresh[after]] - places[fresh[before]], axis=1)
     span = times[fresh[after]] - times[fresh[before]]
-    moves = step > _MOVES * np.where(span > 0.0, span, np.inf)
+    moves = step > _MOVING_SPEED * np.where(span > 0.0, span, np.inf)
     kept = ~(repeats & moves)
     return Track(times[kept], places[kept])
 
@@ -79,15 +79,15 @@ def noise_of(tracks: list[Track]) -> float:
         between = (1.0 - share) * x[:-2] + share * x[2:]
         spread = np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
         speed = np.linalg.norm(x[2:] - x[:-2], axis=1) / (t[2:] - t[:-2])
-        moves = (speed > _MOVES) & (t[2:] - t[:-2] < _NEIGHBOURS)
+        moves = (speed > _MOVING_SPEED) & (t[2:] - t[:-2] < _NEIGHBOURS)
         off.append(((x[1:-1] - between) / spread)[moves].ravel())
     every = np.concatenate(off)
-    return float(_NORMAL * np.median(np.abs(every))) if len(every) else 0.0
+    return float(_MEDIAN_TO_DEVIATION * np.median(np.abs(every))) if len(every) else 0.0
 
 
-_MOVES = 0.05
+_MOVING_SPEED = 0.05
 """Speed above which a ball counts as moving [m/s]."""
 _NEIGHBOURS = 0.2
 """Longest time between the first and the last of three consecutive samples [s]."""
-_NORMAL = 1.4826
+_MEDIAN_TO_DEVIATION = 1.4826
 """The standard deviation of normal numbers, in medians of their absolute values."""

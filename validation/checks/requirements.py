@@ -21,13 +21,13 @@ from ghostball.model import Scene
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of, stated_error
 from ghostball.reference_adapters.registry import OURS
-from ghostball.validation.checks.accuracy import UP_TO
+from ghostball.validation.checks.accuracy import LARGEST_ERROR
 from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.criterion import CLAIMS, Claim, Criterion, StepRule
 from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.step_limits import STEP_METRICS, step_criteria, touching, travel
 from ghostball.validation.grading.grading import Grade
-from ghostball.validation.runs.ladder import step_of
+from ghostball.validation.runs.time_steps import step_of
 from ghostball.validation.truth.scene_truth import Truth
 
 Named = tuple[str, Mapping[str, Any]]
@@ -41,7 +41,7 @@ def _nothing() -> ByClaim:
 
 
 @dataclass(frozen=True)
-class Asked:
+class Requirements:
     """The limits on an engine in a scene, for every claim that it may make.
 
     `stated`: from the scene, or from a file for all scenes.
@@ -100,7 +100,9 @@ class Asked:
         }
 
 
-def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = None) -> Asked:
+def asked_of(
+    names: Sequence[Named], own: Criteria, for_all: Criteria | None = None
+) -> Requirements:
     """Return the limits on an engine in a scene.
 
     `names`: the engine; if it is judged as another engine, that engine follows.
@@ -123,7 +125,7 @@ def asked_of(names: Sequence[Named], own: Criteria, for_all: Criteria | None = N
     judged, settings = names[-1]
     rule = own.step_rule(judged, settings, *files[1:], common_criteria())
     excuses = (one.excuse(judged, settings) for one in (*files, common_criteria()))
-    return Asked(stated, law, rule, next(filter(None, excuses), ""))
+    return Requirements(stated, law, rule, next(filter(None, excuses), ""))
 
 
 def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
@@ -161,7 +163,7 @@ def claim_of(engine: ReferenceEngine, scene: Scene) -> Claim:
         return "exact"
     if stated in (0.0, "proved"):
         return "rounding"
-    fine = step_of(engine) is None and stated_error(stated) < UP_TO["nanometres"]
+    fine = step_of(engine) is None and stated_error(stated) < LARGEST_ERROR["nanometres"]
     return "exact" if fine else "less"
 
 

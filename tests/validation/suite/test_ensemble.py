@@ -8,9 +8,9 @@ import pytest
 
 from ghostball.model import Ball, Physics, Scene, Table
 from ghostball.validation.scenes.library import find_scene, select
-from ghostball.validation.suite.varied import Ensemble, EnsembleError, Size, varied
+from ghostball.validation.suite.ensemble import Ensemble, EnsembleError, PerturbationSize, varied
 
-SIZE = Size()
+SIZE = PerturbationSize()
 ROUNDING = 1e-15
 
 
@@ -80,7 +80,7 @@ def test_members_are_the_same_on_every_machine():
 
 def test_numbers_fill_the_stated_size_evenly():
     scene = Scene(name="two", balls=[Ball(id="a", position=(0, 0), velocity=(2.0, 0.0))])
-    members = [varied(scene, Size(velocity=0.05, position=1e-3), k) for k in range(400)]
+    members = [varied(scene, PerturbationSize(velocity=0.05, position=1e-3), k) for k in range(400)]
     x = np.array([member.positions[0, 0] for member in members]) / 1e-3
     speed = np.array([member.balls[0].speed for member in members]) / 2.0 - 1.0
     angle = np.array([math.atan2(*member.velocities[0, 1::-1]) for member in members])
@@ -98,7 +98,7 @@ def test_spin_is_turned_and_scaled_with_the_velocity():
         physics=Physics(motion="sliding"),
         balls=[Ball(id="a", position=(0, 0), velocity=(2.0, 0.0), angular_velocity=spin)],
     )
-    ball = varied(scene, Size(velocity=0.1), 1).balls[0]
+    ball = varied(scene, PerturbationSize(velocity=0.1), 1).balls[0]
     assert ball.angular_velocity is not None
     factor = ball.speed / 2.0
     turn = math.atan2(ball.velocity[1], ball.velocity[0])
@@ -112,8 +112,8 @@ def test_a_ball_that_is_struck_is_scaled_and_turned_as_one_that_moves():
     strike = {"speed": 2.0, "direction": 0.3, "offset_left": 0.2}
     balls = [Ball(id="a", position=(0, 0), strike=strike), Ball(id="b", position=(1, 0))]
     scene = Scene(name="struck", physics=Physics(motion="sliding"), balls=balls)
-    member = varied(scene, Size(velocity=0.1), 1)
-    assert member == varied(scene.without_strikes(), Size(velocity=0.1), 1)
+    member = varied(scene, PerturbationSize(velocity=0.1), 1)
+    assert member == varied(scene.without_strikes(), PerturbationSize(velocity=0.1), 1)
     assert member.balls[0].strike is None
     assert member.balls[0].velocity != scene.balls[0].velocity
 
@@ -124,8 +124,8 @@ def test_a_ball_without_room_stays_where_it_is():
     assert varied(scene, SIZE, 0).positions.tolist() == scene.positions.tolist()
 
 
-@pytest.mark.parametrize("only", [Size(velocity=0.0), Size(position=0.0)])
-def test_either_part_of_the_size_may_be_zero(only: Size):
+@pytest.mark.parametrize("only", [PerturbationSize(velocity=0.0), PerturbationSize(position=0.0)])
+def test_either_part_of_the_size_may_be_zero(only: PerturbationSize):
     scene = find_scene("chaos-a")
     member = varied(scene, only, 0)
     assert (member.positions == scene.positions).all() == (only.position == 0.0)
@@ -149,18 +149,20 @@ def test_either_part_of_the_size_may_be_zero(only: Size):
 )
 def test_a_wrong_size_is_refused(text, said):
     with pytest.raises(EnsembleError, match="size") as refused:
-        Size.parse(text)
+        PerturbationSize.parse(text)
     assert said in str(refused.value)
 
 
 def test_a_size_is_read_as_it_is_written():
-    assert Size.parse("position=2e-4") == Size(position=2e-4)
-    assert Size.parse(str(Size(velocity=0.01, position=1e-5))) == Size(velocity=0.01, position=1e-5)
+    assert PerturbationSize.parse("position=2e-4") == PerturbationSize(position=2e-4)
+    assert PerturbationSize.parse(
+        str(PerturbationSize(velocity=0.01, position=1e-5))
+    ) == PerturbationSize(velocity=0.01, position=1e-5)
 
 
 def test_what_no_member_can_be_made_of_is_refused():
     with pytest.raises(EnsembleError, match=r'0.00714375 m in scene "stop", got 0.01 m'):
-        varied(find_scene("stop"), Size(position=0.01), 0)
+        varied(find_scene("stop"), PerturbationSize(position=0.01), 0)
     with pytest.raises(EnsembleError, match="`index` of a member must be at least 0, got -1"):
         varied(find_scene("stop"), SIZE, -1)
 

@@ -6,8 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from ghostball.reference_adapters import make_engine
-from ghostball.validation.runs import ladder
-from ghostball.validation.runs.ladder import (
+from ghostball.validation.runs import time_steps
+from ghostball.validation.runs.time_steps import (
     MOST_STEPS,
     halved_steps,
     shorter_steps,
@@ -83,7 +83,7 @@ def test_steps_are_halved_from_the_longest_and_the_own_one_is_among_them(own):
 
 
 def test_a_ladder_ends_where_it_may(monkeypatch):
-    monkeypatch.setattr(ladder, "MOST_STEPS", 400)
+    monkeypatch.setattr(time_steps, "MOST_STEPS", 400)
     assert list(halved_steps(0.02, 4.0)) == [0.02, 0.01]
-    monkeypatch.setattr(ladder, "MOST_LEVELS", 1)
+    monkeypatch.setattr(time_steps, "MOST_LEVELS", 1)
     assert list(halved_steps(0.02, 4.0)) == [0.02]

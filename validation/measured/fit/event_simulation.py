@@ -10,8 +10,8 @@ from ghostball.model import Ball, Physics, Result, Scene, Table
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.base import resolution_of
-from ghostball.validation.measured.fit.events import SIZE, Event
-from ghostball.validation.measured.play import Play
+from ghostball.validation.measured.fit.events import SIZE, FitEvent
+from ghostball.validation.measured.simulated_ball import Play
 
 Progress = Callable[[int, int, str], None]
 """Called with the number of finished steps, the number of all steps, and the present step."""
@@ -19,11 +19,11 @@ Progress = Callable[[int, int, str], None]
 _DIGITS = 9
 """Decimal digits of times [s]: times of several events are mostly equal, except for rounding."""
 
-Played = tuple[Event, FloatArray]
+StartedEvent = tuple[FitEvent, FloatArray]
 """An event, and its initial values."""
 
 
-def scene_of(physics: Physics, played: Sequence[Played]) -> Scene:
+def scene_of(physics: Physics, played: Sequence[StartedEvent]) -> Scene:
     """Return a scene with several events, each in its own part of the table."""
     balls = [
         Ball(
@@ -45,7 +45,7 @@ def scene_of(physics: Physics, played: Sequence[Played]) -> Scene:
     )
 
 
-def seen_in(result: Result, played: Sequence[Played]) -> list[FloatArray]:
+def seen_in(result: Result, played: Sequence[StartedEvent]) -> list[FloatArray]:
     """Return the seen values of each event in the motion of their `scene_of`."""
     asked = [np.round(event.times, _DIGITS) for event, _ in played]
     times = np.unique(np.concatenate(asked))
@@ -59,7 +59,7 @@ def seen_in(result: Result, played: Sequence[Played]) -> list[FloatArray]:
     return seen
 
 
-class Player:
+class EventSimulator:
     """An engine that simulates events and reports its progress."""
 
     def __init__(self, engine: ReferenceEngine, play: Play, progress: Progress | None) -> None:
@@ -71,7 +71,7 @@ class Player:
         """Start the next one of `steps`."""
         self._step, self._done = step, self._done + 1
 
-    def predict(self, physics: Physics, played: Sequence[Played]) -> list[FloatArray]:
+    def predict(self, physics: Physics, played: Sequence[StartedEvent]) -> list[FloatArray]:
         """Return the values that would be seen of events.
 
         An engine with rounding errors only simulates many events in one scene, in a sixth of the
@@ -84,18 +84,21 @@ class Player:
             scene = scene_of(physics, part)
             seen += seen_in(self._play(scene), part)
             if resolution_of(self._engine, scene) == 0.0:
-                at_once = _AT_ONCE
+                at_once = _MOST_TOGETHER
             self._tell(len(part))
         return seen
 
     def _tell(self, played: int) -> None:
         """Report the progress."""
         before, self._played = self._played, self._played + played
-        if self._progress is not None and before // _TELL < self._played // _TELL:
+        if (
+            self._progress is not None
+            and before // _REPORT_INTERVAL < self._played // _REPORT_INTERVAL
+        ):
             self._progress(self._done, self.steps, f"{self._step}, {self._played} shots simulated")
 
 
-_AT_ONCE = 16
+_MOST_TOGETHER = 16
 """Largest number of events in one scene."""
-_TELL = 100
+_REPORT_INTERVAL = 100
 """Number of shots between progress reports."""

@@ -12,15 +12,27 @@ from ghostball.model import EngineFailedError, Physics, Result, Scene, Unsupport
 from ghostball.model.features import Feature, check_supported, has_feature
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.validation.measured.banks import through_points
-from ghostball.validation.measured.best import best_cloth, best_cushion
-from ghostball.validation.measured.facts import Row, facts_of
-from ghostball.validation.measured.family import Family, Likeness, Measured, families_in
+from ghostball.validation.measured.best_settings import best_cloth, best_cushion
+from ghostball.validation.measured.facts import FactRow, facts_of
+from ghostball.validation.measured.figures import (
+    ComparedFigure,
+    FigureFamily,
+    TableAgreement,
+    families_in,
+)
 from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
-from ghostball.validation.measured.play import OperatorError, Play
 from ghostball.validation.measured.rebounds import rebounds, square_rebound
 from ghostball.validation.measured.rolling import deceleration
+from ghostball.validation.measured.simulated_ball import OperatorError, Play
 
-__all__ = ["MEASUREMENTS", "Family", "Likeness", "Measured", "families_of", "likeness"]
+__all__ = [
+    "MEASUREMENTS",
+    "ComparedFigure",
+    "FigureFamily",
+    "TableAgreement",
+    "families_of",
+    "likeness",
+]
 
 ANGLES: Final = (5.0, 45.0)
 """Angles from the normal [degrees]; the measured ratio hardly depends on the angle."""
@@ -28,13 +40,13 @@ ANGLES: Final = (5.0, 45.0)
 Settings = Mapping[str, Any]
 """Fields of the physics."""
 
-Rows = Sequence[Row]
+Rows = Sequence[FactRow]
 
-Figures = Iterator[Iterable[Measured]]
+Figures = Iterator[Iterable[ComparedFigure]]
 """The figures of each family, in the order of the facts."""
 
 
-class Player(NamedTuple):
+class MeasuredEngine(NamedTuple):
     """An engine, and a function that simulates a scene on it and records the motion."""
 
     engine: ReferenceEngine
@@ -49,7 +61,7 @@ class Player(NamedTuple):
         return self.cushion(facts) or {"cushion": "mirror"}
 
 
-def likeness(label: str, engine: ReferenceEngine, play: Play) -> Likeness:
+def likeness(label: str, engine: ReferenceEngine, play: Play) -> TableAgreement:
     """Return the agreement of an engine with measurements on real tables.
 
     `play` simulates a scene on it, and records the motion. It is never called with a scene that the
@@ -60,12 +72,12 @@ def likeness(label: str, engine: ReferenceEngine, play: Play) -> Likeness:
         check_supported(engine.name, engine.capabilities, scene)
         return play(scene)
 
-    player = Player(engine, checked)
+    player = MeasuredEngine(engine, checked)
     families = chain.from_iterable(families_of(name, player) for name in MEASUREMENTS)
-    return Likeness(label=label, families=tuple(families))
+    return TableAgreement(label=label, families=tuple(families))
 
 
-def families_of(name: str, player: Player) -> list[Family]:
+def families_of(name: str, player: MeasuredEngine) -> list[FigureFamily]:
     """Return the simulated families of a measurement, or what the engine lacks."""
     facts, (settings_of, figures_of) = facts_of(name), MEASUREMENTS[name]
     families, settings, failed = families_in(facts), settings_of(player), False
@@ -86,7 +98,7 @@ def families_of(name: str, player: Player) -> list[Family]:
     return [one.lacking(why, failed=failed) for one in families]
 
 
-def _carom_rebounds(player: Player, cushion: Settings, _rows: Rows) -> Figures:
+def _carom_rebounds(player: MeasuredEngine, cushion: Settings, _rows: Rows) -> Figures:
     """Yield the rebounds of a match of three-cushion billiards, and their dependence on speed."""
     cloth = best_cloth("rolling-carom", player.engine.capabilities)
     physics = Physics(preset="carom", **{**cloth, **cushion})
@@ -95,13 +107,13 @@ def _carom_rebounds(player: Player, cushion: Settings, _rows: Rows) -> Figures:
     yield map(_slope, ratios)
 
 
-def _slope(figures: Sequence[Measured]) -> Measured:
+def _slope(figures: Sequence[ComparedFigure]) -> ComparedFigure:
     """Return the slope of measured and of simulated figures, by the same weighted least squares."""
     at, value, error, played = np.array(
         [(one.at, one.value, one.error, one.played) for one in figures]
     ).T
     slopes, covariance = np.polyfit(at, value, 1, w=1.0 / error, cov="unscaled")
-    return Measured(
+    return ComparedFigure(
         at=float(np.mean(at)),
         value=float(slopes[0]),
         error=float(np.sqrt(covariance[0, 0])),
@@ -109,29 +121,31 @@ def _slope(figures: Sequence[Measured]) -> Measured:
     )
 
 
-def _pool_rolling(player: Player, cloth: Settings, rows: Rows) -> Figures:
+def _pool_rolling(player: MeasuredEngine, cloth: Settings, rows: Rows) -> Figures:
     """Yield the deceleration of cue balls on the cloth of nine-ball matches."""
     physics = Physics(motion="sliding", **cloth, **(player.cushion("cushion-carom") or {}))
-    yield [Measured.of(row, deceleration(player.play, physics, row.place)) for row in rows]
+    yield [ComparedFigure.of(row, deceleration(player.play, physics, row.place)) for row in rows]
 
 
-def _banks(player: Player, cushion: Settings, rows: Rows) -> Figures:
+def _banks(player: MeasuredEngine, cushion: Settings, rows: Rows) -> Figures:
     """Yield the banks of sliding balls, measured on five pool tables."""
     physics = Physics(preset="pool", **cushion)
-    yield map(Measured.of, rows, through_points(player.play, physics, [row.place for row in rows]))
+    yield map(
+        ComparedFigure.of, rows, through_points(player.play, physics, [row.place for row in rows])
+    )
 
 
-def _snooker_rebounds(player: Player, cushion: Settings, rows: Rows) -> Figures:
+def _snooker_rebounds(player: MeasuredEngine, cushion: Settings, rows: Rows) -> Figures:
     """Yield the perpendicular rebounds on a snooker table."""
     physics = Physics(preset="snooker", **cushion)
     contacts = [square_rebound(player.play, physics, row.place) for row in rows]
     yield [
-        Measured.of(row, contact.normal_ratio * row.place)
+        ComparedFigure.of(row, contact.normal_ratio * row.place)
         for row, contact in zip(rows, contacts, strict=True)
     ]
 
 
-def _oblique_hits(player: Player, _settings: Settings, rows: Rows) -> Figures:
+def _oblique_hits(player: MeasuredEngine, _settings: Settings, rows: Rows) -> Figures:
     """Yield the speeds after five hits of snooker balls, and the direction of the cue ball.
 
     Speeds are divided by that before the hit, so that hits of all speeds can be compared.
@@ -151,7 +165,7 @@ def _oblique_hits(player: Player, _settings: Settings, rows: Rows) -> Figures:
     yield angles
 
 
-def _throws(player: Player, balls: Settings, rows: Rows) -> Figures:
+def _throws(player: MeasuredEngine, balls: Settings, rows: Rows) -> Figures:
     """Yield the throw in cuts of balls without spin."""
     physics = Physics(motion="sliding", **balls, **player.any_cushion("banks-pool"))
     yield [
@@ -163,11 +177,11 @@ def _throws(player: Player, balls: Settings, rows: Rows) -> Figures:
     ]
 
 
-def _without_error(row: Row, value: float, played: float, what: str = "") -> Measured:
-    return Measured(at=row.place, value=value, error=None, played=played, what=what)
+def _without_error(row: FactRow, value: float, played: float, what: str = "") -> ComparedFigure:
+    return ComparedFigure(at=row.place, value=value, error=None, played=played, what=what)
 
 
-def _pool_friction(player: Player) -> Settings:
+def _pool_friction(player: MeasuredEngine) -> Settings:
     """Return the ball friction of `pool`, or of `pool-coulomb` if it can't depend on speed."""
     falls = has_feature(player.engine.capabilities, Feature.SPEED_DEPENDENT_FRICTION)
     return _of_balls("pool" if falls else "pool-coulomb")
@@ -181,7 +195,11 @@ def _of_balls(preset: str) -> Settings:
 
 MEASUREMENTS: Final[
     Mapping[
-        str, tuple[Callable[[Player], Settings | None], Callable[[Player, Settings, Rows], Figures]]
+        str,
+        tuple[
+            Callable[[MeasuredEngine], Settings | None],
+            Callable[[MeasuredEngine, Settings, Rows], Figures],
+        ],
     ]
 ] = {
     "cushion-carom": (lambda player: player.cushion("cushion-carom"), _carom_rebounds),

@@ -9,7 +9,7 @@ from toy_engines import cut
 from ghostball.engine import simulate
 from ghostball.model import Ball, EventKind, Scene, Table
 from ghostball.reference_adapters import make_engine
-from ghostball.validation.diagnose.near_misses import (
+from ghostball.validation.diagnose.margins import (
     approach_speed,
     in_ulps,
     nearest_approach,

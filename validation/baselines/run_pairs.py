@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ghostball.validation.baselines.compare import compare
-from ghostball.validation.baselines.played import Played
+from ghostball.validation.baselines.compared_run import ComparedRun
 from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.baselines.rounding import allowance
 from ghostball.validation.checks.verdict import FAILING, unfinished_text, verdict_of
@@ -55,7 +55,7 @@ def changes_of(base: Results, head: Results, pairs: Sequence[Pair]) -> list[Scen
 
 
 def _change(base: Results, one: CaseRecord, head: Results, two: CaseRecord) -> SceneChange:
-    before, after = Played.stored(base, one), Played.stored(head, two)
+    before, after = ComparedRun.stored(base, one), ComparedRun.stored(head, two)
     if one.label == two.label:
         found = compare(before, after, lambda: allowance(after))
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ghostball.validation.measured.fit.lines import Curve, noise_of, without_stale
+from ghostball.validation.measured.fit.curves import Curve, noise_of, without_stale
 from ghostball.validation.measured.tracks import Track
 
 TIMES = np.arange(0.0, 2.0, 0.02)

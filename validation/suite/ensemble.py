@@ -44,7 +44,7 @@ class EnsembleError(GhostballError, ValueError):
     """An ensemble that can't be made: invalid number of members, or invalid size."""
 
 
-class Size(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
+class PerturbationSize(BaseModel, frozen=True, extra="forbid", allow_inf_nan=False):
     """Largest perturbation of the members of an ensemble; each number is drawn uniformly within it.
 
     `velocity` [1] and [rad]: relative change of the speed of each moving ball, and angle of
@@ -110,7 +110,7 @@ class Ensemble:
     """
 
     count: int
-    size: Size = Size()  # noqa: RUF009 - frozen
+    size: PerturbationSize = PerturbationSize()  # noqa: RUF009 - frozen
 
     def __post_init__(self) -> None:
         if self.count < 2:
@@ -121,7 +121,7 @@ class Ensemble:
         return [varied(scene, self.size, index) for index in range(self.count)]
 
 
-def varied(scene: Scene, size: Size, index: int) -> Scene:
+def varied(scene: Scene, size: PerturbationSize, index: int) -> Scene:
     """Return a scene with a perturbed initial state.
 
     `index`: from 0; a member doesn't depend on the number of members.

@@ -10,15 +10,15 @@ import numpy as np
 
 from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.cushion_contacts import CushionContact, Windows, cushion_contacts
+from ghostball.validation.measured.fit.curves import Curve, noise_of, without_stale
 from ghostball.validation.measured.fit.events import (
     SIDE,
     CushionEvent,
-    Event,
+    FitEvent,
     HitEvent,
     RollingEvent,
     slowing_of,
 )
-from ghostball.validation.measured.fit.lines import Curve, noise_of, without_stale
 from ghostball.validation.measured.rolling import RollingWindows, rolling_windows
 from ghostball.validation.measured.tracks import Shots, Surface, Track, dips
 
@@ -30,56 +30,59 @@ cameras.
 ROLLING = RollingWindows(after=1.0)
 _LEAST_NOISE = 1e-5
 """Least noise assumed for a track [m]: files contain rounded values."""
-ROLLED = 0.7
+ROLLING_TIME = 0.7
 """Time without contacts required before a window, per m/s of speed in it [s^2/m].
 
 A ball that left a cushion slides for less time if the friction of the cloth is at least 0.13; a
 ball struck with much draw slides for longer.
 """
 
-BEFORE, AFTER = (-0.30, -0.02), (0.30, 0.55)
+WINDOW_BEFORE, WINDOW_AFTER = (-0.30, -0.02), (0.30, 0.55)
 """Time windows of the straight lines before and after a hit [s], from the contact."""
-_ALONE = 0.56
+_ISOLATION_TIME = 0.56
 """Time after a hit without other contacts of both balls [s]."""
-_GLANCING = 0.85
+_LARGEST_OFFSET = 0.85
 """Largest offset from a full hit, in diameters: beyond it, noise decides whether the balls touch.
 """
-_MEETING = 0.10
+_CONTACT_GAP = 0.10
 """Largest gap of two balls in the samples nearest to their contact [m]; they may be fast."""
-_AGREE = 0.06
+_TIME_DIFFERENCE = 0.06
 """Largest time between the nearest samples and the computed contact [s]."""
-_RESTING = 0.003
+_REST_DISTANCE = 0.003
 """Largest distance between samples of a ball at rest, apart from noise [m]."""
-_LEFT_OUT = 0.3
+_OMISSION_TIME = 0.3
 """Time without a sample after which a tracker has omitted a ball because it rests [s]."""
 _SAMPLES = 5
 _MOST_RESTING = 25
 
 
 @dataclass(frozen=True)
-class Harvest:
+class CleanEvents:
     """The clean events of a table's tracks, and the noise of a coordinate of a sample [m]."""
 
-    rolling: Sequence[Event]
-    cushion: Sequence[Event]
-    hit: Sequence[Event]
+    rolling: Sequence[FitEvent]
+    cushion: Sequence[FitEvent]
+    hit: Sequence[FitEvent]
     noise: float
 
     @property
-    def families(self) -> Mapping[str, Sequence[Event]]:
+    def families(self) -> Mapping[str, Sequence[FitEvent]]:
         """The events by family."""
         return {"rolling": self.rolling, "cushion": self.cushion, "hit": self.hit}
 
 
-def harvest(shots: Shots, surface: Surface) -> Harvest:
+def find_clean_events(shots: Shots, surface: Surface) -> CleanEvents:
     """Return the clean events of all shots."""
     fresh = {
         shot: {ball: without_stale(track) for ball, track in balls.items()}
         for shot, balls in shots.items()
     }
     noise = noise_of([track for balls in fresh.values() for track in balls.values()])
-    every = [_Shot(name, balls, surface, max(noise, _LEAST_NOISE)) for name, balls in fresh.items()]
-    return Harvest(
+    every = [
+        _TrackedShot(name, balls, surface, max(noise, _LEAST_NOISE))
+        for name, balls in fresh.items()
+    ]
+    return CleanEvents(
         [*chain.from_iterable(shot.rolling() for shot in every)],
         [*chain.from_iterable(shot.cushions() for shot in every)],
         [*chain.from_iterable(shot.hits() for shot in every)],
@@ -91,7 +94,7 @@ def has_rolled(
     track: Track, others: Sequence[Track], surface: Surface, time: float, speed: float
 ) -> bool:
     """Return True if a ball with this speed has had no contact for long enough to roll."""
-    return is_free(track, others, surface, time - ROLLED * speed, time)
+    return is_free(track, others, surface, time - ROLLING_TIME * speed, time)
 
 
 def is_free(
@@ -107,7 +110,7 @@ def is_free(
 
 
 @dataclass(frozen=True)
-class _Shot:
+class _TrackedShot:
     """The tracks of one shot, and the noise of a coordinate of a sample [m]."""
 
     name: str
@@ -118,7 +121,7 @@ class _Shot:
     def _others(self, *names: str) -> list[Track]:
         return [track for name, track in self.balls.items() if name not in names]
 
-    def rolling(self) -> Iterator[Event]:
+    def rolling(self) -> Iterator[FitEvent]:
         """Yield the windows in which a ball rolls."""
         off, half = max(ROLLING.off, 5.0 * self.noise), ROLLING.length / 2.0
         for one in rolling_windows(self.balls, self.surface, replace(ROLLING, off=off)):
@@ -138,7 +141,7 @@ class _Shot:
                 curve,
             )
 
-    def cushions(self) -> Iterator[Event]:
+    def cushions(self) -> Iterator[FitEvent]:
         """Yield the free cushion contacts of balls that rolled to the cushion."""
         straight = max(CUSHION.straight, 2.0 * self.noise)
         for one in cushion_contacts(self.balls, self.surface, replace(CUSHION, straight=straight)):
@@ -146,7 +149,7 @@ class _Shot:
             if found is not None:
                 yield found
 
-    def _cushion(self, one: CushionContact) -> Event | None:
+    def _cushion(self, one: CushionContact) -> FitEvent | None:
         track = self.balls[one.ball]
         parts = [
             track.between(one.time + first, one.time + last)
@@ -177,21 +180,23 @@ class _Shot:
             float(gaps[2 * one.axis + (towards > 0.0)]),
         )
 
-    def hits(self) -> Iterator[Event]:
+    def hits(self) -> Iterator[FitEvent]:
         """Yield the clean hits: a rolling ball hits a ball at rest, with no other contact near."""
         for name, other in permutations(self.balls, 2):
             track, target = self.balls[name], self.balls[other]
             gaps = np.linalg.norm(target.at(track.times) - track.positions, axis=1)
-            near = dips(gaps - 2.0 * self.surface.radius, _MEETING)
+            near = dips(gaps - 2.0 * self.surface.radius, _CONTACT_GAP)
             for time in track.times[1:-1][near].tolist():
                 found = self._hit(track, target, self._others(name, other), time)
                 if found is not None:
                     yield found
 
-    def _hit(self, track: Track, target: Track, rest: Sequence[Track], near: float) -> Event | None:
+    def _hit(
+        self, track: Track, target: Track, rest: Sequence[Track], near: float
+    ) -> FitEvent | None:
         """Return the hit near a time [s]; None if there is none, or if it isn't clean."""
-        before = track.between(near + BEFORE[0], near + BEFORE[1])
-        resting = self._resting(target, near + BEFORE[1])
+        before = track.between(near + WINDOW_BEFORE[0], near + WINDOW_BEFORE[1])
+        resting = self._resting(target, near + WINDOW_BEFORE[1])
         if len(before.times) < _SAMPLES or not len(resting):
             return None
         origin, place = before.times[0], np.mean(resting, axis=0)
@@ -201,19 +206,21 @@ class _Shot:
         axes = np.array([[x, y], [-y, x]]) / max(speed, Windows.slowest)
         ahead, aside = axes @ (place - middle)
         reach = 2.0 * self.surface.radius
-        if speed < Windows.slowest or abs(aside) > _GLANCING * reach:
+        if speed < Windows.slowest or abs(aside) > _LARGEST_OFFSET * reach:
             return None
         time = origin + line.middle + float(ahead - np.sqrt(reach**2 - aside**2)) / speed
-        if abs(time - near) > _AGREE or time < before.times[-1]:
+        if abs(time - near) > _TIME_DIFFERENCE or time < before.times[-1]:
             return None
         # The ball rolls until the hit, and both balls have no other contact after it.
         if not (
             has_rolled(track, [*rest, target], self.surface, origin, speed)
-            and is_free(track, rest, self.surface, origin, time + _ALONE)
-            and is_free(target, rest, self.surface, time, time + _ALONE)
+            and is_free(track, rest, self.surface, origin, time + _ISOLATION_TIME)
+            and is_free(target, rest, self.surface, time, time + _ISOLATION_TIME)
         ):
             return None
-        parts = [one.between(time + AFTER[0], time + AFTER[1]) for one in (track, target)]
+        parts = [
+            one.between(time + WINDOW_AFTER[0], time + WINDOW_AFTER[1]) for one in (track, target)
+        ]
         if min(len(part.times) for part in parts) < _SAMPLES:
             return None
         if line.off(before.positions) > max(Windows.straight, 2.0 * self.noise):
@@ -250,7 +257,7 @@ class _Shot:
         if not len(places):
             return places
         apart = np.linalg.norm(places - places[-1], axis=1)
-        moved = np.flatnonzero(apart > max(_RESTING, 5.0 * self.noise))
+        moved = np.flatnonzero(apart > max(_REST_DISTANCE, 5.0 * self.noise))
         places = places[moved[-1] + 1 if len(moved) else 0 :]
-        left_out = until - target.times[seen - 1] > _LEFT_OUT
+        left_out = until - target.times[seen - 1] > _OMISSION_TIME
         return places if left_out or len(places) >= _SAMPLES else places[:0]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ghostball.model import Physics
-from ghostball.validation.measured.fit.events import Event
+from ghostball.validation.measured.fit.events import FitEvent
 from ghostball.validation.measured.fit.least_squares import Assumed, Solution, goodness
 
 Assumptions = dict[str, Assumed]
@@ -22,7 +22,7 @@ class Fit:
     """The standard error of each fitted field."""
     solutions: dict[str, Solution]
     """The solution for each family of events."""
-    families: dict[str, Sequence[Event]]
+    families: dict[str, Sequence[FitEvent]]
     """The fitted events, by family."""
     counts: dict[str, int]
     """Number of clean events in each family, including those with too few for a fit."""

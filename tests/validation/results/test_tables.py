@@ -16,9 +16,9 @@ from ghostball.model import EVENT_DTYPE, Ball, GhostballError, Scene
 from ghostball.validation.results.comparisons import Comparisons, comparison_row, comparisons_of
 from ghostball.validation.results.database import transaction, writing
 from ghostball.validation.results.files import ResultsError
-from ghostball.validation.results.frames import TABLES, export, rows_of
 from ghostball.validation.results.records import CERTIFIED, OUR_ENGINE
 from ghostball.validation.results.store import Check, Motion, Results, ResultsWriter
+from ghostball.validation.results.tables import TABLES, export, rows_of
 from ghostball.validation.scenes.library import find_scene
 
 # Rest positions, collisions and energy of a case against the truth, as all outputs show them.
