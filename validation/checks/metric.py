@@ -108,7 +108,7 @@ class Metric:
 
     `name`, `unit`: SI; "1" is a pure number, "class" an accuracy class.
     `meaning`: one line.
-    `compute`: None: the value is added later, by `Measured.add_class`.
+    `compute`: None: the value is added later, by `CaseMetrics.add_class`.
     `compares`: the part of the reference that the metric needs; None: it needs no reference.
     `judges`: what an upper limit, or an exact value, judges: "end": the end of the shot, which has
         no meaning after the engine's horizon; "shot": the collisions of the whole shot, or
