@@ -52,7 +52,7 @@ def test_the_same_hash_is_unchanged_and_costs_no_other_run():
         raise AssertionError("read or played, and nothing differs")
 
     change = compare(
-        gate.Played(BASE.record, never), gate.Played(BASE.record, never), never, "ghostball ..."
+        gate.ComparedRun(BASE.record, never), gate.ComparedRun(BASE.record, never), never, "ghostball ..."
     )
     assert (change.change, change.summary, change.moved) == ("unchanged", "bit-identical", False)
     assert change.first_difference is None
@@ -322,7 +322,7 @@ def no_motion():
 
 def test_runs_without_motion_are_compared_by_error_counts_and_status():
     def bare(run, **changes):
-        return gate.Played(replace(run.record, **changes), no_motion)
+        return gate.ComparedRun(replace(run.record, **changes), no_motion)
 
     def never():
         raise AssertionError("an allowance needs events")
