@@ -52,7 +52,10 @@ def test_the_same_hash_is_unchanged_and_costs_no_other_run():
         raise AssertionError("read or played, and nothing differs")
 
     change = compare(
-        gate.ComparedRun(BASE.record, never), gate.ComparedRun(BASE.record, never), never, "ghostball ..."
+        gate.ComparedRun(BASE.record, never),
+        gate.ComparedRun(BASE.record, never),
+        never,
+        "ghostball ...",
     )
     assert (change.change, change.summary, change.moved) == ("unchanged", "bit-identical", False)
     assert change.first_difference is None
