@@ -1,4 +1,4 @@
-"""What every kernel stands on: the arrays of the state, the compiler, tolerances, kinds of events.
+"""What all kernels share: the arrays of the state, the decorator, tolerances, kinds of events.
 
-A kernel is a compiled function: `kernel` has the decorator that makes one.
+A kernel is a compiled function, made by the decorator `core.kernel.kernel`.
 """

@@ -1,9 +1,9 @@
-"""One shot's arrays in one block of memory: what a shot begins with, and room to work in.
+"""All arrays of one shot in one block of memory: the initial state, and working memory.
 
-A block is packed once from a scene's arrays. Each shot begins with a copy of the whole of its first
-part, so that no array can be forgotten: not by a sweep that plays one shot after another, and not
-when an array is added. The second part is scratch: nothing in it is read before it is written.
-Kernels split a block again in `event_loop.unpack`.
+A block is packed once from the arrays of a scene. Each shot starts with a copy of the whole first
+part, so no array can be forgotten: not when a sweep plays one shot after another, and not when an
+array is added. The second part is scratch: nothing in it is read before it is written. In kernels,
+`event_loop.unpack` splits a block into arrays again.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from ghostball.engine.core.rows import MEMBER_COLUMNS
 from ghostball.engine.core.state import Balls, Cells, FloatArray, IntArray, Pairs
 from ghostball.engine.library.reached import REFERENCE_WORDS
 
-# Indices of `Block.offsets`: how many balls there are, then where each array begins, in doubles.
-# The first SCRATCH arrays are what a shot begins with.
+# Indices of `Block.offsets`: the number of balls, then the start of each array, in doubles. The
+# arrays before SCRATCH are the initial state of a shot.
 COUNT = 0
 STATE = 1
 OWN_KIND = 2
@@ -52,16 +52,16 @@ END = 25
 class Block:
     """The arrays of a scene in one block.
 
-    `numbers` (k,) float64: what a shot begins with, each array from a whole double on.
-    `offsets` (END + 1,) int64: COUNT ... END above, for a room of `offsets[END]` doubles.
+    `numbers` (k,) float64: the initial state of a shot; each array starts at a whole double.
+    `offsets` (END + 1,) int64: see COUNT ... END; a shot needs memory for `offsets[END]` doubles.
     """
 
     def __init__(self, balls: Balls, pairs: Pairs, cells: Cells | None, contacts: int) -> None:
-        """Pack the arrays, with room for a number of `contacts`."""
+        """Pack the arrays, with memory for a number of `contacts`."""
         n = len(balls.own_kind)
         marks, integers = no_contacts(n, contacts)
         members = n * MEMBER_COLUMNS
-        # An array, or a number of doubles. From SCRATCH on only the size counts.
+        # An array, or a number of doubles. From SCRATCH on only the size is used.
         parts: list[NDArray[Any] | int | None] = [
             balls.state,
             balls.own_kind,
@@ -92,7 +92,7 @@ class Block:
                 bytes_of[: part.nbytes] = np.ascontiguousarray(part).reshape(-1).view(np.uint8)
 
     def begun(self, state: FloatArray, height: FloatArray | None) -> Block:
-        """Return a block whose balls begin otherwise: with these arrays of `Balls`."""
+        """Return a copy of this block with another initial state and height of the balls."""
         made = Block.__new__(Block)
         made.offsets, made.numbers = self.offsets, self.numbers.copy()
         made.numbers[self.offsets[STATE] : self.offsets[STATE] + state.size] = state.reshape(-1)
@@ -103,7 +103,7 @@ class Block:
 
 
 def _size_of(part: NDArray[Any] | int | None) -> int:
-    """Return how many doubles an array takes, or a number of numbers."""
+    """Return the number of doubles that an array takes; a number stands for itself."""
     if part is None:
         return 0
     return part if isinstance(part, int) else -(-part.nbytes // 8)

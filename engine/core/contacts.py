@@ -1,4 +1,4 @@
-"""The three arrays that hold all of `Contacts`, and how they are split."""
+"""The three arrays in which all arrays of `Contacts` are stored, and how they are split."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ _AT_ONCE = MOST_DIRECT * (
 
 @lru_cache(maxsize=8)
 def no_contacts(n: int, m: int) -> tuple[BoolArray, IntArray]:
-    """Return the marks and the integers of n balls with room for m contacts, and none yet.
+    """Return the marks and integers of n balls without contacts, with memory for m contacts.
 
-    (3 n,) bool and (5 n + 8 m + 3,) int64; shared between calls, never written into.
+    (3 n,) bool and (5 n + 8 m + 3,) int64; calls share the arrays, so don't write to them.
     """
     none, free = np.zeros(n, dtype=np.int64), np.arange(2 * m)
     kept = (np.full(n, FREE), np.arange(n), [0], none, none, np.full(n, NOWHERE), [2 * m], free)
@@ -58,12 +58,12 @@ def no_contacts(n: int, m: int) -> tuple[BoolArray, IntArray]:
 
 
 def numbers_of_contacts(n: int, m: int) -> int:
-    """Return how many numbers n balls with m contacts need; those of `motion` come first."""
+    """Return how many float64 numbers n balls with m contacts need; those of `motion` are first."""
     return n * (MEMBER_COLUMNS + _PATH + _SPIN) + m * (CONTACT_COLUMNS + _HISTORY) + _AT_ONCE
 
 
 def contacts_in(marks: BoolArray, integers: IntArray, numbers: FloatArray) -> Contacts:
-    """Return the `Contacts` whose arrays are parts of these three."""
+    """Return the `Contacts` whose arrays are views of these three arrays."""
     n = len(marks) // 3
     m = (len(integers) - 5 * n - 3) // 8
     held = 5 * n + 2 + 2 * m

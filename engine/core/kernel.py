@@ -1,4 +1,4 @@
-"""The one decorator for kernels."""
+"""The decorator of all kernels."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ def kernel(*, inline: bool = ...) -> Callable[[Function], Function]: ...
 @overload
 def kernel(*, entry: bool) -> Callable[[Any], Entry]: ...
 def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -> Any:
-    """Make a kernel of `function`: what is compiled, with all that it calls, for who calls it.
+    """Return `function` as a kernel: it is compiled together with the kernels that call it.
 
-    A kernel does not allocate, does not raise (it returns a status) and uses only + - * / and
-    square roots in what feeds back into the dynamics.
+    A kernel does not allocate and does not raise; it returns a status instead. Numbers that affect
+    the dynamics are computed with + - * / and square roots only.
 
-    `inline`: write its code into every caller. For what each event runs: a call passes each array
-        of a named tuple as seven words or more, which costs more than most kernels do.
-    `entry`: whether Python calls it. What it returns is then told by its annotation.
+    `inline`: insert the code into every caller. For kernels that every event runs: a call passes
+        each array of a named tuple as seven words or more, which costs more than most kernels do.
+    `entry`: whether Python calls the compiled kernel. The annotation gives the type of its result.
 
-    Called by Python, one that is no entry runs as the Python that it is.
+    If Python calls a kernel that is no entry, it runs as ordinary Python.
     """
     if function is None:
         return partial(kernel, inline=inline, entry=entry)

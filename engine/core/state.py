@@ -1,9 +1,9 @@
-"""The arrays that the kernels work on, by role; `running.from_scene` makes them from a scene.
+"""The arrays that kernels work on, grouped by role; `running.from_scene` makes them from a scene.
 
-`Balls`, the `Laws` with the obstacles, what each scheduler keeps (`Pairs`, `Cells`), `Contacts`
-that act together, and the `Log`; each followed by the names of its columns and of their values.
+`Balls`, `Laws` with the obstacles, the arrays of each scheduler (`Pairs`, `Cells`), `Contacts` and
+the `Log`; each is followed by the names of its columns and of their values.
 
-Named tuples of arrays, because numba can neither cache jitclasses nor keep views of a row cheap.
+They are named tuples of arrays, because numba can't cache jitclasses, and views of a row are slow.
 """
 
 from __future__ import annotations
@@ -30,38 +30,38 @@ BoolArray = NDArray[np.bool_]
 
 
 class Balls(NamedTuple):
-    """State of n balls, each at its own epoch; and what the event at hand does to them.
+    """State of n balls, each at its own epoch, and the changes that the current event makes.
 
-    The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, and what `powers` add,
-    until `own_time`, when the ball's own next event changes its motion. While it slides, its
-    angular velocity changes at a constant rate, but for what `powers` add; while it rolls, the
-    velocity gives it; about the vertical the cloth takes from it. In flight it stays as it is.
+    The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, plus the terms in `powers`,
+    until `own_time`, when the ball's own next event changes its motion. The angular velocity of a
+    sliding ball changes at a constant rate, plus the terms in `powers`; that of a rolling ball
+    follows from its velocity; that of a flying ball is constant. The cloth slows the vertical spin.
     m is enough for all pairs that can touch at once and one cushion, and for two cushions.
 
-    One array for all numbers, because a kernel call passes every array of a named tuple as several
-    words: with one array per number, the calls cost more than what they did. A ball's numbers lie
-    together, so that a ball costs three cache lines however many there are.
+    All numbers are in one array, because a kernel call passes every array of a named tuple as
+    several words: with one array per number, calls took longer than the work. The numbers of a ball
+    are adjacent, so that each ball takes three cache lines, however many balls there are.
 
-    Python sees `state` as a matrix of numbers, (n, STATE_COLUMNS), kernels as rows with fields. How
-    all of it reaches them is in `core.block`.
+    Python sees `state` as a matrix of numbers, (n, STATE_COLUMNS), kernels as rows with fields;
+    `core.block` describes how these arrays reach the kernels.
     """
 
     state: Any  # (n,) of `BallRow`
-    own_kind: IntArray  # (n,) OWN_NONE ... below, OWN_CUSHION + a row, OWN_OVER + a row
-    changed: BoolArray  # (n,) whether the event at hand changed the ball's motion
-    touched: Int32Array  # (n + 1,) how many of those there are, then which
+    own_kind: IntArray  # (n,) see OWN_NONE ...; OWN_CUSHION + a row, OWN_OVER + a row
+    changed: BoolArray  # (n,) whether the current event changed the ball's motion
+    touched: Int32Array  # (n + 1,) the number of changed balls, then their indices
     touching: Int32Array  # (m, 2) as `Contacts.ends`: pairs that collide, or contacts to be held
-    near: Int32Array  # (n,) room for a ball's neighbours
-    counters: IntArray  # (COUNTERS,) those of the `Log`: every loop counts its turns in WORK
-    powers: FloatArray | None  # (n, POWERS_COLUMNS): columns JERK_X ... below
-    series: FloatArray | None  # (SERIES_ROWS, SERIES_TERMS) room for the series of a piece in air
-    height: FloatArray | None  # (n, HEIGHT_COLUMNS): columns BASE ... below
+    near: Int32Array  # (n,) scratch for the neighbours of a ball
+    counters: IntArray  # (COUNTERS,) those of the `Log`: every loop counts its iterations in WORK
+    powers: FloatArray | None  # (n, POWERS_COLUMNS): columns JERK_X ...
+    series: FloatArray | None  # (SERIES_ROWS, SERIES_TERMS) scratch for the series of a piece
+    height: FloatArray | None  # (n, HEIGHT_COLUMNS): columns BASE ...
 
 
-# Columns of `Balls.powers`. The acceleration changes along x, along y and upwards by at most
-# JERK_X, JERK_Y and JERK_UP [m/s^3] while the piece lasts; a piece where one of them isn't 0 ends.
-# Then come COUNT powers of the time since `epoch`, the second power first, in the columns from
-# POWERS on, with PER_POWER coefficients each: see `model.trajectory.polynomial`.
+# Columns of `Balls.powers`. JERK_X, JERK_Y and JERK_UP [m/s^3] are bounds on the rate of change of
+# the acceleration along x, along y and upwards during the piece; if one of them isn't 0, the piece
+# has an end. Then come COUNT powers of the time since `epoch`, from the second power on, in the
+# columns from POWERS on, with PER_POWER coefficients each: see `model.trajectory.polynomial`.
 JERK_X = 0
 JERK_Y = 1
 JERK_UP = 2
@@ -72,22 +72,22 @@ POWERS_COLUMNS = POWERS + PER_POWER * MOST_POWERS
 
 
 # Columns of `Balls.height`.
-BASE = 0  # height of its centre where it lies on the cloth [m]; 0 where no ball may leave that
-RISE = 1  # of a ball's lowest point above the cloth, at `epoch` [m]
-UP_SPEED = 2  # its velocity upwards then [m/s]
-FALL = 3  # and its acceleration downwards by gravity [m/s^2]; 0 on the cloth
-LASTS = 4  # how long bounces that are too low to be followed take [s]; 0: there are none
-END_VX = 5  # with which velocity [m/s] and angular velocity [rad/s] the ball continues
+BASE = 0  # height of its centre when it lies on the cloth [m]; 0 if no ball may leave the cloth
+RISE = 1  # height of its lowest point above the cloth, at `epoch` [m]
+UP_SPEED = 2  # upward velocity at `epoch` [m/s]
+FALL = 3  # downward acceleration by gravity [m/s^2]; 0 on the cloth
+LASTS = 4  # duration of its bounces that are too low to be followed [s]; 0: none
+END_VX = 5  # velocity [m/s] and angular velocity [rad/s] after these bounces
 END_VY = 6
 END_WX = 7
 END_WY = 8
-SLOW_IMPACTS = 9  # its slow impacts in flight since it last came down on the cloth
-HELD = 10  # 1: it lies still on others, and is held there
-STILL_X = 11  # where it has been for some time [m], within a tolerance
+SLOW_IMPACTS = 9  # number of its slow impacts in flight since it last landed on the cloth
+HELD = 10  # 1: it lies still on other balls, and is held there
+STILL_X = 11  # where it has stayed for some time, within a tolerance [m]
 STILL_Y = 12
 STILL_RISE = 13
-STILL_SINCE = 14  # and since when [s]
-LOADED = 15  # until when it counts as loaded by a ball that bounces on it [s]
+STILL_SINCE = 14  # since when [s]
+LOADED = 15  # time until which it counts as loaded by a ball that bounces on it [s]
 HEIGHT_COLUMNS = 16
 
 SERIES_TERMS = 26
@@ -96,7 +96,7 @@ SERIES_ROWS = 8
 
 BALL_FIELDS = tuple(BallRow.__annotations__)
 
-# The same as columns: of `Balls.state` as Python sees it, and of a motion's segments.
+# Columns of the same fields in `Balls.state` as Python sees it, and in the segments of a motion.
 EPOCH = 0
 X = 1
 Y = 2
@@ -121,40 +121,40 @@ SPIN_SLOWING = 19
 CLOTH_FRICTION = 20
 
 # Values of `PHASE`.
-RESTING = 0.0  # the centre; it may spin about the vertical
+RESTING = 0.0  # the centre is at rest; the ball may spin about the vertical
 SLIDING = 1.0
 ROLLING = 2.0
-GONE = 3.0  # it left the run where it is, and nothing meets it
+GONE = 3.0  # it has left the run, and nothing hits it
 FLYING = 4.0
 
 
 class Laws(NamedTuple):
     """Constants of the scene."""
 
-    slides: bool  # whether spin is a state of its own (else balls always roll)
+    slides: bool  # whether spin is independent of velocity (if not, balls always roll)
     uniform: bool  # whether no ball is ever slowed, so that all move uniformly between events
-    rubs: bool  # whether a ball's surface rubs on another's
-    simultaneous: bool  # whether impacts at one instant are resolved together
-    ball_law: int  # its place in `impact_laws.BALL_LAWS`
+    rubs: bool  # whether there is friction between balls
+    simultaneous: bool  # whether simultaneous impacts are resolved together
+    ball_law: int  # index in `impact_laws.BALL_LAWS`
     ball_restitution: float
     ball_friction: float
-    speed_dependent: bool  # whether Alciatore's curve stands for `ball_friction`
+    speed_dependent: bool  # whether Alciatore's curve replaces `ball_friction`
     t_max: float  # [s]; inf: until rest
     air_drag: float  # k in a = -k |v| v [1/m]
     airborne: bool  # whether balls may leave the cloth
     gravity: float  # [m/s^2]
     table_restitution: float
-    roll_quadratic: float  # b of a rolling friction mu g + b v^2, beside the air [1/m]
-    outer: int  # first row of `obstacles` from which on all lie outside of the frame, see below
-    frame_x: float  # the frame: a rectangle from (0, 0) to here [m], along whose sides cushions lie
+    roll_quadratic: float  # b in a rolling friction mu g + b v^2, besides the air [1/m]
+    outer: int  # first row of `obstacles` that is outside the frame; so are all rows after it
+    frame_x: float  # the frame is the rectangle from (0, 0) to here [m]; cushions lie on its sides
     frame_y: float
-    # What balls bounce off, or fall into; `running.obstacle_rows` makes the rows. Python sees a
+    # Bodies that balls bounce off or fall into; `running.obstacle_rows` makes the rows. Python sees
     # matrix (k, OBSTACLE_COLUMNS), kernels (k,) of `ObstacleRow`.
     obstacles: Any
 
 
 TAKES_OUT = -1.0
-"""In place of a law: a ball whose centre enters the obstacle leaves the run."""
+"""Stands in place of a law: a ball whose centre enters the obstacle leaves the run."""
 
 # Values of `ObstacleRow.kind`.
 LINE = 0.0
@@ -163,17 +163,16 @@ DISC = 2.0
 
 
 class Pairs(NamedTuple):
-    """Lower bounds of every pair's contact time, in a dense matrix; see `scheduling.all_pairs`."""
+    """Lower bounds on contact times of pairs, a dense matrix; see `scheduling.all_pairs`."""
 
-    bound: FloatArray  # (n n,) [s], row by row: a pair is in that of the ball recomputed last
-    least: FloatArray  # (n,) least bound of the row
-    next: FloatArray  # (n,) the less of that and the ball's own next event
-    track: FloatArray  # copies of what bounds need: see `TRACKS`
+    bound: FloatArray  # (n n,) [s], row by row: a pair is in the row of the ball recomputed last
+    least: FloatArray  # (n,) smallest bound of the row
+    next: FloatArray  # (n,) the earlier of `least` and the ball's own next event
+    track: FloatArray  # copies of the numbers that bounds need: see `TRACKS`
 
 
-# `Pairs.track` holds, for each block of TRACK_BALLS balls, TRACKS rows of TRACK_BALLS numbers:
-# constant distances, from which the compiler sees that rows don't overlap, and that it may
-# vectorise.
+# For each block of TRACK_BALLS balls, `Pairs.track` holds TRACKS rows of TRACK_BALLS numbers. The
+# constant distances show the compiler that the rows don't overlap, so that it can vectorise.
 TRACK_BALLS = 64
 TRACKS = 10
 TRACK_X = 0 * TRACK_BALLS
@@ -189,21 +188,21 @@ TRACK_JERK = 9 * TRACK_BALLS
 
 
 class Cells(NamedTuple):
-    """The cloth in cells, and the earliest bound of every ball with its neighbours.
+    """The cloth divided into cells, and the earliest bound of every ball with its neighbours.
 
-    See `scheduling.broad_phase`, `scheduling.grid` and `scheduling.priority_queue`. Balls and cells
-    have numbers of 32 bits: memory is what limits the largest scenes. What is used of a ball at
-    one time is in one row.
+    See `scheduling.broad_phase`, `scheduling.grid` and `scheduling.priority_queue`. Numbers of
+    balls and cells have 32 bits, because memory limits the largest scenes. Numbers of a ball that
+    are used together are in one row.
     """
 
-    frame: FloatArray  # (6,) the first cell's corner, x and y, a cell's side, largest diameter [m];
-    # TIED_AT an instant [s] of which TIED_KIND is the least kind of own events, as far as is known:
-    # whoever sets a ball's own event marks the ball, so that `broad_phase.update` enters it
+    frame: FloatArray  # (6,) x and y of the first cell's corner, side of a cell, largest diameter
+    # [m]; TIED_AT: a time [s]; TIED_KIND: the smallest kind of own events at that time, as far as
+    # known. Code that sets a ball's own event marks the ball, so that `broad_phase.update` sees it.
     size: IntArray  # (2,) columns, rows; without the border
     first: Int32Array  # ((columns + 2) (rows + 2),) a ball in the cell, or NOWHERE
-    link: Int32Array  # (n, 8): columns AFTER ... STAMP below
-    slot: FloatArray  # (n, 3): columns LEAVES ... SECOND_BOUND below
-    tree: FloatArray  # (2 p,) p >= n, a power of 2: leaves p + i are the balls' next instants [s]
+    link: Int32Array  # (n, 8): columns AFTER ... STAMP
+    slot: FloatArray  # (n, 3): columns LEAVES ... SECOND_BOUND
+    tree: FloatArray  # (2 p,) p >= n, a power of 2: leaves p + i are the next times of balls [s]
 
 
 # Columns of `Cells.frame`, after the lengths.
@@ -212,24 +211,24 @@ TIED_KIND = 5
 
 # Columns of `Cells.link`.
 AFTER = 0  # the next ball in the same cell, or NOWHERE
-BEFORE = 1  # the one before
-CELL_COLUMN = 2  # of the ball's cell, from 1 on; 0 before the run begins
+BEFORE = 1  # the previous ball in the cell
+CELL_COLUMN = 2  # of the ball's cell, from 1 on; 0 before the run starts
 CELL_ROW = 3
-LEAVES_BY = 4  # on which side: 0 ... 3 is left, right, down, up; NOWHERE: look again then
-SLOT_PARTNER = 5  # the other ball of the earliest bound; NOWHERE: not known any more
-PARTNER_STAMP = 6  # and its stamp then
+LEAVES_BY = 4  # the side: 0 ... 3 is left, right, down, up; NOWHERE: must be recomputed then
+SLOT_PARTNER = 5  # the other ball of the earliest bound; NOWHERE: no longer known
+PARTNER_STAMP = 6  # STAMP of that ball when the bound was computed
 STAMP = 7  # how often the ball's motion has changed
 LINK_COLUMNS = 8
 
 # Columns of `Cells.slot`.
-LEAVES = 0  # when the ball leaves its cell [s]
+LEAVES = 0  # time at which the ball leaves its cell [s]
 LEAST = 1  # its earliest bound [s]
-SECOND_BOUND = 2  # [s] of all its pairs but that with SLOT_PARTNER and those in others' slots
+SECOND_BOUND = 2  # earliest bound [s] of its pairs, except SLOT_PARTNER and those in other slots
 SLOT_COLUMNS = 3
 
 
 class Contacts(NamedTuple):
-    """Contacts that act together: impacts of one instant, and islands of resting contact.
+    """Contacts that act together: simultaneous impacts, and islands of resting contact.
 
     See `impacts.simultaneous`, `resting_contact.step`, `resting_contact.islands` and
     `impacts.contact_solver`; m is enough for all pairs that can touch at once, and for as many
@@ -237,31 +236,31 @@ class Contacts(NamedTuple):
     """
 
     island: IntArray  # (n,) label of the ball's island, or FREE
-    ring: IntArray  # (n,) the next member of the ball's island, round and round
-    again: BoolArray  # (n,) whether the ball's island begins a new step
-    waiting: IntArray  # (n + 1,) how many of those there are, then which
-    stopped: BoolArray  # (n,) whether a contact step's start stopped the ball
-    rolled: BoolArray  # (n,) whether a contact step's start ended the ball's slide
-    member: IntArray  # (n,) balls of the island at hand
+    ring: IntArray  # (n,) the next member of the ball's island, in a cycle
+    again: BoolArray  # (n,) whether the ball's island starts a new step
+    waiting: IntArray  # (n + 1,) the number of balls in `again`, then their indices
+    stopped: BoolArray  # (n,) whether the start of a contact step stopped the ball
+    rolled: BoolArray  # (n,) whether the start of a contact step ended the ball's slide
+    member: IntArray  # (n,) balls of the current island
     first_held: IntArray  # (n,) the ball's first row of `held`, or NOWHERE
-    held: IntArray  # (2 m, 2) PARTNER, that a contact step holds the ball to; NEXT row, or NOWHERE
-    free: IntArray  # (2 m + 1,) how many rows of `held` are free, then which
+    held: IntArray  # (2 m, 2) PARTNER: ball that a contact step holds; NEXT row, or NOWHERE
+    free: IntArray  # (2 m + 1,) the number of free rows of `held`, then their indices
     motion: Sequence[MemberRow]  # (n,)
-    paths: FloatArray  # (n, 2, 6) coefficients of x and y [m], in units of the whole time
-    spins: FloatArray  # (n, 3, 4) and of the angular velocity [rad/s]
-    ends: IntArray  # (m, 2) FIRST: a ball; SECOND: another, or -1 minus a row of `Laws.obstacles`
+    paths: FloatArray  # (n, 2, 6) coefficients of x and y [m]; the unit of time: the whole motion
+    spins: FloatArray  # (n, 3, 4) coefficients of the angular velocity [rad/s]
+    ends: IntArray  # (m, 2) FIRST: a ball; SECOND: a ball, or -1 minus a row of `Laws.obstacles`
     forces: Sequence[ContactRow]  # (m,)
-    columns: FloatArray  # (m, CONTACT_COLUMNS) the same
-    history: FloatArray  # (m, REMEMBERED + 1, PER_ROUND) the last rounds of forces
-    matrix: FloatArray  # (MOST_DIRECT, MOST_DIRECT) room for the contacts' equations
+    columns: FloatArray  # (m, CONTACT_COLUMNS) the same memory as `forces`
+    history: FloatArray  # (m, REMEMBERED + 1, PER_ROUND) forces in the last rounds
+    matrix: FloatArray  # (MOST_DIRECT, MOST_DIRECT) scratch for the equations of the contacts
     compliances: Sequence[
         ComplianceRow
-    ]  # (2 MOST_DIRECT,) of each contact's first ball, and second
+    ]  # (2 MOST_DIRECT,) for the first ball of each contact, and the second
     stage: Sequence[StageRow]  # (MOST_DIRECT,)
-    numbers: FloatArray  # (MOST_DIRECT, STAGE_COLUMNS) the same
+    numbers: FloatArray  # (MOST_DIRECT, STAGE_COLUMNS) the same memory as `stage`
     start: FloatArray  # (MOST_DIRECT, NUMBERS) the state at the start of the step
-    slopes: FloatArray  # (MOST_DIRECT, STAGES, NUMBERS) how fast it changes at each stage
-    turns: IntArray  # (1,) of loops, weighed as WORK; not counted there yet
+    slopes: FloatArray  # (MOST_DIRECT, STAGES, NUMBERS) its rate of change at each stage
+    turns: IntArray  # (1,) loop iterations, in the units of WORK, that WORK doesn't contain yet
 
 
 NOWHERE = -1
@@ -271,10 +270,10 @@ PARTNER = 0
 NEXT = 1
 
 MOST_OBSTACLES = 53
-"""Rows of `Laws.obstacles`: `held_off` keeps a bit of a double for each."""
+"""Largest number of rows of `Laws.obstacles`: `held_off` has one bit of a double for each."""
 
 MOST_DIRECT = 12
-"""Contacts up to which their equations are solved directly."""
+"""Largest number of contacts whose equations are solved directly."""
 
 # Columns of `Contacts.ends` and `Balls.touching`.
 FIRST = 0
@@ -282,9 +281,10 @@ SECOND = 1
 
 
 class Log(NamedTuple):
-    """What happened: m events, and k balls whose motion changed, just after; m may be 0.
+    """Recorded run: m events, and k motions of balls just after their motion changed.
 
-    `clock` and `counters` continue where a full log is followed by an empty one.
+    m may be 0. If a log is full, the run continues with an empty log and the same `clock` and
+    `counters`.
     """
 
     clock: FloatArray  # (CLOCKS,)
@@ -298,13 +298,13 @@ class Log(NamedTuple):
 
 
 class World(NamedTuple):
-    """All that a run works on.
+    """All arrays of a run.
 
-    The scheduler works with `pairs` or with `cells`; the arrays of the other one are empty. In the
-    lean kernel, `powers`, `series` and `height` of `balls` are None. The compiler leaves out what
-    follows `x is not None` if x is an argument whose type is None, but not if x is a field: so
-    these fields are passed as arguments to the kernels that ask this. In the full kernel, laws such
-    as `airborne` and `air_drag` decide at run time.
+    The scheduler works with either `pairs` or `cells`; the arrays of the other are empty. In the
+    lean kernel, `powers`, `series` and `height` of `balls` are None. The compiler removes the code
+    after `x is not None` if x is an argument whose type is None, but not if x is a field. Therefore
+    kernels with such a test get these fields as arguments. In the full kernel, laws such as
+    `airborne` and `air_drag` decide at run time.
     """
 
     balls: Balls
@@ -320,7 +320,7 @@ WHAT_A = 1
 WHAT_B = 2  # second ball, cushion index or -1
 
 
-# Places in the array of counters, int64.
+# Indices of the array of counters, int64.
 EVENTS = 0
 BALL_BALL = 1
 BALL_CUSHION = 2
@@ -333,40 +333,40 @@ UNSOLVED_JOINT_IMPACTS = 8
 LOGGED_EVENTS = 9
 LOGGED_MOTIONS = 10
 CELL_MOVES = 11
-NOT_FINITE = 12  # of RUN_NOT_FINITE: the ball with it, or FREE where none is to blame
-NO_ROOM = 13  # 1: more balls touch at once than `Balls.touching`, or `Contacts`, has room for
+NOT_FINITE = 12  # for RUN_NOT_FINITE: the ball with it, or FREE if there is no such ball
+NO_ROOM = 13  # 1: `Balls.touching` or `Contacts` is too small for the balls that touch at once
 BALLS_GONE = 14
 CONTACT_PIECES = 15
-WORK = 16  # turns of all loops, in units of some 6 ns; what none may have without end
-PAUSE_AT = 17  # WORK at which the kernel returns for a moment, so that Python hears an interrupt
-STATUS = 18  # RUN_RESTED ... below: what the loop returned last
+WORK = 16  # iterations of all loops, in units of about 6 ns; bounded, so that every run ends
+PAUSE_AT = 17  # WORK at which the kernel returns to Python, which then handles interrupts
+STATUS = 18  # RUN_RESTED ...: the last return value of the loop
 AT_ONCE = 19  # events within `ONE_INSTANT` of STOOD_SINCE: see `event_loop.loop`
 ALOFT = 20  # balls that lie still on others
-ENDLESS = 21  # of RUN_ENDLESS: 1 and the ball with it
+ENDLESS = 21  # for RUN_ENDLESS: 1 plus the ball with it
 COUNTERS = 22
 
-# Places in the array of instants, float64 [s].
+# Indices of the array of times, float64 [s].
 NOW = 0
 LAST_EVENT = 1
 END = 2  # when the last ball came to rest, or the run stopped
 FARTHEST = 3  # largest coordinate of a ball at the end [m]
-STOOD_SINCE = 4  # from when on AT_ONCE counts events
+STOOD_SINCE = 4  # time from which AT_ONCE counts events
 CLOCKS = 5
 
 OWN_NONE = 0
 OWN_REST = 1
 OWN_ROLL = 2  # a slide ends
 OWN_CONTACT = 3  # a contact step ends
-OWN_PIECE = 4  # a piece ends, and another one begins
-OWN_LAND = 5  # a ball in flight comes down on the cloth
-OWN_BOUNCES_END = 6  # bounces that are too low to be followed end
-OWN_CUSHION = 7  # + a row of `Laws.obstacles`: a ball meets that, be it a cushion or not
-FIRST_HOLE = 2**17  # what an event calls a pocket that a ball flies over: this, + its place
-OWN_OVER = 2**32  # + a row, above all rows: a ball flies over an obstacle, and off the table
+OWN_PIECE = 4  # a piece ends, and another one starts
+OWN_LAND = 5  # a flying ball lands on the cloth
+OWN_BOUNCES_END = 6  # the bounces that are too low to be followed end
+OWN_CUSHION = 7  # plus a row of `Laws.obstacles`: a ball reaches this obstacle of any kind
+FIRST_HOLE = 2**17  # plus the index of a pocket: the number in the event of a ball flying over it
+OWN_OVER = 2**32  # plus a row (above all rows): a ball flies over an obstacle, off the table
 
 FREE = -1
 
-# What the loop returns. It never raises.
+# Return values of the loop, which never raises.
 RUN_CONTINUES = -1
 RUN_RESTED = 0
 RUN_T_MAX = 1
@@ -376,5 +376,5 @@ RUN_NOT_FINITE = 4
 RUN_NO_ROOM = 5
 RUN_PAUSED = 6  # it continues when called again
 RUN_WORK_LIMIT = 7
-RUN_STANDSTILL = 8  # events without end within `ONE_INSTANT`
-RUN_ENDLESS = 9  # a ball that lies on others bounces without end
+RUN_STANDSTILL = 8  # endless events within `ONE_INSTANT`
+RUN_ENDLESS = 9  # a ball that lies on others bounces endlessly

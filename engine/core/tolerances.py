@@ -1,19 +1,19 @@
-"""The tolerances of the engine, each with why.
+"""The tolerances of the engine, each with its reason.
 
-Three are in `model.rounding`, since they decide which scenes are refused: that of given positions,
-that of contacts in flight, and `CONTACT_TOLERANCE`, within which the engine keeps the gaps of
-resting contacts (4e-13 m for pool balls), so that a force is not made of noise. With those below,
-and the accuracy of the laws that integrate over an impact, it is all that is approximate in the
-engine; a run that used it says so in `work["contact_steps"]`.
+Three more are in `model.rounding`, because they decide which scenes are rejected: the tolerance of
+given positions, that of contacts in flight, and `CONTACT_TOLERANCE`. The engine keeps the gaps of
+resting contacts within the last one (4e-13 m for pool balls), so that forces are not computed from
+noise. These tolerances, and the accuracy of the laws that integrate over an impact, are all
+approximations in the engine. `work["contact_steps"]` tells whether a run used resting contacts.
 
-Those down to `SLIP_ROUNDING` are derived from the rounding of double precision and only say when a
-computed sign is noise: free balls have no speed below which they rest, no distance below which they
-touch, no time below which events are simultaneous. `SLIDE_ERROR` is of slides in air, which have no
-closed form. Three others leave bounces out: those of a ball
-that has too many to end at one instant (`ONE_INSTANT`), between balls that friction pushes
-together, or one of which was at rest (`CAPTURE_HEIGHT`), and on the table (`LOWEST_BOUNCE`). The
-rest is of balls that stay in contact. How their steps are chosen is no tolerance: those constants
-are where they are used, in `resting_contact`.
+The tolerances down to `SLIP_ROUNDING` are derived from the rounding of double precision and only
+decide when a computed sign is noise. Free balls have no speed below which they rest, no distance
+below which they touch, and no time below which events are simultaneous. `SLIDE_ERROR` is for slides
+in air, which have no closed form. Three tolerances leave out bounces: bounces of a ball that has
+too many to end at one instant (`ONE_INSTANT`), bounces between balls that friction pushes together
+or of which one was at rest (`CAPTURE_HEIGHT`), and bounces on the table (`LOWEST_BOUNCE`). The
+others are for balls in resting contact. The constants that choose their steps are not tolerances;
+they are in `resting_contact`, where they are used.
 """
 
 from __future__ import annotations
@@ -24,132 +24,141 @@ EPS = 2.0**-52
 """Spacing of doubles at 1 (twice the unit roundoff)."""
 
 GAP_ULPS = 4.0
-"""Rounding of a gap, in units of EPS times the coordinates that it is computed from."""
+"""Rounding error of a gap, in units of EPS times the coordinates that it is computed from."""
 
 GAP_ROUNDING = EPS
-"""Gap, in units of the centre distance, that counts as touching: d - D resolves no less."""
+"""Gap, relative to the centre distance d, that counts as touching: the rounding of d - D."""
 
 TIME_ROUNDING = EPS
-"""Step, in units of the instant, that a clock in double precision can't take.
+"""Time step, relative to the time, that a clock in double precision can't resolve.
 
-Conservative advancement that no longer moves the clock has arrived. Without this rule about 1 in
-2 000 random breaks repeats the same step for ever.
+Conservative advancement has arrived when it no longer moves the clock. Without this rule about 1 in
+2 000 random breaks repeats the same step indefinitely.
 """
 
 APPROACH_ROUNDING = 8.0 * EPS
-"""Speed of approach, in units of both balls' speeds, whose sign is noise.
+"""Approach speed, relative to the speeds of both balls, below which its sign is noise.
 
-An impact with restitution 0 leaves up to about 4 EPS of the speeds, of either sign. Taken as an
-approach it would be resolved again and again at the same instant, changing nothing. The speeds are
-the largest that the balls had at that instant: a row of balls that is pushed into a cushion halves
-its own speed there, again and again, and would never be at its rounding. The price: two
-balls that truly approach so slowly are let pass, and overlap by up to this part of the way that
-they go together, as much as the rounding of their velocities moves them in any case.
+An impact with restitution 0 leaves an approach speed of up to about 4 EPS of the speeds, of either
+sign. If that counted as an approach, the impact would be resolved again and again at the same time,
+without effect. The speeds are the largest that the balls had at that time: a row of balls that is
+pushed into a cushion halves its own speed there repeatedly, and would never reach the rounding of
+its current speed.
+
+The cost: two balls that really approach so slowly are not stopped. They overlap by up to this part
+of their common path, which is as far as the rounding of their velocities moves them in any case.
 """
 
 LEAST_SPEED = 2.0**-500
-"""Speed [m/s] below which a ball that rebounds, or is in contact, rests: its square is a double.
+"""Speed [m/s] below which a ball that rebounds, or is in contact, rests; its square is a double.
 
-So two balls that approach no faster don't collide.
+Two balls that approach more slowly don't collide.
 
-0.85 times the least double is that number again, so that bounces would never end. And on a cloth
-without friction each inelastic impulse leaves a ball in a corner 1e-16 of its speed.
+0.85 times the smallest double is rounded to the smallest double again, so bounces would never end.
+And on a cloth without friction each inelastic impulse leaves a ball in a corner 1e-16 of its speed.
 """
 
 SLIP_ROUNDING = 4.0 * EPS
-"""Slip, in units of the speeds that it is the difference of, that is but their rounding."""
+"""Slip, relative to the speeds whose difference it is, that counts as rounding."""
 
 SLIDE_ERROR = 2.0**-42
-"""What a piece of a slide that turns in air may leave out of the velocity, in units of the speeds.
+"""Error of the velocity that a piece of a turning slide in air may have, relative to the speeds.
 
-2e-13. So rest positions in air err by less than 1e-11 m, measured against 40 digits: by at most
-1.8e-12 m in the 42 random shots of up to 8 m/s by which it was chosen, a third of them with a
-second ball, and by 3.3e-12 m in 24 others of up to 10 m/s. At 2^-36, 2^-40, 2^-42, 2^-44 and 2^-48
-the largest errors of the 42 are 1.4e-10, 6.8e-12, 1.8e-12, 2.1e-12 and 1.0e-13 m. Where pieces
-erred by rounding alone, found at nodes, 19 shots took longer: at 2^-42 they take 0.84 times as long
-together, and no slide that turns takes more; at 2^-44 0.96 times, and some take more. Motion in air
-that goes straight on errs by rounding, and so does flight.
+2e-13. Rest positions in air then have errors below 1e-11 m, measured against computations with 40
+digits: at most 1.8e-12 m in the 42 random shots of up to 8 m/s with which the value was chosen (a
+third of them with a second ball), and 3.3e-12 m in 24 other shots of up to 10 m/s. With 2^-36,
+2^-40, 2^-42, 2^-44 and 2^-48 the largest errors of the 42 shots are 1.4e-10, 6.8e-12, 1.8e-12,
+2.1e-12 and 1.0e-13 m.
 
-The engine's resolution in air follows from it (`slide_resolution`).
+An earlier method found pieces with rounding errors only, from their values at nodes. The 19 shots
+that took longer with that method take 0.84 times as long in total with 2^-42, and no turning slide
+takes longer; with 2^-44 they take 0.96 times as long, and some take longer. Straight motion in air
+and flight have rounding errors only.
+
+The engine's resolution in air follows from this value (`slide_resolution`).
 """
 
 ONE_INSTANT = 2.0**-28
-"""Time, in units of the clock, within which impacts of a ball count as one series.
+"""Time, relative to the clock, within which the impacts of a ball count as one series.
 
-4e-9 s after 1 s; and within which events count as a standstill of the clock (`event_loop.loop`).
-Impacts of a series that are too many to end by themselves don't throw a ball back
-(`impacts.impact.has_collapsed`). Balls that fill a row between two posts bounce there every 1e-15
-s, and take a second to leave it.
+4e-9 s after 1 s. Also the time within which events count as a standstill of the clock
+(`event_loop.loop`). If a series has too many impacts to end by itself, its impacts no longer throw
+the ball back (`impacts.impact.has_collapsed`). Balls that fill a row between two posts bounce there
+every 1e-15 s, and take a second to leave the row.
 """
 
 AT_THE_FRAME = 2.0**-26
-"""Below which two times, over themselves, or two places, over a ball's radius, count as one.
+"""Relative difference below which two times count as equal, or two positions (relative to radius).
 
-The root of a rounding: far more than rounding lies between a ball that meets the middle of a
-cushion and whatever else there is. Where less does, all obstacles are asked; see `motion.frame`.
+The square root of a rounding error. If a ball meets the middle of a cushion, all other obstacles
+are farther away than this by much more than rounding. If something is nearer, all obstacles are
+checked; see `motion.frame`.
 """
 
 CAPTURE_HEIGHT = 2.0**-18
-"""Height of a bounce, in diameters, below which balls that friction pushes together don't part.
+"""Height of a bounce, in diameters, below which balls that friction pushes together stay together.
 
-2e-7 m for pool balls: less than a millisecond on the cloth, some times as long as a real contact of
-two balls lasts. Bounces die out towards a contact; following them down to the tolerance of a gap
-took thousands of events in one of a hundred breaks, down to 2^-20 still 700 in one of a thousand.
-What is left out is a gap of at most this height while they would last: an impulse that ends the
-approach is all that the bounces would have exchanged, but for what friction changes meanwhile.
+2e-7 m for pool balls: such a bounce takes less than a millisecond on the cloth, a few times as long
+as a real contact of two balls. Bounces decay to a contact. To follow them down to the tolerance of
+a gap took thousands of events in one of a hundred breaks, and down to 2^-20 still 700 events in one
+of a thousand. The error is a gap of at most this height for as long as the bounces would last: the
+impulse that ends the approach is the total impulse of the bounces, except for what friction changes
+meanwhile.
 
-Also the distance within which the cloth can stop a rolling ball in contact: a ball as slow as that
-is brought to rest by the end of its step, unless something pushes it. To wait until it is slower
-took steps of microseconds, in which forces can't be distinguished from rounding: the balls of a
-frozen line then moved to and fro for ever.
+Also the distance within which the cloth can stop a rolling ball in contact: such a slow ball is
+brought to rest by the end of its step, unless something pushes it. To wait for lower speeds took
+steps of microseconds, in which forces can't be distinguished from rounding: the balls of a frozen
+line then moved back and forth indefinitely.
 
-And where balls may leave the cloth, how high an impact must let one rebound to be one in space: see
-`impacts.in_space`.
+Also, where balls may leave the cloth, the height to which an impact must let a ball rebound to
+count as an impact in space: see `impacts.in_space`.
 """
 
 LOWEST_BOUNCE = 2.0**-24
-"""Height of a bounce on the table, in diameters, from which on bounces aren't followed one by one.
+"""Height of a bounce on the table, in diameters, below which bounces are not followed one by one.
 
-3e-9 m for pool balls. All that follow are one motion, whose end is exact; between, the ball is on
-the cloth, too low by no more than that. A table that returns half of the speed takes 12 bounces to
-come to it from 1 m/s, one that returns 9/10 takes 78.
+3e-9 m for pool balls. All further bounces are one motion, whose end is exact; during the motion the
+ball is on the cloth, too low by at most this height. From 1 m/s, a table that returns half of the
+speed takes 12 bounces to reach it, a table that returns 9/10 takes 78.
 
-Also the overlap that two balls get in flight, where one lies on the other. No force holds a contact
-there: each bounce is an impact that returns the speed of approach. Balls that gravity has pulled
-together over this distance bounce as high. So a tenth of a second on top of another ball takes some
-thousand impacts, and not one for each rounding of a speed.
+Also the allowed overlap of two balls in flight, if one lies on the other. No force holds a contact
+there: each bounce is an impact that returns the approach speed. Balls that gravity has pulled
+together over this distance bounce to the same height. A tenth of a second on top of another ball
+therefore takes about a thousand impacts, instead of one for each rounding of a speed.
 """
 
 STOP_DISTANCE = 2.0**-28
 """Distance, in diameters, within which the cloth can end a slip in contact that counts as ended.
 
-2e-10 m for pool balls, were it slowed by mu g; slip is slowed 7/2 times that. Slower slip asks for
-steps so short that the tolerance of a gap leaves the force of a contact undecided.
+2e-10 m for pool balls, for a deceleration of mu g; the deceleration of a slip is 7/2 times that.
+Slower slip requires steps so short that the force of a contact is undetermined within the tolerance
+of its gap.
 """
 
 CONTACT_REACH = 4.0
-"""Gap, in tolerances, up to which balls join a contact step: steps before it may have left one."""
+"""Gap, in tolerances, up to which balls join a contact step: earlier steps may leave such gaps."""
 
 MOTION_ERROR = 2.0**-26
-"""Error of the velocities, in units of the fastest, that a step of a resting contact may make.
+"""Error of the velocities, relative to the fastest, that a step of a resting contact may make.
 
-1.5e-8, so that some fifty steps, of which each errs as much, would be off by less than 1e-6. Of
-2^-33, 2^-28, 2^-26 and 2^-24 it is where the work stops to fall: 195, 120, 94 and 85 steps of a
-break, while a ball along a cushion ends within 1e-6 of its speed at all of them.
+1.5e-8: fifty steps with this error each are then off by less than 1e-6. Of 2^-33, 2^-28, 2^-26 and
+2^-24 this is the value from which on the work hardly decreases: 195, 120, 94 and 85 steps for a
+break. A ball along a cushion ends within 1e-6 of its speed with all of them.
 """
 
 
 def slide_resolution(fastest: float, slowing: float, drag: float, t_max: float | None) -> float:
-    """Return how far off balls may be that have slid in air and roll on [m].
+    """Return a bound on the position errors of balls that have slid in air and then roll [m].
 
-    An error of the velocity goes on as long as the ball rolls: so it is `SLIDE_ERROR` times the way
-    that the fastest ball can roll, ln(1 + b v^2 / a) / 2b. Errors of a slide never grow (friction
-    and drag are gradients of convex functions of the velocity), and of a piece they are less than
-    what is allowed.
+    An error of the velocity persists while the ball rolls. The bound is therefore `SLIDE_ERROR`
+    times the distance that the fastest ball can roll, ln(1 + b v^2 / a) / 2b. Errors of a slide
+    never grow (friction and drag are gradients of convex functions of the velocity), and the error
+    of a piece is smaller than the allowed error.
 
-    `fastest` [m/s]: speed of the fastest ball, until balls meet.
-    `slowing` [m/s^2]: a, the least deceleration of a rolling ball; 0: it rolls until `t_max` [s].
-    `drag` [1/m]: of the air.
+    `fastest` [m/s]: speed of the fastest ball, until balls collide.
+    `slowing` [m/s^2]: a, the smallest deceleration of a rolling ball; 0: it rolls until `t_max`
+        [s].
+    `drag` [1/m]: drag coefficient of the air.
     """
     if slowing == 0.0:
         return SLIDE_ERROR * fastest * (t_max or 0.0)
