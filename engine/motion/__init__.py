@@ -1,6 +1,6 @@
-"""How a ball moves until something happens to it, and what it meets on its way.
+"""The motion of one ball until its next event, and the obstacles that it reaches.
 
-`position` has where it is at an instant; `next_piece`, `drag` and `flight` predict how it moves on,
-and `obstacles` what stands in its way. `geometry` has what is near and what touches, `crossings`
-roots.
+`position` gives position and velocity at a time; `next_piece`, `drag` and `flight` predict the next
+piece of the motion, and `obstacles` the obstacles that it reaches. `geometry` finds neighbours and
+contacts, `crossings` the roots of gaps.
 """

@@ -1,6 +1,6 @@
-"""What the air, and a rolling friction that grows with the speed, take of a ball's velocity.
+"""Deceleration of a ball by the air, and by a rolling friction that grows with the speed.
 
-How a ball moves that they slow is in `motion.drag`.
+The motion with this deceleration is in `motion.drag`.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from ghostball.engine.core.state import FloatArray, Laws
 
 @kernel(inline=True)
 def in_air(powers: FloatArray | None, laws: Laws) -> bool:
-    """Whether something slows balls by more the faster they are.
+    """Return whether a deceleration that grows with the speed acts on balls.
 
-    It doesn't say whether one flies.
+    The result doesn't depend on whether any ball flies.
     """
     if powers is None:
         return False
@@ -24,7 +24,7 @@ def in_air(powers: FloatArray | None, laws: Laws) -> bool:
 
 @kernel(inline=True)
 def felt_drag(laws: Laws) -> float:
-    """Return which part of the air's drag slows a ball that rolls."""
+    """Return the part of the air's drag that slows a rolling ball."""
     return 5.0 / 7.0 if laws.slides else 1.0
 
 
@@ -32,9 +32,9 @@ def felt_drag(laws: Laws) -> float:
 def slowed_by_air(
     powers: FloatArray | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
 ) -> tuple[float, float]:
-    """Return an acceleration with that by the air, at the velocity (vx, vy) [m/s].
+    """Return an acceleration plus that by the air, at the velocity (vx, vy) [m/s].
 
-    What the cloth takes of it from a ball that rolls is left to the caller.
+    The reaction of the cloth on a rolling ball is left to the caller.
     """
     if not in_air(powers, laws):
         return ax, ay
@@ -56,7 +56,7 @@ def rolling_deceleration(
 def slowed_while_rolling(
     powers: FloatArray | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
 ) -> tuple[float, float]:
-    """Return the acceleration of a ball that rolls, with all of the air and of rolling friction."""
+    """Return the acceleration of a rolling ball, with all of the air and of rolling friction."""
     if not in_air(powers, laws):
         return ax, ay
     drag = felt_drag(laws) * laws.air_drag + laws.roll_quadratic

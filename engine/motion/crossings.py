@@ -1,4 +1,4 @@
-"""When a gap closes: the first root of a quadratic in the time, found without losing digits."""
+"""The time at which a gap closes: the first root of a quadratic, without loss of digits."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from ghostball.engine.core.kernel import kernel
 def first_crossing(gap: float, rate: float, acceleration: float) -> float:
     """Return the first s >= 0 at which gap + rate s + acceleration s^2 / 2 falls to 0, or inf.
 
-    Contract: no allocation. A gap below 0 counts as 0, touching: then closing is 0, an event now,
-    and opening is the later return. So a contact is found although rounding put it past its
-    instant, and one that was just resolved is not found again.
+    Contract: no allocation. A gap below 0 counts as 0, touching: if it closes, the result is 0, an
+    event now; if it opens, the result is the later return. So a contact is found even if rounding
+    moved it past its time, and a contact that was just resolved is not found again.
 
-    Each case adds numbers of one sign, so no digit cancels (Bannerman, Strobl, Formella and
-    Poeschel 2014 give the rule for touching balls). Chosen without branches, so that a row of pairs
-    becomes vector instructions.
+    Each case adds numbers of the same sign, so no digits cancel (Bannerman, Strobl, Formella and
+    Poeschel 2014 give the rule for touching balls). Written without branches, so that the compiler
+    turns a row of pairs into vector instructions.
     """
     gap = gap if gap > 0.0 else 0.0
     discriminant = rate * rate - 2.0 * acceleration * gap
@@ -34,14 +34,15 @@ def first_crossing(gap: float, rate: float, acceleration: float) -> float:
 def first_bent_crossing(
     gap: float, rate: float, acceleration: float, jerk: float, left: float
 ) -> float:
-    """`first_crossing`, at the soonest, where the acceleration falls by up to `jerk` a second.
+    """Return a lower bound on the crossing time if the acceleration falls by up to `jerk` a second.
 
-    For `left` seconds, a finite number; later than that, where it can't be before.
+    As `first_crossing`. Valid for `left` seconds, a finite number; a result beyond `left` means
+    that the gap doesn't close before then.
 
-    Within h seconds jerk s^3 / 6 is no more than (jerk h / 3) s^2 / 2: a root of that is a bound if
-    it comes before h, and h is one if not. The best h lies where both are the same; the mean of the
-    logarithms of h and of its root is four times nearer to it. Where the rate is what closes the
-    gap, there is nothing to be won.
+    Within h seconds jerk s^3 / 6 is at most (jerk h / 3) s^2 / 2. The root with this term is a
+    bound if it comes before h; if not, h is a bound. The best h is the one at which both are equal;
+    the mean of the logarithms of h and of its root is four times nearer to it. If the rate is what
+    closes the gap, nothing can be gained.
     """
     bend = jerk / 3.0
     soonest: float = first_crossing(gap, rate, acceleration - bend * left)
@@ -51,8 +52,8 @@ def first_bent_crossing(
         root = first_crossing(gap, rate, acceleration - bend * horizon)
         soonest = max(min(root, horizon), soonest)
     if rate >= 0.0 and acceleration > 0.0 and bend > 0.0:
-        # It opens, and can't do else before the jerk has taken that acceleration: where the gap is
-        # 0, no shorter time is a bound. A sixteenth of it is left, for rounding.
+        # The gap opens, and can only close after the jerk has used up this acceleration. If the gap
+        # is 0, no shorter time is a bound. One sixteenth of it is left for rounding.
         root = first_crossing(gap, rate, 0.0625 * acceleration)
         soonest = max(min(root, 0.9375 * acceleration / bend), soonest)
     return soonest
@@ -62,13 +63,13 @@ def first_bent_crossing(
 def first_meeting(rx: float, ry: float, vx: float, vy: float, reach: float) -> float:
     """Return the first s >= 0 at which |r + v s| falls to `reach` [s], or inf.
 
-    Contract: as `first_crossing`. The constant term is (d - D)(d + D), which keeps the digits of a
-    small gap.
+    Contract: as for `first_crossing`. The constant term is (d - D)(d + D), which keeps the digits
+    of a small gap.
 
-    The discriminant (r.v)^2 - v^2 (d^2 - D^2) is v^2 D^2 - (r x v)^2, which for balls that are far
-    apart has smaller terms to round: the instant of an oblique collision from 20 diameters away was
-    off by 20 roundings with the first form. Touching balls have the first as their whole
-    discriminant, whatever rounding makes of the second.
+    The discriminant (r.v)^2 - v^2 (d^2 - D^2) equals v^2 D^2 - (r x v)^2. The second form has
+    smaller terms, so smaller rounding errors, for balls far apart: with the first form, the time of
+    an oblique collision from 20 diameters away was off by 20 roundings. For touching balls the
+    discriminant is just (r.v)^2, so rounding in the second form is ignored there.
     """
     distance = math.sqrt(rx * rx + ry * ry)
     gap = (distance - reach) * (distance + reach)

@@ -1,24 +1,25 @@
-"""Air drag: motion on the cloth where air, or rolling friction, slows fast balls by more.
+"""Motion on the cloth if air, or rolling friction, slows fast balls more than slow ones.
 
-dv/dt = -k |v| v beside friction. Of that a ball that rolls feels 5/7, since the cloth takes
-the rest; so it goes straight, slowed by a + b v^2. Of neither is the motion a polynomial: it goes
-in pieces, each the power series of the true motion. What goes straight on is cut where what is left
-out is far below the rounding of the state; what turns, where that is `SLIDE_ERROR`. A piece that
-ends is no event.
+The drag is dv/dt = -k |v| v, in addition to friction. A rolling ball feels 5/7 of it, because the
+cloth takes the rest. So it moves straight, with the deceleration a + b v^2. Neither a roll nor a
+slide is a polynomial then: the motion consists of pieces, each the power series of the exact
+motion. The truncation error of a straight piece is far below the rounding of the state; that of a
+turning piece is `SLIDE_ERROR`. The end of a piece is not an event.
 
-One scalar is enough for a ball that goes straight on: p' = -(a + b p^2), whose series has the
-recurrence (n + 1) p_{n+1} = -(a [n = 0] + b sum p_i p_{n-i}). Of a slide with a slip along the way
-that is so, too. Any other slide turns: its power series takes two recurrences more, of |u| and of
-u / |u|, u the slip.
+Straight motion has one unknown, p' = -(a + b p^2), whose series has the recurrence
+(n + 1) p_{n+1} = -(a [n = 0] + b sum p_i p_{n-i}). This includes slides with a slip parallel to the
+velocity. Any other slide turns: its power series needs two more recurrences, for |u| and u / |u|,
+where u is the slip.
 
-The slip's direction turns like a power of the slip that is left, so that the series of a slide
-converges no farther than to its end, and pieces get shorter towards it (`_PART_OF_SERIES`). The
-last one begins where all that its turning could still do to the place is as little: there the slip
-ends as it would by a constant drag, whose time has a closed form, and v takes what the cloth
-and the air then take: its end is exact, between it is a parabola.
+The direction of the slip turns like a power of the remaining slip, so the series of a slide
+converges at most up to its end, and pieces get shorter towards the end (`_PART_OF_SERIES`). The
+last piece starts when the remaining turn changes the position by less than `SLIDE_ERROR`. Then the
+slip ends as with a constant drag, for which the time has a closed form, and v loses what the cloth
+and the air then take. The end of this piece is exact; during the piece the motion is a parabola.
 
-A ball rolls on in whatever air: the cloth isn't asked whether its friction can turn the ball so
-fast, (2/7) k v^2 <= mu_s g. For k and mu_s of a pool ball that holds up to 40 m/s.
+A ball keeps rolling in any air: the code doesn't check whether the cloth's friction is large enough
+to turn the ball so fast, (2/7) k v^2 <= mu_s g. For k and mu_s of a pool ball this holds up to
+40 m/s.
 """
 
 from __future__ import annotations
@@ -46,27 +47,28 @@ from ghostball.engine.motion.series import (
 from ghostball.model.trajectory.polynomial import OF_WX, OF_WY, OF_X, OF_Y, OF_Z, PER_POWER
 
 _STILL = 2.0**-18
-"""Speed, in units of the slip, below which air does nothing that a double could tell, as long as it
-would not slow a ball as fast as the slip by much more than friction does."""
+"""Speed, relative to the slip, below which the effect of air is below double precision, if the drag
+at the speed of the slip isn't much larger than friction."""
 
 _STRAIGHT = 4.0 * EPS
-"""Sine of the angle between slip and velocity that is but their rounding."""
+"""Sine of the angle between slip and velocity that counts as rounding."""
 
 _PART_OF_SERIES = 0.5
-"""Longest piece of a slide, in units of an estimate of how far its series converges.
+"""Longest piece of a slide, in units of an estimate of the series' radius of convergence.
 
-n powers take n^2 products, and the shorter the piece, the fewer powers: at 0.75, which flight
-takes, slides take 5 % more time. The last coefficients found say how long the piece may be."""
+n powers take n^2 products, and shorter pieces need fewer powers: at 0.75, the value for flight,
+slides take 5 % more time. The last coefficients decide how long the piece may be."""
 
-# Rows of `Balls.series`, each by power of the time: velocity, slip, its size, its direction, speed.
+# Rows of `Balls.series`, each by power of the time: velocity, slip, size and direction of the slip,
+# speed.
 _VX, _VY, _UX, _UY, _SLIP, _EX, _EY, _SPEED = 0, 1, 2, 3, 4, 5, 6, 7
 
 
 @kernel
 def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: float) -> float:
-    """Begin a piece of ball i's slide, whose slip is (ux, uy) [m/s]; return how long it lasts [s].
+    """Start a piece of ball i's slide with the slip (ux, uy) [m/s]; return its duration [s].
 
-    Contract: the slip isn't 0, and `own_kind` is set to what happens then.
+    Contract: the slip isn't 0. `own_kind` is set to the event at the end of the piece.
     """
     powers, series = balls.powers, balls.series
     if powers is None or series is None:
@@ -78,7 +80,7 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
     speed = speed_of(ball.vx, ball.vy)
     balls.own_kind[i] = st.OWN_PIECE
     if friction == 0.0:
-        if speed == 0.0:  # what slowed it before an impact stopped it slows it no more
+        if speed == 0.0:  # an impact has stopped the ball: no deceleration any more
             return _go_straight(powers, series, balls, i, 1.0, 0.0, 0.0, 0.0, 0.0)
         dx, dy = ball.vx / speed, ball.vy / speed
         return _go_straight(powers, series, balls, i, dx, dy, speed, 0.0, laws.air_drag)
@@ -93,9 +95,9 @@ def slide_piece(balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: fl
 
 @kernel
 def roll_piece(balls: Balls, i: int, laws: Laws) -> float:
-    """Begin a piece of ball i's roll; return how long it lasts [s].
+    """Start a piece of ball i's roll; return its duration [s].
 
-    Contract: the ball moves, and `own_kind` is set to what happens then.
+    Contract: the ball moves. `own_kind` is set to the event at the end of the piece.
     """
     powers, series = balls.powers, balls.series
     if powers is None or series is None:
@@ -122,7 +124,7 @@ def _go_straight(
     a: float,
     b: float,
 ) -> float:
-    """Begin a piece along (dx, dy) that is slowed by a + b p^2; return how long it may be [s]."""
+    """Start a piece along (dx, dy) with the deceleration a + b p^2; return its validity [s]."""
     p = series[_SPEED]
     duration: float = straight_series(p, speed, a, b)
     ball = balls.state[i]
@@ -133,7 +135,7 @@ def _go_straight(
         put_power(powers, i, n + 1, power * dx, power * dy, 0.0)
     ball.bx, ball.by = 0.0, 0.0
     if b > 0.0 and speed > 0.0:
-        # p'' = 2 b p (a + b p^2): what slows falls off.
+        # p'' = 2 b p (a + b p^2): the deceleration decreases.
         powers[i, st.JERK_X], powers[i, st.JERK_Y] = 2.0 * abs(p[2] * dx), 2.0 * abs(p[2] * dy)
         powers[i, st.COUNT] = STRAIGHT_DEGREE
     else:
@@ -152,15 +154,15 @@ def _slide_straight(
     ey: float,
     size: float,
 ) -> float:
-    """Begin a piece of a slide along (ex, ey), that of the slip; return how long it lasts [s].
+    """Start a piece of a slide parallel to its slip, along (ex, ey); return its duration [s].
 
-    With the way that the ball goes, the sense of the drag turns round: there the piece ends.
+    The piece ends if the ball reverses its direction, because the drag then changes its sign.
     """
     ball = balls.state[i]
     friction = ball.slide_slowing
     speed = ex * ball.vx + ey * ball.vy
-    # From rest, or from what ends within the rounding of the clock, friction moves it against the
-    # slip.
+        # From rest, or from a speed that vanishes within the rounding of the clock, friction moves
+        # the ball against the slip.
     unseen = TIME_ROUNDING * ball.epoch * friction
     with_slip = speed > max(_STILL * size, unseen)
     drag = k if with_slip else -k
@@ -184,12 +186,12 @@ def _slide_straight(
 def _last_piece(
     balls: Balls, i: int, k: float, ux: float, uy: float, size: float, speed: float
 ) -> float:
-    """Begin the last piece of a slide, if it is time for that: return its duration [s], else 0.
+    """Start the last piece of a slide and return its duration [s], or return 0 if it is too early.
 
-    What turning does to the place is at most (2/7) k v^2 t^2 in the time t that is left. By a drag
-    D that is constant, d/dt (c |u| - D.u) = D^2 - c^2, c the deceleration of the slip. Of v the
-    cloth takes 2/7 of the slip, the air 5/7 of what it would take without the cloth: that is so
-    whatever the slip's direction.
+    In the remaining time t, the turn changes the position by at most (2/7) k v^2 t^2. For a
+    constant drag D, d/dt (c |u| - D.u) = D^2 - c^2, where c is the deceleration of the slip. The
+    cloth takes 2/7 of the slip from v, and the air 5/7 of what it would take without the cloth;
+    both hold for any direction of the slip.
     """
     ball = balls.state[i]
     slows = 3.5 * ball.slide_slowing
@@ -198,7 +200,7 @@ def _last_piece(
     most = speed + size / 3.5
     if 2.0 * k * most * most * left * left > 7.0 * SLIDE_ERROR * place:
         return 0.0
-    # The drag at the middle of it.
+    # The drag in the middle of the piece.
     x, y = ball.vx - ux / 7.0, ball.vy - uy / 7.0
     drag = k * math.sqrt(x * x + y * y)
     x, y = drag * x, drag * y
@@ -222,15 +224,15 @@ def _turn(
     size: float,
     speed: float,
 ) -> float:
-    """Begin a piece of a slide that turns; return how long it lasts [s]."""
+    """Start a piece of a turning slide; return its duration [s]."""
     ball = balls.state[i]
     friction, row = ball.slide_slowing, series
     slows = 3.5 * friction
     drag = k * speed * speed
     if speed <= _STILL * size:
         k = 0.0
-    # About when the slip or the velocity vanishes, at a real or complex instant: there the power
-    # series stops to converge.
+    # About the time at which the slip or the velocity vanishes, possibly a complex time: the radius
+    # of convergence of the power series.
     near = size / (slows + drag)
     if k > 0.0:
         near = min(near, speed / (friction + drag))
@@ -274,10 +276,10 @@ def _turn(
 
 @kernel(inline=True)
 def _extend(row: FloatArray, n: int, drags: bool) -> tuple[float, float]:
-    """Find the power n > 0 of the slip's size r and direction e, of u = r e, and of the speed.
+    """Compute power n > 0 of the slip's size r and direction e, from u = r e, and of the speed.
 
-    Return that of the speed times the velocity. The sums are taken together: each addition waits
-    for the one before, so that four sums take no longer than one.
+    Return that of the speed times the velocity. The four sums are computed in the same loops:
+    each addition waits for the previous one, so four sums take no longer than one.
     """
     half = (n + 1) // 2
     slip = row[_UX, 0] * row[_UX, n] + row[_UY, 0] * row[_UY, n]
@@ -314,7 +316,7 @@ def _extend(row: FloatArray, n: int, drags: bool) -> tuple[float, float]:
 
 @kernel
 def trim_piece(balls: Balls, i: int) -> None:
-    """Leave out the last powers of ball i's piece that add nothing until its own next event."""
+    """Remove the last powers of ball i's piece that have no effect until its own next event."""
     powers = balls.powers
     if powers is None:
         return

@@ -1,21 +1,21 @@
-"""Balls that leave the cloth: how high they are, when they land, meet a nose, or fly over one.
+"""Flight: the height of flying balls, and when they land, hit a nose, or fly over an obstacle.
 
-When they meet each other is in `scheduling.time_of_impact`, what an impact then does, or the table,
-in `impacts.in_space`. A ball in flight goes along a parabola, or as `motion.flight_in_air` says
-where air slows it, and keeps its angular velocity. It lands when its lowest point is back on the
-cloth. Where bounces have become so low that nothing could tell them from a ball on the cloth
-(`LOWEST_BOUNCE`), all that follow are one motion of known duration.
+`scheduling.time_of_impact` finds collisions of flying balls; `impacts.in_space` resolves collisions
+and bounces. A flying ball moves along a parabola, or in air as in `motion.flight_in_air`, and keeps
+its angular velocity. It lands when its lowest point is back on the cloth. When bounces have become
+so low that the ball can't be told from a ball on the cloth (`LOWEST_BOUNCE`), all further bounces
+are one motion of known duration.
 
-Over a table that isn't a plain rectangle, straight noses have ends, and jaws have round noses. What
-flies over one of them is off the table; a post is taller than any ball flies. A ball in the air
-falls into a hole where it lands, or where it would leave it no higher than `HIGHEST_AT_BACK`;
-higher, it flies over the back of the pocket, and is off the table.
+On a table that isn't a plain rectangle, straight noses have ends, and jaws have round noses. A ball
+that flies over one of these is off the table; posts are taller than any flight. A flying ball falls
+into a hole if it lands in it, or if it reaches the far edge no higher than `HIGHEST_AT_BACK`. If it
+is higher there, it flies over the back of the pocket, and is off the table.
 
-Two balls touch where their centres are as far apart in space as their radii add up to; a ball and a
-cushion where its centre is by its radius away from the nose, a line at `cushion_height` above the
-cloth. So balls of different size that lie on the cloth touch at 2 sqrt(R_a R_b) in plan, and a ball
-of radius R there touches a nose at the height h when it is sqrt(h (2 R - h)) away. In scenes whose
-balls stay on the cloth all of this is as in the plane: at R_a + R_b, and at R.
+Two balls touch when the distance of their centres in space is the sum of their radii. A ball and a
+cushion touch when the distance of its centre from the nose, a line at `cushion_height` above the
+cloth, is its radius. So balls of different radii on the cloth touch at the distance 2 sqrt(R_a R_b)
+in plan, and a ball of radius R on the cloth touches a nose of height h at sqrt(h (2 R - h)). In
+scenes whose balls stay on the cloth, distances are those in the plane: R_a + R_b, and R.
 """
 
 from __future__ import annotations
@@ -41,28 +41,31 @@ from ghostball.engine.motion.obstacles import MOST_BOUNDS, facing, is_post, turn
 from ghostball.engine.motion.position import FOR_EVER, jerk_along, whole_motion, with_rises
 
 HIGHEST_AT_BACK = 1.4
-"""How high a ball's centre may be to fall into a hole where it would leave it, in radii.
+"""Largest height of a ball's centre, in radii, at which the edge of a hole keeps it in.
 
-As in pooltool, which takes it for what the back of a pocket throws back into it. At the edge
-towards the table no back is there; the rule is the same, since it would come down on the lip.
+As in pooltool, where it stands for balls that the back of a pocket throws back into it. At the edge
+towards the table there is no back, but the rule is the same, because such a ball would land on the
+lip.
 """
 
 _BESIDE = 2.0**-30
-"""How far beside a nose, in radii, a ball still flies over it: more than rounding, so that between
-two pieces of an outline no ball gets out."""
+"""Distance beside a nose, in radii, at which a ball still counts as flying over the nose.
+
+It is larger than rounding, so that no ball escapes between two pieces of an outline.
+"""
 
 
 @kernel(inline=True)
 def flies(height: FloatArray | None, balls: Balls, i: int) -> bool:
-    """Whether ball i is in the air."""
+    """Return whether ball i is in flight."""
     return False if height is None else bool(balls.state[i].phase == st.FLYING)
 
 
 @kernel(inline=True)
 def may_meet_in_space(height: FloatArray | None, balls: Balls) -> bool:
-    """Whether any ball is in the air, or lies higher than others, being larger.
+    """Return whether any ball is in flight, or lies higher than others because it is larger.
 
-    Mostly neither is so, also where balls may leave the cloth.
+    Mostly there is no such ball, even in scenes where balls may leave the cloth.
     """
     if height is None:
         return False
@@ -75,13 +78,13 @@ def may_meet_in_space(height: FloatArray | None, balls: Balls) -> bool:
 
 @kernel(inline=True)
 def one_flies(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
-    """Whether one of two balls is in the air."""
+    """Return whether one of two balls is in flight."""
     return flies(height, balls, i) or flies(height, balls, j)
 
 
 @kernel(inline=True)
 def meets_in_space(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
-    """Whether two balls touch along a line that isn't level."""
+    """Return whether two balls touch along a line that isn't horizontal."""
     if height is None:
         return False
     return one_flies(height, balls, i, j) or bool(height[i, st.BASE] != height[j, st.BASE])
@@ -91,7 +94,7 @@ def meets_in_space(height: FloatArray | None, balls: Balls, i: int, j: int) -> b
 def vertical_motion(
     height: FloatArray, balls: Balls, i: int, t: float
 ) -> tuple[float, float, float]:
-    """Return height [m], speed upwards [m/s] and acceleration upwards of ball i at t [s].
+    """Return height [m], upward speed [m/s] and upward acceleration of ball i at t [s].
 
     The height is that of its centre above the cloth.
     """
@@ -105,7 +108,7 @@ def vertical_motion(
 def motion_in_space(
     height: FloatArray, balls: Balls, i: int, j: int, t: float
 ) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """Position, velocity and acceleration of ball j relative to ball i at the instant t [s]."""
+    """Return position, velocity, acceleration of ball j relative to ball i at the time t [s]."""
     xi, yi, vxi, vyi, axi, ayi = whole_motion(balls, i, t)
     xj, yj, vxj, vyj, axj, ayj = whole_motion(balls, j, t)
     zi, vzi, azi = vertical_motion(height, balls, i, t)
@@ -125,13 +128,13 @@ def motion_in_space(
 
 @kernel(inline=True)
 def one_is_loaded(height: FloatArray | None, i: int, j: int, t: float) -> bool:
-    """Whether a ball in flight has lain on one of two balls just before the instant t [s]."""
+    """Return whether a flying ball has lain on one of two balls just before the time t [s]."""
     return False if height is None else bool(max(height[i, st.LOADED], height[j, st.LOADED]) > t)
 
 
 @kernel
 def is_near(height: FloatArray, balls: Balls, i: int, j: int, t: float) -> bool:
-    """Whether balls i and j are no farther apart at t [s] than after a negligible bounce."""
+    """Return whether the gap of balls i and j at t [s] is at most that of a negligible bounce."""
     rx, ry, rz, _, _, _, _, _, _ = motion_in_space(height, balls, i, j, t)
     near = (1.0 + 2.0 * CAPTURE_HEIGHT) * (balls.state[i].radius + balls.state[j].radius)
     return bool(rx * rx + ry * ry + rz * rz <= near * near)
@@ -139,9 +142,9 @@ def is_near(height: FloatArray, balls: Balls, i: int, j: int, t: float) -> bool:
 
 @kernel
 def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
-    """Begin ball i's flight, and set its own next event: it lands, meets a nose, flies over one.
+    """Start ball i's flight and set its own next event: landing, hitting a nose, or flying over.
 
-    Or none, of one that lies still.
+    A ball that is held still on others has no next event.
     """
     ball = balls.state[i]
     ball.ax, ball.ay, ball.bx, ball.by, ball.bz = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -177,9 +180,9 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
 
 @kernel(inline=True)
 def _way_over(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, float]:
-    """Return how far ball i has to fly to be over obstacle k [m], and how fast that gets less.
+    """Return the distance to where ball i flies over obstacle k [m], and its rate [m/s].
 
-    Its rate is negative [m/s]; 0: it never is. Of a hole: to its far edge.
+    The rate is negative; 0: the ball never flies over it. For a hole: to the far edge.
     """
     if laws.obstacles[k].kind == st.LINE:
         nx, ny, away = facing(laws, k, balls.state[i].x, balls.state[i].y)
@@ -189,7 +192,7 @@ def _way_over(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, float]:
 
 @kernel
 def _way_over_piece(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, float]:
-    """`_way_over`, of a segment, whose left side is the table's, or of a disc."""
+    """Return `_way_over` for a segment, whose left side is the table's, or for a disc."""
     ball, row = balls.state[i], laws.obstacles[k]
     x, y, vx, vy = ball.x - row.x, ball.y - row.y, ball.vx, ball.vy
     beside = _BESIDE * ball.radius
@@ -220,7 +223,7 @@ def _way_over_piece(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, fl
 
 @kernel
 def _passes(height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, s: float) -> int:
-    """Return which own event of ball i it is to be over obstacle k in s seconds, or OWN_NONE."""
+    """Return the own event of ball i when it is over obstacle k in s seconds, or OWN_NONE."""
     row = laws.obstacles[k]
     if row.law != st.TAKES_OUT:
         return st.OWN_OVER + k
@@ -229,7 +232,7 @@ def _passes(height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, s: flo
     if z <= HIGHEST_AT_BACK * ball.radius:
         return st.OWN_CUSHION + k
     x, y, _, _, _, _ = _in_plan(balls.powers, balls, i, s)
-    # In front of the hole's middle there is the table, between two facings.
+        # In front of the middle of the hole is the table, between two facings.
     behind = row.nx * (x - row.x) + row.ny * (y - row.y) <= 0.0
     return st.OWN_OVER + k if behind else st.OWN_NONE
 
@@ -243,7 +246,7 @@ def _time_in_air(
     i: int,
     laws: Laws,
 ) -> float:
-    """Begin a piece of ball i's flight in air; return how long it lasts [s], or -1 without air."""
+    """Start a piece of ball i's flight in air; return its duration [s], or -1 without air."""
     duration = -1.0
     if powers is not None and series is not None and laws.air_drag > 0.0:
         duration = flight_piece(powers, series, height, balls, i, laws)
@@ -261,7 +264,7 @@ def _time_over(
     rate: float,
     duration: float,
 ) -> float:
-    """Return when ball i passes a line within a duration [s], by which it would without air."""
+    """Return when ball i passes a line [s]; without air it would do so within `duration` [s]."""
     s = away / -rate
     if powers is not None and series is not None and laws.air_drag > 0.0:
         s = time_to_pass(powers, series, balls, i, away, rate, duration)
@@ -272,7 +275,7 @@ def _time_over(
 def _in_plan(
     powers: FloatArray | None, balls: Balls, i: int, s: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return place, velocity and acceleration of a ball s seconds after its flight began."""
+    """Return position, velocity and acceleration of a ball s seconds after its flight started."""
     ball = balls.state[i]
     if powers is not None and powers[i, st.COUNT] > 0.0:
         return whole_motion(balls, i, ball.epoch + s)
@@ -281,7 +284,7 @@ def _in_plan(
 
 @kernel(inline=True)
 def jerk_up(powers: FloatArray | None, i: int) -> float:
-    """Return how fast ball i's acceleration upwards changes at most, on its piece [m/s^3]."""
+    """Return the largest rate of change of ball i's upward acceleration, on its piece [m/s^3]."""
     bent: float = 0.0 if powers is None else powers[i, st.JERK_UP]
     return bent
 
@@ -290,13 +293,13 @@ def jerk_up(powers: FloatArray | None, i: int) -> float:
 def _time_to_nose(
     height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float
 ) -> tuple[float, bool]:
-    """Return in how long a ball in flight touches the nose of obstacle k [s], or inf.
+    """Return the time until a flying ball touches the nose of obstacle k [s], or inf.
 
-    Within a duration [s], as it moves for as long as its piece `lasts` [s]. False beside it: not
-    before then, but the search was given up.
+    Only contacts within `duration` [s] count; `lasts` [s] is the whole length of the ball's piece.
+    The second value is False if the search was stopped: no contact before that time.
 
-    By bounds each of which is found from the one before, in the vertical plane across the nose,
-    which is a point there.
+    Each lower bound is computed from the previous one, in the vertical plane across the nose. The
+    nose is a point in this plane.
     """
     ball = balls.state[i]
     s = 0.0
@@ -316,8 +319,8 @@ def _time_to_nose(
         pull = ex * (nx * ax + ny * ay) + ez * az
         bent = abs(ex) * jerk_along(balls, i, nx, ny) + abs(ez) * jerk_up(balls.powers, i)
         left = min(lasts - s, FOR_EVER)
-        # The nose is a point in this plane: past it the ball goes round it; and round a nose that
-        # is bent in plan.
+            # The nose is a point in this plane. The normal turns as the ball passes this point, and
+            # also as it moves round a nose that is curved in plan.
         across, along = ez * (nx * vx + ny * vy) - ex * vz, nx * vy - ny * vx
         opening = pull + across * across / distance + ex * turning(laws, k, x, y) * along * along
         if rate >= 0.0 and pull >= bent * left:
@@ -340,9 +343,10 @@ def _time_to_nose(
 
 @kernel(inline=True)
 def soonest_crossing(gap: float, rate: float, pull: float, bent: float, left: float) -> float:
-    """Return in how long a gap closes at the soonest, whose acceleration changes by up to `bent`.
+    """Return a lower bound on the time until a gap closes [s].
 
-    For `left` seconds; see `first_bent_crossing`.
+    Its acceleration changes by up to `bent` a second for `left` seconds; see
+    `first_bent_crossing`.
     """
     step: float = first_crossing(gap, rate, pull)
     if bent > 0.0:
@@ -361,17 +365,18 @@ def time_to_impact(
     bent: float,
     left: float,
 ) -> float:
-    """Return in how long [s] what touches in flight has an impact at the soonest; 0: now.
+    """Return a lower bound on the time [s] until touching bodies in flight have an impact; 0: now.
 
-    An approach that is fast enough to bounce is an impact now; a ball that moves away as fast has
-    its impact when it comes back. A slower one may overlap by `LOWEST_BOUNCE` first, since a ball
-    that is pulled together over that distance is fast enough. One that overlaps by so much already
-    moves on by a quarter of it, and one that overlaps by twice as much has an impact whenever it
-    approaches. `pull` [m/s^2] is the acceleration along the normal, which changes by up to `bent` a
-    second [m/s^3] for `left` seconds. `opening` is that of the gap,
-    for which the normal turns, too: a ball that touches another's top at speed isn't pulled to it,
-    however slowly it approaches. An `opening` near 0 counts as a part of gravity, so that a rate
-    that is but rounding is no bounce.
+    An approach that is fast enough to bounce is an impact now. A ball that moves away as fast has
+    its impact when it comes back. A slower ball may overlap by `LOWEST_BOUNCE` first, because a
+    ball pulled over that distance is fast enough. If it already overlaps by this distance, it may
+    move on by a quarter of it; if by twice this distance, any approach is an impact.
+
+    `pull` [m/s^2] is the acceleration along the normal, which changes by up to `bent` a second
+    [m/s^3] for `left` seconds. `opening` [m/s^2] is the acceleration of the gap, which includes the
+    turning of the normal: a ball that touches the top of another at high speed isn't pulled towards
+    it, however slowly it approaches. An `opening` near 0 counts as a part of gravity, so that a
+    rate that is only rounding is no bounce.
     """
     sink = 2.0 * LOWEST_BOUNCE * radius
     lowest = 0.5 * sink * max(-opening, 2.0**-10 * gravity)
@@ -384,7 +389,7 @@ def time_to_impact(
 
 @kernel
 def bounce_on(balls: Balls, i: int) -> None:
-    """Let ball i go along the cloth, straight on, while bounces too low to be followed end."""
+    """Let ball i move straight along the cloth during bounces that are too low to be followed."""
     ball = balls.state[i]
     ball.phase = st.SLIDING
     ball.ax, ball.ay, ball.bx, ball.by, ball.bz = 0.0, 0.0, 0.0, 0.0, 0.0

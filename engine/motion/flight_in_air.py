@@ -1,19 +1,19 @@
-"""Flight in air: how a ball that feels drag goes up, down and along, piece by piece.
+"""Flight in air: the path of a flying ball with drag, piece by piece.
 
-v' = -g z - k |v| v, of the whole velocity in space; the spin stays, since no Magnus force and no
-torque of the air are modelled. In plan the ball goes straight on, so that two numbers tell all:
-p along its way and q upwards, p' = -k s p and q' = -g - k s q with s^2 = p^2 + q^2. They are power
-series of the time, found by recurrences as on the cloth (`motion.drag`), and each piece is cut
-where what it leaves out is far below the rounding of the state. A piece that ends is no event.
+v' = -g z - k |v| v, with the whole velocity in space. The spin is constant, because no Magnus force
+and no torque of the air are modelled. In plan the path is straight, so two numbers are enough: p
+along the path and q upwards, p' = -k s p and q' = -g - k s q with s^2 = p^2 + q^2. They are power
+series of the time, computed with recurrences as on the cloth (`motion.drag`). The truncation error
+of each piece is far below the rounding of the state. The end of a piece is not an event.
 
-The series converges up to the next time, be it complex, at which s^2 vanishes: without drag that is
-|v| / g away. So pieces get shorter where the ball is slow, as at the top of a steep throw. There,
-below a speed at which air does nothing that a double could tell, one of them is a parabola. One
-that goes exactly up or down has a series of its own, without s, and ends a piece at its top.
+The series converges up to the next time, real or complex, at which s^2 vanishes: without drag that
+is |v| / g away. So pieces get shorter where the ball is slow, for example at the top of a steep
+throw. Below a speed at which the effect of air is below double precision, a piece is a parabola. A
+piece that is exactly vertical has a series of its own, without s, and ends at its top.
 
-Height rises and then falls, in any air: v is 0 upwards once at most. So a ball has landed within a
-piece if and only if the piece ends below the cloth, and along its way it has passed a line if and
-only if the piece ends beyond it.
+In any air the height rises first and then falls: the upward speed is 0 at most once. So a ball has
+landed within a piece if and only if the piece ends below the cloth, and it has passed a line if and
+only if the piece ends beyond the line.
 """
 
 from __future__ import annotations
@@ -41,13 +41,17 @@ from ghostball.engine.motion.series import (
 )
 
 _PART_OF_FALL = 1.25
-"""Longest piece, in units of the time that the ball would fly without air, since none needs to be
-longer than the flight: air changes the time of a flight at play by a thousandth."""
+"""Longest piece, in units of the time of flight without air.
+
+No piece needs to be longer than the flight, and air changes the time of typical flights by a
+thousandth only.
+"""
 
 _UNSEEN = 64.0
-"""Speed that gravity gives in so many roundings of the clock, below which a piece is a parabola."""
+"""Below the speed that gravity gives in this many roundings of the clock, a piece is a parabola."""
 
-# Rows of `Balls.series`, each by power of the time: along its way, upwards, the speed, and room.
+# Rows of `Balls.series`, each by power of the time: speed along the path, speed upwards, their
+# length, and scratch for roots.
 _ALONG, _UP, _SPEED, _ROOT = 0, 1, 2, 3
 
 
@@ -55,9 +59,9 @@ _ALONG, _UP, _SPEED, _ROOT = 0, 1, 2, 3
 def flight_piece(
     powers: FloatArray, row: FloatArray, height: FloatArray, balls: Balls, i: int, laws: Laws
 ) -> float:
-    """Begin a piece of ball i's flight in air; return how long it lasts [s].
+    """Start a piece of ball i's flight in air; return its duration [s].
 
-    Contract: air drags, and `own_kind` is set to what happens then: it lands, or the piece ends.
+    Contract: there is air drag. `own_kind` is set to the event at the end: landing, or a new piece.
     """
     balls.counters[st.WORK] += WORK_OF_SERIES
     ball = balls.state[i]
@@ -70,7 +74,7 @@ def flight_piece(
         free = (up + root) / gravity
     elif rise > 0.0:
         free = 2.0 * rise / (root - up)
-    # How fast it may become: as by the fall alone, or to where the air holds it.
+        # Bound on its speed: that of the free fall, or the terminal speed.
     gained = min(2.0 * gravity * rise, gravity / laws.air_drag)
     fastest = math.sqrt(speed * speed + gained)
     still = max(
@@ -105,11 +109,11 @@ def flight_piece(
 
 @kernel(inline=True)
 def _still_speed(drag: float, gravity: float, fastest: float) -> float:
-    """Return below which speed a piece may be a parabola, beside one so fast [m/s].
+    """Return the speed [m/s] below which a piece may be a parabola.
 
-    Within the time v / g it is no faster than 2 v; then what air would have taken, 4 k v^3 / g, is
-    to be what a series may leave out of the fastest. The third root is taken from below, by square
-    roots: 1/4 + 1/16 for 1/3.
+    Within the time v / g the speed is at most 2 v. Air would then change the speed by 4 k v^3 / g,
+    which must be below the truncation error of a series, relative to `fastest` [m/s]. The third
+    root is bounded from below with square roots: exponent 1/4 + 1/16 for 1/3.
     """
     least = math.sqrt(0.25 * LEFT_OUT * gravity / drag)
     part = max(fastest / least, 1.0)
@@ -128,7 +132,7 @@ def _arc(
     longest: float,
     fastest: float,
 ) -> tuple[float, int]:
-    """Find the series of a piece along an arc; return how long it lasts [s], and its degree."""
+    """Compute the series of a curved piece; return its duration [s], and its degree."""
     row[_SPEED, 0] = speed
     allowed = LEFT_OUT * fastest
     degree, small, scale, last = DEGREE, 0, 1.0, 0.0
@@ -162,10 +166,10 @@ def _time_to_land(
     duration: float,
     free: float,
 ) -> float:
-    """Return when a ball lands within a duration [s], or inf; `free` is when it would without air.
+    """Return the time at which a ball lands within a duration [s], or inf.
 
-    The time of a flight from the cloth is a root of what is left of the height over the time: the
-    start is no landing.
+    `free` [s]: the time without air. For a flight that starts on the cloth, the height is divided
+    by the time, so that the start is not a root.
     """
     if rise > 0.0:
         row[_ROOT, 0], row[_ROOT, 1] = rise, up
@@ -181,10 +185,10 @@ def _time_to_land(
 
 @kernel
 def _falls_to_zero(balls: Balls, c: FloatArray, degree: int, longest: float, guess: float) -> float:
-    """Return when a polynomial that is positive at first comes to 0 within a time [s], or inf.
+    """Return the time at which a polynomial, positive at first, reaches 0 within `longest`, or inf.
 
-    Contract: it does so once at most. By Newton's steps, from a guess, and by halves where they
-    would leave what is known to hold the root.
+    Contract: it does so at most once. Uses Newton's method from a guess, and bisection where a step
+    would leave the interval that contains the root.
     """
     value = 0.0
     for n in range(degree, -1, -1):
@@ -225,7 +229,7 @@ def _put_piece(
     degree: int,
     duration: float,
 ) -> None:
-    """Put the series of a piece in ball i's motion; air first slows its rise by `slowed`."""
+    """Store the series of a piece in ball i's motion; air first slows its rise by `slowed`."""
     ball = balls.state[i]
     dx, dy = 0.0, 0.0
     if along > 0.0:
@@ -249,9 +253,10 @@ def time_to_pass(
     rate: float,
     duration: float,
 ) -> float:
-    """Return when ball i passes a line on the piece that has just begun [s], or inf.
+    """Return the time at which ball i passes a line on the piece that has just started [s], or inf.
 
-    It is `away` from the line [m], which it approaches at `rate` < 0 [m/s]; within `duration` [s].
+    `away` [m]: distance of the line. `rate` [m/s]: rate of change of this distance, negative.
+    `duration` [s]: only passes before it count.
     """
     degree = int(powers[i, st.COUNT])
     part = rate / row[_ALONG, 0]

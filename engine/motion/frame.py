@@ -1,9 +1,9 @@
-"""What a ball meets of a table with pockets: first of all, where it leaves the frame.
+"""Find the obstacle that a ball reaches on a table with pockets from where it leaves the frame.
 
 The frame is the rectangle of the noses. The straight pieces of cushions lie along its sides; jaws,
-facings and holes lie behind them. As long as a ball is inside, it meets nothing; and where it
-leaves the frame in front of a straight piece, it meets that. Only near a mouth are all obstacles
-asked, which is three dozen of them. The answer has the same bits as theirs.
+facings and holes lie behind them. While a ball is inside the frame, it touches nothing; if it
+leaves the frame at a straight piece, it hits that piece. All obstacles, about three dozen, are
+checked only near a mouth. The result is bit-identical to checking all obstacles.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from ghostball.engine.motion.obstacles import nose_reach
 from ghostball.engine.motion.position import jerk
 
 ALL: Final = -1
-"""All obstacles are to be asked."""
+"""All obstacles must be checked."""
 
 NONE: Final = -2
-"""None is met."""
+"""No obstacle is reached."""
 
 
 @kernel
 def cushion_ahead(balls: Balls, i: int, laws: Laws, duration: float) -> int:
-    """Return the row of the cushion that ball i meets within a duration [s]; or `ALL`, or `NONE`.
+    """Return the row of the cushion that ball i hits within a duration [s], or `ALL` or `NONE`.
 
-    Contract: no allocation. Without jerk the cushion's own time is the one that is compared here,
-    to the bit.
+    Contract: no allocation. Without jerk, the time compared here has the same bits as that computed
+    for the cushion itself.
     """
     ball = balls.state[i]
     if jerk(balls, i) != 0.0:
@@ -60,9 +60,9 @@ def cushion_ahead(balls: Balls, i: int, laws: Laws, duration: float) -> int:
 
 @kernel
 def flies_inside(balls: Balls, i: int, laws: Laws, duration: float) -> bool:
-    """Whether ball i, in the air, touches no side of the frame within a duration [s].
+    """Return whether ball i, in flight, touches no side of the frame within a duration [s].
 
-    In plan it goes straight on, and no farther than as fast as now.
+    In plan its path is straight, and its speed doesn't increase.
     """
     ball = balls.state[i]
     x, y, radius = ball.x + duration * ball.vx, ball.y + duration * ball.vy, ball.radius
@@ -72,10 +72,10 @@ def flies_inside(balls: Balls, i: int, laws: Laws, duration: float) -> bool:
 
 @kernel(inline=True)
 def _time_out(away: float, rate: float, pull: float, edge: float) -> float:
-    """Return in how long a ball reaches a side of the frame [s]; 0 where it isn't inside of it.
+    """Return the time until a ball reaches a side of the frame [s]; 0 if it isn't inside the frame.
 
-    `away` [m]: the gap to the side; one that touches it, to within `edge` [m], is inside where it
-    leaves it.
+    `away` [m]: gap to the side. A ball that touches the side to within `edge` [m] counts as inside
+    if it moves away from it.
     """
     if away < edge and not (rate > 0.0 and away > -edge):
         return 0.0
@@ -86,11 +86,15 @@ def _time_out(away: float, rate: float, pull: float, edge: float) -> float:
 
 @kernel(inline=True)
 def _cushion_at(laws: Laws, upright: bool, side: float, along: float, edge: float) -> int:
-    """Return the row of the cushion on a side at whose middle a place lies, or `ALL`."""
+    """Return the row of the cushion that contains a place on a side in its middle part, or `ALL`.
+
+    `along` [m]: coordinate of the place along the side; the ends of cushions, by `edge` [m], don't
+    count.
+    """
     for k in range(laws.outer, len(laws.obstacles)):
         row = laws.obstacles[k]
         if row.kind != st.SEGMENT:
-            return ALL  # straight noses come first
+            return ALL  # straight noses come first in the list
         across, other = (row.x, row.nx) if upright else (row.y, row.ny)
         start, end = (row.y, row.ny) if upright else (row.x, row.nx)
         inside = along > min(start, end) + edge and along < max(start, end) - edge
@@ -101,9 +105,9 @@ def _cushion_at(laws: Laws, upright: bool, side: float, along: float, edge: floa
 
 @kernel
 def only_cushion(laws: Laws, k: int, x: float, y: float, reach: float) -> bool:
-    """Whether obstacle k is a nose, and no other one is within a reach [m] of a place at it.
+    """Return whether obstacle k is a straight nose and the only obstacle within a reach [m].
 
-    The opposite cushion is farther away, too.
+    The reach is measured from a place at the nose. The opposite cushion must be farther, too.
     """
     row = laws.obstacles[k]
     if k < laws.outer or row.kind != st.SEGMENT:

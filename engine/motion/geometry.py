@@ -1,7 +1,7 @@
-"""Which balls are near each other, at rest, or in contact at an instant; which gaps are closed.
+"""Tests whether balls are near each other, at rest, or in contact; the tolerances of gaps.
 
-Nothing is moved. What a gap may be off by, in tolerances and rounding, is here, too, and so are a
-length and a reduced mass that are right for numbers of any size.
+Nothing is moved here. The module also has a length and a reduced mass that are correct for numbers
+of any magnitude.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from ghostball.model.rounding import CONTACT_TOLERANCE
 
 @kernel
 def reduced_mass(a: float, b: float) -> float:
-    """Return a b / (a + b) [kg]: the same bits for (b, a), and neither over- nor underflow."""
+    """Return a b / (a + b) [kg], with the same bits for (b, a), without over- or underflow."""
     return min(a, b) * (max(a, b) / (a + b))
 
 
 @kernel
 def speed_of(vx: float, vy: float) -> float:
-    """Length of a velocity [m/s], scaled so that no square under- or overflows."""
+    """Return the length of a velocity [m/s], scaled so that no square under- or overflows."""
     largest = max(abs(vx), abs(vy))
     if largest == 0.0:
         return 0.0
@@ -43,7 +43,7 @@ def speed_of(vx: float, vy: float) -> float:
 
 @kernel
 def at_rest(balls: Balls, i: int) -> bool:
-    """Whether the centre of ball i rests, and stays so if nothing hits it."""
+    """Return whether the centre of ball i rests, and stays at rest if nothing hits it."""
     slides = balls.state[i].phase == st.SLIDING and balls.state[i].slide_slowing > 0.0
     if _falls(balls.height, balls, i):
         return False
@@ -52,7 +52,7 @@ def at_rest(balls: Balls, i: int) -> bool:
 
 @kernel(inline=True)
 def _falls(height: FloatArray | None, balls: Balls, i: int) -> bool:
-    """Whether ball i is in the air, and nothing holds it there."""
+    """Return whether ball i is in flight, and nothing holds it there."""
     if height is None:
         return False
     return bool(balls.state[i].phase == st.FLYING and height[i, st.HELD] == 0.0)
@@ -60,7 +60,7 @@ def _falls(height: FloatArray | None, balls: Balls, i: int) -> bool:
 
 @kernel(inline=True)
 def _in_air(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
-    """Whether one of two balls is in the air."""
+    """Return whether one of two balls is in flight."""
     if height is None:
         return False
     return bool(balls.state[i].phase == st.FLYING or balls.state[j].phase == st.FLYING)
@@ -68,16 +68,16 @@ def _in_air(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
 
 @kernel
 def friction_limit(balls: Balls, i: int) -> float:
-    """Largest deceleration [m/s^2] that the cloth can give ball i."""
+    """Return the largest deceleration [m/s^2] that the cloth can give ball i."""
     deceleration: float = max(balls.state[i].roll_slowing, balls.state[i].slide_slowing)
     return deceleration
 
 
 @kernel(inline=True)
 def rolls_on(balls: Balls, i: int) -> bool:
-    """Whether ball i, on the cloth, rolls on when a small impulse changes its velocity.
+    """Return whether ball i, on the cloth, keeps rolling when a small impulse changes its velocity.
 
-    The cloth turns it then; a cloth without friction turns nothing, and the ball slips.
+    The cloth then turns the ball. A cloth without friction doesn't, and the ball slips.
     """
     return bool(
         balls.state[i].phase not in (st.SLIDING, st.FLYING) and friction_limit(balls, i) > 0.0
@@ -94,10 +94,10 @@ def gap_rounding(balls: Balls, i: int, j: int) -> float:
 
 @kernel
 def tie_rounding(balls: Balls, i: int, j: int, t: float) -> float:
-    """Return the rounding [m] of a gap between balls i and j at an event's instant t [s].
+    """Return the rounding [m] of a gap between balls i and j at the time t [s] of an event.
 
-    That of the coordinates, and how far the balls go in the rounding of the clock. For a ball and a
-    cushion, j is i.
+    This is the rounding of the coordinates, plus the distance that the balls move within the
+    rounding of the clock. For a ball and a cushion, j is i.
     """
     speed = abs(balls.state[i].vx) + abs(balls.state[i].vy)
     speed += abs(balls.state[j].vx) + abs(balls.state[j].vy)
@@ -107,7 +107,7 @@ def tie_rounding(balls: Balls, i: int, j: int, t: float) -> float:
 
 @kernel
 def contact_tolerance(balls: Balls, i: int, j: int) -> float:
-    """Gap or overlap [m] that a contact step may leave between balls i and j.
+    """Return the gap or overlap [m] that a contact step may leave between balls i and j.
 
     For a ball and a cushion, j is i.
     """
@@ -117,7 +117,7 @@ def contact_tolerance(balls: Balls, i: int, j: int) -> float:
 
 @kernel
 def capture_height(balls: Balls, i: int, j: int) -> float:
-    """Height [m] of a bounce between balls i and j that is not followed; see `CAPTURE_HEIGHT`.
+    """Return the height [m] of a bounce of balls i and j that isn't followed; `CAPTURE_HEIGHT`.
 
     For a ball and a cushion, j is i.
     """
@@ -127,23 +127,23 @@ def capture_height(balls: Balls, i: int, j: int) -> float:
 
 @kernel
 def stop_distance(balls: Balls, i: int) -> float:
-    """Distance [m] in which the cloth can end a slip that counts as ended; see `STOP_DISTANCE`."""
+    """Return the distance [m] in which the cloth ends a negligible slip; see `STOP_DISTANCE`."""
     distance: float = STOP_DISTANCE * 2.0 * balls.state[i].radius
     return distance
 
 
 @kernel
 def negligible_bounce(rate: float, acceleration: float, height: float) -> bool:
-    """Whether a gap that opens at `rate`, and is pulled back, opens by no more than `height` [m].
+    """Return whether a gap that opens at `rate` and is pulled back opens by at most `height` [m].
 
-    A bounce at speed v under a rises v^2 / 2a.
+    A bounce at speed v with acceleration a rises to v^2 / 2a.
     """
     return rate * rate <= 2.0 * acceleration * height
 
 
 @kernel(inline=True)
 def rounding_of(size: float) -> float:
-    """Return up to which speed [m/s] an approach is none, of balls of this speed [m/s].
+    """Return the approach speed [m/s] that counts as 0 for balls with a speed of `size` [m/s].
 
     See `APPROACH_ROUNDING` and `LEAST_SPEED`.
     """
@@ -152,14 +152,14 @@ def rounding_of(size: float) -> float:
 
 @kernel
 def approach_rounding(balls: Balls, i: int, j: int, t: float) -> float:
-    """Return up to which speed [m/s] balls i and j don't approach at the instant t [s]."""
+    """Return the speed [m/s] up to which balls i and j don't approach at the time t [s]."""
     size: float = _size(balls, i, t) + _size(balls, j, t)
     return rounding_of(size)
 
 
 @kernel
 def _size(balls: Balls, i: int, t: float) -> float:
-    """Largest size of the velocity of ball i at the instant t so far [m/s], in the 1-norm."""
+    """Return the largest size of ball i's velocity at the time t so far [m/s], in the 1-norm."""
     vx, vy = velocity(balls, i, t)
     size: float = abs(vx) + abs(vy)
     return size if t > balls.state[i].epoch else max(size, balls.state[i].fastest)
@@ -167,10 +167,10 @@ def _size(balls: Balls, i: int, t: float) -> float:
 
 @kernel
 def in_contact(gap: float, rate: float, tolerance: float, pull: float, noise: float) -> bool:
-    """Whether a gap [m], changing at `rate` [m/s], counts as closed when a contact step starts.
+    """Return whether a gap [m] that changes at `rate` [m/s] is closed when a contact step starts.
 
-    `pull` is the most that friction can take from the rate [m/s^2]; one of up to `noise` is none,
-    which counts where no cloth rubs.
+    `pull` [m/s^2] is the most that friction can change the rate. A rate of up to `noise` counts as
+    0, which matters if there is no friction.
     """
     touching = gap <= CONTACT_REACH * tolerance
     return touching and (abs(rate) <= noise or negligible_bounce(rate, pull, tolerance))
@@ -178,7 +178,7 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float, noise: fl
 
 @kernel
 def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
-    """Whether ball i counts as in contact with an obstacle, at its epoch."""
+    """Return whether ball i counts as in contact with an obstacle, at its epoch."""
     ball = balls.state[i]
     if (
         ball.phase == st.GONE
@@ -196,10 +196,10 @@ def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
 
 @kernel
 def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
-    """Whether balls i and j count as in contact at the instant t [s].
+    """Return whether balls i and j count as in contact at the time t [s].
 
-    Friction pulls two balls together with what the cloth can give both, and stops one that was
-    struck at rest with as much again.
+    The cloth's friction on both balls pulls them together, and stops a ball that was hit while at
+    rest with half of that again.
     """
     if balls.state[i].phase == st.GONE or balls.state[j].phase == st.GONE:
         return False
@@ -216,7 +216,7 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
 
 @kernel
 def stands_before(balls: Balls, i: int, j: int) -> bool:
-    """Whether ball i is before ball j in the order of places; both at one instant."""
+    """Return whether ball i comes before ball j in the order of x, then y, at their epoch."""
     same = balls.state[i].x == balls.state[j].x
     below = same and balls.state[i].y < balls.state[j].y
     return bool(balls.state[i].x < balls.state[j].x or below)
@@ -224,13 +224,13 @@ def stands_before(balls: Balls, i: int, j: int) -> bool:
 
 @kernel(inline=True)
 def has_cells(cells: Cells) -> bool:
-    """Whether the balls of a scene are scheduled by `Cells`, and not by `Pairs`."""
+    """Return whether the balls of a scene are scheduled with `Cells`, not with `Pairs`."""
     return len(cells.slot) > 0
 
 
 @kernel
 def list_near(balls: Balls, cells: Cells, i: int) -> int:
-    """Put in `balls.near` all balls that may touch ball i now; return how many."""
+    """Put all balls that may touch ball i now into `balls.near`; return their number."""
     count = 0
     if not has_cells(cells):
         for j in range(len(balls.own_kind)):
@@ -245,7 +245,7 @@ def list_near(balls: Balls, cells: Cells, i: int) -> int:
             k = cells.first[middle + y * stride + x]
             while k != st.NOWHERE:
                 if k != i:
-                    # In the order of their numbers, as without cells.
+                    # In the order of their indices, as without cells.
                     index = count
                     while index > 0 and balls.near[index - 1] > k:
                         balls.near[index] = balls.near[index - 1]
@@ -258,7 +258,7 @@ def list_near(balls: Balls, cells: Cells, i: int) -> int:
 
 @kernel
 def blocking_ball(world: World, i: int, nx: float, ny: float, t: float) -> int:
-    """Return a ball in contact with ball i on the side that (nx, ny) points to, or -1."""
+    """Return a ball in contact with ball i on the side of the direction (nx, ny), or -1."""
     balls = world.balls
     for c in range(list_near(balls, world.cells, i)):
         j = int(balls.near[c])

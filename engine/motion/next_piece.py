@@ -1,7 +1,7 @@
-"""Predicts how one ball moves on: it slides, rolls or rests, until its own next event; and when.
+"""Predict the next piece of a ball's motion: slide, roll or rest, and its own next event.
 
-By the closed form, where neither air slows it (`motion.drag`) nor it flies (`motion.flight`): those
-are asked from here. Where the ball is meanwhile, `motion.position` says.
+Here with closed forms; `motion.drag` does so for motion in air and `motion.flight` for flight, and
+both are called from here. `motion.position` gives the position of the ball on its piece.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NO_MOTION = -1.0  # in place of a duration
 
 @kernel
 def mark(balls: Balls, i: int) -> None:
-    """Note that the event at hand changes the motion of ball i."""
+    """Note that the current event changes the motion of ball i."""
     if not balls.changed[i]:
         balls.changed[i] = True
         balls.touched[0] += 1
@@ -39,10 +39,10 @@ def mark(balls: Balls, i: int) -> None:
 
 @kernel
 def come_to_rest(balls: Balls, laws: Laws, i: int, t: float) -> None:
-    """Move ball i to where it stops rolling, at the instant t [s], and stop it exactly.
+    """Move ball i to where it stops rolling, at the time t [s], and stop it exactly.
 
-    A uniformly slowed ball covers half of what it would cover at its first speed; unlike the full
-    polynomial this cancels no digits. It may spin on about the vertical.
+    A uniformly slowed ball travels half the distance that it would at its initial speed; unlike the
+    full polynomial, this form cancels no digits. The ball may keep its spin about the vertical.
     """
     if in_air(balls.powers, laws):
         advance(balls, i, t)
@@ -63,10 +63,10 @@ def come_to_rest(balls: Balls, laws: Laws, i: int, t: float) -> None:
 
 @kernel
 def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
-    """Move ball i to where its slip is gone, at the instant t [s]; from there it rolls.
+    """Move ball i to where its slip ends, at the time t [s]; it rolls from there.
 
-    The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. As above, the
-    mean of both velocities gives the displacement without cancelling.
+    The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. The mean of
+    the two velocities gives the displacement without cancellation.
     """
     if in_air(balls.powers, laws):
         advance(balls, i, t)
@@ -88,7 +88,7 @@ def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
 
 @kernel
 def leave(balls: Balls, i: int) -> None:
-    """Take ball i out of the run where it is, with all its energy."""
+    """Remove ball i from the run at its position; its velocity and spin become 0."""
     ball = balls.state[i]
     ball.vx, ball.vy = 0.0, 0.0
     ball.wx, ball.wy, ball.wz = 0.0, 0.0, 0.0
@@ -97,7 +97,7 @@ def leave(balls: Balls, i: int) -> None:
 
 @kernel
 def slip(balls: Balls, i: int) -> tuple[float, float]:
-    """Velocity [m/s] of ball i's lowest point over the cloth, at its epoch."""
+    """Return the slip of ball i [m/s], the velocity of its lowest point, at its epoch."""
     if balls.state[i].phase != st.SLIDING:
         return 0.0, 0.0
     radius = balls.state[i].radius
@@ -109,9 +109,9 @@ def slip(balls: Balls, i: int) -> tuple[float, float]:
 
 @kernel
 def keep_spin(balls: Balls, i: int) -> None:
-    """Let ball i keep its angular velocity while an impulse changes its velocity.
+    """Prepare ball i for an impulse: keep its angular velocity while its velocity changes.
 
-    Contract: before any impulse on a ball of a scene in which balls slide.
+    Contract: call this before any impulse on a ball, in scenes with sliding.
     """
     if balls.state[i].phase != st.SLIDING:
         balls.state[i].wx = -balls.state[i].vy / balls.state[i].radius
@@ -121,12 +121,11 @@ def keep_spin(balls: Balls, i: int) -> None:
 
 @kernel
 def friction_against(vx: float, vy: float, deceleration: float) -> tuple[float, float]:
-    """Acceleration of a ball that rolls without slip: mu g against the motion (paper, 5.2).
+    """Return the acceleration by a deceleration against (vx, vy), as x and y [m/s^2].
 
-    Of one that slides, the same against its slip.
-
-    Exactly along the axis for motion along an axis, so that two balls rolling the same way have no
-    relative acceleration.
+    For a rolling ball, mu g against its velocity (paper, 5.2); for a sliding ball, against its
+    slip. For motion along an axis the result is exactly along the axis, so that two balls rolling
+    the same way have no relative acceleration.
     """
     largest = max(abs(vx), abs(vy))
     if largest == 0.0 or deceleration == 0.0:
@@ -140,8 +139,8 @@ def friction_against(vx: float, vy: float, deceleration: float) -> tuple[float, 
 def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     """Set the phase of ball i, its accelerations and its own next event, from its velocities.
 
-    A slide has constant accelerations, since its slip keeps its direction, and ends after 2 |u| /
-    (7 mu_s g); rolling is straight and ends after |v| / (mu_r g).
+    A slide has constant accelerations, because the direction of its slip is constant, and ends
+    after 2 |u| / (7 mu_s g). A roll is straight and ends after |v| / (mu_r g).
     """
     balls.state[i].bz = 0.0
     straighten(balls, i)
@@ -157,7 +156,7 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
 
 @kernel(inline=True)
 def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws) -> bool:
-    """Begin the motion of a ball that flies, or bounces lower than can be followed, if it does."""
+    """Start a flight, or bounces too low to be followed; return False if the ball has neither."""
     if height is None:
         return False
     if balls.state[i].phase == st.FLYING:
@@ -173,7 +172,7 @@ def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws
 
 @kernel(inline=True)
 def _trim(powers: FloatArray | None, balls: Balls, i: int, laws: Laws) -> None:
-    """Leave out powers of ball i's piece that add nothing until its own next event."""
+    """Remove powers of ball i's piece that have no effect until its own next event."""
     if powers is not None:
         if not in_air(powers, laws):
             return
@@ -182,7 +181,7 @@ def _trim(powers: FloatArray | None, balls: Balls, i: int, laws: Laws) -> None:
 
 @kernel(inline=True)
 def _rolls_in_air(powers: FloatArray | None, balls: Balls, i: int, laws: Laws) -> float:
-    """Return how long a piece of ball i's roll in air lasts [s], or _NO_MOTION without air."""
+    """Start a piece of ball i's roll in air; return its duration [s], or _NO_MOTION without air."""
     duration: float = _NO_MOTION
     if powers is not None:
         if not in_air(powers, laws):
@@ -195,7 +194,7 @@ def _rolls_in_air(powers: FloatArray | None, balls: Balls, i: int, laws: Laws) -
 def _slides_in_air(
     powers: FloatArray | None, balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: float
 ) -> float:
-    """Return how long a piece of ball i's slide in air lasts [s], or _NO_MOTION without air."""
+    """Start a piece of ball i's slide in air; return its duration [s]; _NO_MOTION without air."""
     duration: float = _NO_MOTION
     if powers is not None:
         if not in_air(powers, laws):
@@ -206,13 +205,13 @@ def _slides_in_air(
 
 @kernel
 def predict_again(balls: Balls, i: int, laws: Laws) -> None:
-    """`predict_motion`, but not written into the caller: where it is rare."""
+    """Call `predict_motion` without inlining its code; for callers that rarely run."""
     predict_motion(balls, i, laws)
 
 
 @kernel(inline=True)
 def _start_roll(balls: Balls, i: int, laws: Laws) -> float:
-    """Let ball i roll, or rest; return how long it would, or _NO_MOTION [s]."""
+    """Let ball i roll or rest; return the time until it stops, or _NO_MOTION if it rests [s]."""
     vx, vy = balls.state[i].vx, balls.state[i].vy
     deceleration = balls.state[i].roll_slowing
     balls.state[i].ax, balls.state[i].ay = friction_against(vx, vy, deceleration)
@@ -235,7 +234,7 @@ def _start_roll(balls: Balls, i: int, laws: Laws) -> float:
 
 @kernel(inline=True)
 def _start_slide(balls: Balls, i: int, laws: Laws) -> float:
-    """Let ball i slide; return how long it would, or _NO_MOTION where its slip is but rounding."""
+    """Let ball i slide; return the duration [s], or _NO_MOTION if its slip is only rounding."""
     ux, uy = slip(balls, i)
     size = speed_of(ux, uy)
     radius = balls.state[i].radius
@@ -259,11 +258,12 @@ def _start_slide(balls: Balls, i: int, laws: Laws) -> float:
 
 @kernel(inline=True)
 def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: int) -> None:
-    """Set the own event of ball i: an obstacle reached within `duration` [s], else that end.
+    """Set the next event of ball i: the first obstacle it reaches within `duration` [s], if any.
 
-    Contract: `own_kind` holds what happens at the end of `duration`. An obstacle whose bit is set
-    in `held` is left out: a contact step holds the ball off it. An end that the clock can't tell
-    from now comes first, so that a ball that has all but stopped does stop.
+    Contract: `own_kind` holds the event at the end of `duration`; it stays the next event if no
+    obstacle is reached. Obstacles whose bit is set in `held` are skipped, because a contact step
+    keeps the ball away from them. A `duration` below the resolution of the clock takes precedence
+    over any obstacle, so that a ball that has almost stopped does stop.
     """
     if duration <= TIME_ROUNDING * balls.state[i].epoch:
         balls.state[i].own_time = balls.state[i].epoch
@@ -285,7 +285,7 @@ def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: i
 def _predict_outer(
     balls: Balls, i: int, laws: Laws, duration: float, lasts: float, held: int
 ) -> float:
-    """`predict_obstacles`, of those outside of the frame; return when the own event comes [s]."""
+    """Check the obstacles outside the frame; return the time until the own event of ball i [s]."""
     only = ALL if held else cushion_ahead(balls, i, laws, duration)
     if only == NONE:
         return duration

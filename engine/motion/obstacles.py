@@ -1,9 +1,9 @@
-"""When a ball meets what stands still on the table: lines, segments and discs.
+"""The time at which a ball reaches an obstacle on the table: a line, a segment or a disc.
 
-Each is a row of `Laws.obstacles`, made by `running.obstacle_rows`; a scene's cushions are lines.
-Each is convex, so that a ball must cross the line through its nearest point, across the way there,
-before it can touch: a bound of when it does is found as for two balls, and from there another one.
-What a ball in the air meets is in `motion.flight`.
+Each obstacle is a row of `Laws.obstacles`, made by `running.obstacle_rows`; the cushions of a plain
+table are lines. Obstacles are convex. Before a ball can touch one, it must cross the tangent line
+at the obstacle's nearest point. The crossing time is a lower bound on the contact time, as for two
+balls, and the next bound is computed from there. For balls in flight see `motion.flight`.
 """
 
 from __future__ import annotations
@@ -30,13 +30,15 @@ from ghostball.engine.motion.position import (
 )
 
 MOST_BOUNDS = 4_096
-"""Bounds after which the search for an obstacle is given up. One or two dozen are enough, since
-each is nearer by the square; what asks for more has no end."""
+"""Number of bounds after which the search for a contact stops.
+
+One or two dozen are enough, because convergence is quadratic; a search that needs more never ends.
+"""
 
 
 @kernel(inline=True)
 def facing(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
-    """Return obstacle k's unit normal towards a place, and how far from it that is [m]."""
+    """Return obstacle k's unit normal towards a place, and the distance of the place [m]."""
     if laws.obstacles[k].kind == st.LINE:
         nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
         away = nx * (x - laws.obstacles[k].x) + ny * (y - laws.obstacles[k].y)
@@ -46,15 +48,15 @@ def facing(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]
 
 @kernel
 def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
-    """`facing`, where the nearest point isn't everywhere in the same direction."""
+    """Return `facing` for a segment or a disc, whose normal depends on the place."""
     rx, ry = x - laws.obstacles[k].x, y - laws.obstacles[k].y
     if laws.obstacles[k].kind == st.SEGMENT:
         dx = laws.obstacles[k].nx - laws.obstacles[k].x
         dy = laws.obstacles[k].ny - laws.obstacles[k].y
         along, square = rx * dx + ry * dy, dx * dx + dy * dy
         if along >= 0.0 and along <= square:
-            # The same normal for every place: that from the nearest point has rounding in it, by
-            # which friction along the segment would drive a ball into it, or off.
+            # The same normal for every place. The direction from the nearest point is rounded, so
+            # that friction along the segment would drive a ball into the segment, or off it.
             nx, ny, away = _across(rx, ry, dx, dy)
             return nx, ny, away - laws.obstacles[k].radius
         if along > 0.0:
@@ -65,7 +67,7 @@ def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, floa
 
 @kernel(inline=True)
 def _across(rx: float, ry: float, dx: float, dy: float) -> tuple[float, float, float]:
-    """Return the unit normal of a line along (dx, dy) towards (rx, ry), and how far that is [m]."""
+    """Return the unit normal of a line along (dx, dy) towards (rx, ry), and the distance [m]."""
     size = math.sqrt(dx * dx + dy * dy)
     nx, ny = -dy / size, dx / size
     away = nx * rx + ny * ry
@@ -76,10 +78,10 @@ def _across(rx: float, ry: float, dx: float, dy: float) -> tuple[float, float, f
 
 @kernel(inline=True)
 def nose_reach(balls: Balls, i: int, laws: Laws, k: int) -> float:
-    """Return how far from obstacle k the centre of ball i on the cloth is when they touch [m].
+    """Return the distance of ball i, on the cloth, from obstacle k when they touch [m].
 
-    Balls that may fly (`Laws.airborne`) touch a nose below or above their centres; see
-    `motion.flight`. A hole takes a ball out when the ball's centre reaches the hole's edge: 0.
+    If balls may fly (`Laws.airborne`), they touch a nose below or above their centres; see
+    `motion.flight`. A hole takes a ball when the ball's centre reaches its edge: 0.
     """
     if laws.obstacles[k].law == st.TAKES_OUT:
         return 0.0
@@ -95,9 +97,9 @@ def is_post(laws: Laws, k: int) -> bool:
 
 @kernel(inline=True)
 def above_nose(height: FloatArray, i: int, laws: Laws, k: int) -> float:
-    """Return how far above the nose of obstacle k the centre of ball i is, at its epoch [m].
+    """Return the height of ball i's centre above the nose of obstacle k, at its epoch [m].
 
-    A post touches a ball at the height of the ball's centre: 0.
+    A post touches a ball at the height of its centre: 0.
     """
     above: float = height[i, st.BASE] + height[i, st.RISE] - laws.obstacles[k].height
     return 0.0 if is_post(laws, k) else above
@@ -114,9 +116,9 @@ def _nose_reach(height: FloatArray | None, laws: Laws, k: int, radius: float) ->
 
 @kernel
 def row_at(laws: Laws, index: int, takes_out: bool, x: float, y: float) -> int:
-    """Return the row that a ball at a place meets of what events call `index`, or -1.
+    """Return the row, nearest to a place, of the obstacle with an `index` in events, or -1.
 
-    Of several pieces of a cushion, the nearest; `takes_out` says that it is a hole.
+    A cushion can have several rows. `takes_out`: True for a hole, False for any other obstacle.
     """
     found, nearest = -1, math.inf
     for k in range(len(laws.obstacles)):
@@ -130,7 +132,7 @@ def row_at(laws: Laws, index: int, takes_out: bool, x: float, y: float) -> int:
 
 @kernel
 def hole_at(laws: Laws, x: float, y: float) -> int:
-    """Return the row of the hole that a place is in, or -1."""
+    """Return the row of the hole that contains a place, or -1."""
     for k in range(len(laws.obstacles)):
         if laws.obstacles[k].law == st.TAKES_OUT and facing(laws, k, x, y)[2] <= 0.0:
             return k
@@ -139,7 +141,7 @@ def hole_at(laws: Laws, x: float, y: float) -> int:
 
 @kernel
 def turning(laws: Laws, k: int, x: float, y: float) -> float:
-    """Return by how much obstacle k's normal towards a place turns as that moves along it [1/m]."""
+    """Return the turning of obstacle k's normal as the place moves along the obstacle [1/m]."""
     if laws.obstacles[k].kind == st.LINE:
         return 0.0
     if laws.obstacles[k].kind == st.SEGMENT:
@@ -156,10 +158,11 @@ def turning(laws: Laws, k: int, x: float, y: float) -> float:
 def time_to_obstacle(
     balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float
 ) -> tuple[float, bool]:
-    """Return in how long ball i touches obstacle k [s], within a duration [s]; or inf, or later.
+    """Return the time until ball i touches obstacle k [s], and whether that was determined.
 
-    From its epoch, as it moves for as long as its piece `lasts` [s]. False beside it: not before
-    then, but it isn't known whether later; the search was given up.
+    The time counts from the ball's epoch. It is inf, or later than `duration` [s], if there is no
+    contact within `duration`. `lasts` [s]: the whole length of the ball's piece. If the second
+    value is False, the search was stopped: no contact before that time, later ones are unknown.
     """
     ball = balls.state[i]
     if laws.obstacles[k].kind == st.LINE and jerk(balls, i) == 0.0:
@@ -169,7 +172,7 @@ def time_to_obstacle(
             return math.inf, True
         _, _, away = facing(laws, k, ball.x, ball.y)
         gap = max(away - _nose_reach(balls.height, laws, k, ball.radius), 0.0)
-        # Without pull the root is that of a line: the same number, without a square root.
+        # Without pull the equation is linear; its root is the same number, without a square root.
         return (gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)), True
     return _time_to_any(balls, i, laws, k, duration, lasts)
 
@@ -178,10 +181,10 @@ def time_to_obstacle(
 def _time_to_any(
     balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float
 ) -> tuple[float, bool]:
-    """`time_to_obstacle`, of one that isn't a line, or where the motion is of a higher degree.
+    """Return `time_to_obstacle` for segments, discs, or motion of degree above 2.
 
-    What lies behind a line is reached after it: so most obstacles of a table are known not to be
-    met, and where on its line a segment is met says whether it is.
+    An obstacle behind a line is reached after the line. This rules out most obstacles of a table.
+    The place where the ball reaches the line of a segment decides whether it hits the segment.
     """
     if jerk(balls, i) != 0.0:
         return _time_by_bounds(balls, i, laws, k, duration, lasts, 0.0)
@@ -209,10 +212,10 @@ def _time_to_any(
 
 @kernel(inline=True)
 def _part_along(nx: float, ny: float, x: float, y: float) -> float:
-    """Return the part of a vector along a normal; 0 where that is but rounding.
+    """Return the component of a vector along a normal; 0 if it is only rounding.
 
-    A ball that goes along a slanting side has some, which a bounce can't take away: it would bounce
-    there without end. Along an axis nothing is rounded.
+    A ball that moves along a slanting side has such a component, which no bounce can remove, so
+    that it would bounce there endlessly. Along an axis nothing is rounded.
     """
     part_x, part_y = nx * x, ny * y
     part = part_x + part_y
@@ -221,9 +224,9 @@ def _part_along(nx: float, ny: float, x: float, y: float) -> float:
 
 @kernel(inline=True)
 def _half_plane(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, float]:
-    """Return the unit normal, towards a place, of a line that a segment or a disc lies behind.
+    """Return the unit normal, towards a place, of a line that has a segment or disc behind it.
 
-    And how far in front of the line the place is [m]; -1 where no such line is known.
+    The third value is the distance of the place in front of the line [m]; -1: no such line exists.
     """
     nx, ny = laws.obstacles[k].nx, laws.obstacles[k].ny
     x, y = x - laws.obstacles[k].x, y - laws.obstacles[k].y
@@ -239,9 +242,10 @@ def _half_plane(laws: Laws, k: int, x: float, y: float) -> tuple[float, float, f
 def _time_by_bounds(
     balls: Balls, i: int, laws: Laws, k: int, duration: float, lasts: float, s: float
 ) -> tuple[float, bool]:
-    """`time_to_obstacle`, by bounds each of which is found from the one before; `s` is the first.
+    """Return `time_to_obstacle` from a sequence of lower bounds, each computed from the previous.
 
-    The bounds are the same whichever obstacles were asked before, and so is what a mirror shows.
+    `s` [s] is the first bound. The bounds don't depend on the obstacles checked before, and are the
+    same in a mirrored scene.
     """
     ball = balls.state[i]
     for _ in range(MOST_BOUNDS):
@@ -258,9 +262,9 @@ def _time_by_bounds(
         if not step > TIME_ROUNDING * t:
             if rate < 0.0 or pull < 0.0:
                 return s, True
-            # It touches and doesn't approach. Its true jerk is asked, since a ball that goes along
-            # an obstacle may have a large one along it; and that a gap as small as the rounding of
-            # its coordinates opens, or continues to be there, no double can tell.
+            # The ball touches and doesn't approach. The exact jerk is used here, because a ball
+            # that moves along an obstacle may have a large jerk in that direction. A gap as small
+            # as the rounding of its coordinates can't be known to open or to stay.
             bent = whole_jerk_along(balls, i, nx, ny, lasts)
             unseen = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y))
             step = first_bent_crossing(unseen, rate, pull, bent, left)

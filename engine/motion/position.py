@@ -1,12 +1,13 @@
-"""Where a ball is at an instant, and how fast: on its piece of motion.
+"""Position and velocity of a ball at a time, on its piece of motion.
 
-A piece is its motion over the cloth, as a polynomial of the time, from its `epoch` until its own
-next event; how high it is, is in `motion.flight`. Everybody else asks here. What a piece is made of
-is in `core.state.BallRow`, the polynomial in `model.trajectory.polynomial`. A piece may be of any
-degree (`core.state.Balls.powers`). Bounds of contact times take it for a quadratic, and add what
-its `jerk` could change: how fast its acceleration changes at most, until the piece ends.
-Where no piece of a run is of a degree above 2, `powers` is None, and the compiler leaves out all
-that is for those.
+A piece is the motion of a ball over the cloth, as a polynomial of the time, from its `epoch` to its
+own next event; `motion.flight` adds the height. All other modules use these functions.
+`core.state.BallRow` lists the numbers of a piece, `model.trajectory.polynomial` evaluates it.
+
+A piece may have any degree (`core.state.Balls.powers`). Bounds on contact times treat it as a
+quadratic, and add the largest effect of its `jerk`: the largest rate of change of its acceleration
+until it ends. If all pieces of a run have degree 2 or less, `powers` is None, and the compiler
+removes the code for higher degrees.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from ghostball.model.trajectory import polynomial
 from ghostball.model.trajectory.polynomial import OF_X, OF_Y, PER_POWER
 
 FOR_EVER = 1e100
-"""A duration that nothing lasts [s]."""
+"""A duration that is longer than any piece [s]."""
 
 displacement = kernel(inline=True)(polynomial.displacement)
 speed = kernel(inline=True)(polynomial.speed)
@@ -32,7 +33,7 @@ _turns = kernel(polynomial.turns)
 
 @kernel(inline=True)
 def position_at(balls: Balls, i: int, t: float) -> tuple[float, float]:
-    """Return where the centre of ball i is at the instant t [s], x and y [m]."""
+    """Return the position of ball i's centre at the time t [s], x and y [m]."""
     ball = balls.state[i]
     s = t - ball.epoch
     x, y = ball.x + displacement(ball.vx, ball.ax, s), ball.y + displacement(ball.vy, ball.ay, s)
@@ -41,7 +42,7 @@ def position_at(balls: Balls, i: int, t: float) -> tuple[float, float]:
 
 @kernel(inline=True)
 def velocity(balls: Balls, i: int, t: float) -> tuple[float, float]:
-    """Return the velocity of ball i at the instant t [s], x and y [m/s]."""
+    """Return the velocity of ball i at the time t [s], x and y [m/s]."""
     ball = balls.state[i]
     s = t - ball.epoch
     vx, vy = speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
@@ -50,7 +51,7 @@ def velocity(balls: Balls, i: int, t: float) -> tuple[float, float]:
 
 @kernel(inline=True)
 def acceleration(balls: Balls, i: int, t: float) -> tuple[float, float]:
-    """Return the acceleration of ball i at the instant t [s], x and y [m/s^2]."""
+    """Return the acceleration of ball i at the time t [s], x and y [m/s^2]."""
     ball = balls.state[i]
     return _with_tail(balls.powers, i, t - ball.epoch, 2, ball.ax, ball.ay)
 
@@ -59,7 +60,7 @@ def acceleration(balls: Balls, i: int, t: float) -> tuple[float, float]:
 def _with_tail(
     powers: FloatArray | None, i: int, s: float, order: int, x: float, y: float
 ) -> tuple[float, float]:
-    """Add to x and y what a piece's powers beyond the second come to after s seconds."""
+    """Add the terms of a piece's powers beyond the second after s seconds to x and y."""
     if powers is None:
         return x, y
     count = int(powers[i, st.COUNT])
@@ -71,14 +72,14 @@ def _with_tail(
 
 @kernel(inline=True)
 def neither_bends(powers: FloatArray, i: int, j: int) -> bool:
-    """Whether the pieces of two balls are parabolas."""
+    """Return whether the pieces of two balls are parabolas."""
     bent_i = powers[i, st.JERK_X] + powers[i, st.JERK_Y]
     return bool(bent_i + powers[j, st.JERK_X] + powers[j, st.JERK_Y] == 0.0)
 
 
 @kernel(inline=True)
 def bend(balls: Balls, i: int, duration: float) -> tuple[float, float]:
-    """Return by how much ball i's acceleration changes within a duration [s] at most [m/s^2].
+    """Return the largest change of ball i's acceleration within a duration [s] [m/s^2].
 
     Along x and along y; 0 for a quadratic.
     """
@@ -87,7 +88,7 @@ def bend(balls: Balls, i: int, duration: float) -> tuple[float, float]:
 
 @kernel(inline=True)
 def _bend(powers: FloatArray | None, i: int, duration: float) -> tuple[float, float]:
-    # A piece of higher degree ends; another may last for ever.
+    # A piece of higher degree has an end; others may have none.
     if powers is None or powers[i, st.JERK_X] + powers[i, st.JERK_Y] == 0.0:
         return 0.0, 0.0
     lasts = max(duration, 0.0)
@@ -96,7 +97,7 @@ def _bend(powers: FloatArray | None, i: int, duration: float) -> tuple[float, fl
 
 @kernel(inline=True)
 def jerk(balls: Balls, i: int) -> float:
-    """Return how fast ball i's acceleration changes at most, until its piece ends [m/s^3]."""
+    """Return the largest rate of change of ball i's acceleration until its piece ends [m/s^3]."""
     return _jerk(balls.powers, i)
 
 
@@ -110,7 +111,7 @@ def _jerk(powers: FloatArray | None, i: int) -> float:
 
 @kernel(inline=True)
 def jerk_along(balls: Balls, i: int, nx: float, ny: float) -> float:
-    """Return how fast ball i's acceleration along a unit vector changes at most [m/s^3]."""
+    """Return the largest rate of change of ball i's acceleration along a unit vector [m/s^3]."""
     return _jerk_along(balls.powers, i, nx, ny)
 
 
@@ -124,9 +125,9 @@ def _jerk_along(powers: FloatArray | None, i: int, nx: float, ny: float) -> floa
 
 @kernel
 def whole_jerk_along(balls: Balls, i: int, nx: float, ny: float, duration: float) -> float:
-    """`jerk_along`, from the powers themselves, within `duration` [s] of the piece's beginning.
+    """Return `jerk_along` from the powers, within `duration` [s] of the start of the piece.
 
-    Powers along x and along y that leave nothing along the vector count for nothing here.
+    Powers along x and along y whose components along the vector cancel don't contribute.
     """
     return _whole_jerk_along(balls.powers, i, nx, ny, duration)
 
@@ -147,9 +148,9 @@ def _whole_jerk_along(
 
 @kernel
 def relative_jerk(powers: FloatArray, i: int, j: int, lasts: float) -> float:
-    """Return how fast the relative acceleration of two balls changes at most [m/s^3].
+    """Return the largest rate of change of the relative acceleration of two balls [m/s^3].
 
-    Of two whose pieces began at one instant, for `lasts` [s] from then on.
+    For balls whose pieces started at the same time, for `lasts` [s] from then on.
     """
     count_i, count_j = int(powers[i, st.COUNT]), int(powers[j, st.COUNT])
     size = 0.0
@@ -167,9 +168,9 @@ def relative_jerk(powers: FloatArray, i: int, j: int, lasts: float) -> float:
 
 @kernel(inline=True)
 def both_last(balls: Balls, i: int, j: int, t: float) -> float:
-    """Return how long after t [s] the pieces of two balls last, both; a finite number.
+    """Return the time for which the pieces of both balls last after t [s]; a finite number.
 
-    What bends ends, and what doesn't asks for no more than a number to multiply by 0.
+    Pieces with a jerk have an end. Without a jerk the result is only multiplied by 0.
     """
     ends = min(balls.state[i].own_time, balls.state[j].own_time)
     left: float = max(min(ends - t, FOR_EVER), 0.0)
@@ -178,7 +179,7 @@ def both_last(balls: Balls, i: int, j: int, t: float) -> float:
 
 @kernel(inline=True)
 def straighten(balls: Balls, i: int) -> None:
-    """Begin a piece of ball i that is a quadratic."""
+    """Make the piece of ball i a quadratic, at its start."""
     _straighten(balls.powers, i)
 
 
@@ -191,14 +192,14 @@ def _straighten(powers: FloatArray | None, i: int) -> None:
 
 @kernel(inline=True)
 def meets_until(balls: Balls, i: int) -> float:
-    """Return until when ball i may meet others on its piece [s]; one that is gone never does."""
+    """Return the time until which ball i may hit other balls on its piece [s]; -inf if GONE."""
     until: float = -math.inf if balls.state[i].phase == st.GONE else balls.state[i].own_time
     return until
 
 
 @kernel(inline=True)
 def whole_motion(balls: Balls, i: int, t: float) -> tuple[float, float, float, float, float, float]:
-    """Return place, velocity and acceleration of ball i at the instant t [s], x and y each."""
+    """Return position, velocity and acceleration of ball i at the time t [s], x and y each."""
     return _whole_motion(balls.powers, balls, i, t)
 
 
@@ -227,7 +228,7 @@ def _whole_motion(
 def relative_motion(
     balls: Balls, i: int, j: int, t: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Position, velocity and acceleration of ball j relative to ball i at the instant t [s]."""
+    """Return position, velocity, acceleration of ball j relative to ball i at the time t [s]."""
     xi, yi, vxi, vyi, axi, ayi = whole_motion(balls, i, t)
     xj, yj, vxj, vyj, axj, ayj = whole_motion(balls, j, t)
     return (
@@ -242,10 +243,10 @@ def relative_motion(
 
 @kernel
 def advance(balls: Balls, i: int, t: float) -> None:
-    """Move ball i along its piece to the instant t [s], its new epoch.
+    """Move ball i along its piece to the time t [s], its new epoch.
 
-    Contract: t is not beyond the ball's own next event. A piece of a higher degree ends here:
-    whoever moves the clock on has predicted another one. No allocation.
+    Contract: t is not later than the ball's own next event. A piece of degree above 2 ends here;
+    the caller must predict another one before the clock moves on. No allocation.
     """
     ball = balls.state[i]
     s = t - ball.epoch
@@ -265,23 +266,20 @@ def advance(balls: Balls, i: int, t: float) -> None:
 
 @kernel(inline=True)
 def impacts_after(balls: Balls, i: int, s: float, t: float) -> float:
-    """Return the impacts of ball i that count with one at t [s], s seconds after its epoch."""
+    """Return the number of impacts of ball i in a series with one at t [s], s seconds on."""
     return 0.0 if s > ONE_INSTANT * t else balls.state[i].impacts
 
 
 @kernel(inline=True)
 def slowed_spin(spin: float, slowed: float) -> float:
-    """Return what is left of a spin about the vertical of which the cloth takes so much."""
+    """Return a spin about the vertical after the cloth has reduced it by `slowed`."""
     left = max(abs(spin) - slowed, 0.0)
     return left if spin > 0.0 else -left
 
 
 @kernel
 def turn_about_vertical(balls: Balls, i: int, s: float) -> None:
-    """Take from ball i what the cloth takes of its spin about the vertical in s seconds.
-
-    And add what a contact step adds.
-    """
+    """Change ball i's vertical spin over s seconds, by the cloth and by a contact step."""
     spin = balls.state[i].wz
     if spin != 0.0 and not _is_free(balls.height, balls, i):
         balls.state[i].wz = slowed_spin(spin, s * balls.state[i].spin_slowing)
@@ -290,7 +288,7 @@ def turn_about_vertical(balls: Balls, i: int, s: float) -> None:
 
 @kernel(inline=True)
 def pair_reach(balls: Balls, i: int, j: int) -> float:
-    """Return how far apart two balls on the cloth touch, in plan [m]; see `motion.flight`."""
+    """Return the distance in plan of two touching balls on the cloth [m]; see `motion.flight`."""
     return _pair_reach(balls.height, balls, i, j)
 
 
@@ -306,13 +304,13 @@ def _pair_reach(height: FloatArray | None, balls: Balls, i: int, j: int) -> floa
 
 @kernel(inline=True)
 def _is_free(height: FloatArray | None, balls: Balls, i: int) -> bool:
-    """Whether no cloth slows ball i's spin."""
+    """Return whether no cloth slows ball i's spin."""
     return False if height is None else bool(balls.state[i].phase == st.FLYING)
 
 
 @kernel(inline=True)
 def _rise_on(height: FloatArray | None, powers: FloatArray | None, i: int, s: float) -> None:
-    """Let ball i rise, or fall, for s seconds. What bounces it has left go no further."""
+    """Let ball i rise or fall for s seconds; bounces that it had left are cancelled."""
     if height is not None:
         up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
         z, vz, _ = with_rises(powers, i, s, s * (up - 0.5 * fall * s), up - fall * s, -fall)
@@ -330,7 +328,7 @@ def with_rises(
     vz: float,
     az: float,
 ) -> tuple[float, float, float]:
-    """Add to ball i's height, and how fast it changes, what air makes of it after s seconds."""
+    """Add the effect of air after s seconds to ball i's vertical motion: z, vz and az."""
     if powers is None:
         return z, vz, az
     count = int(powers[i, st.COUNT])
@@ -342,7 +340,7 @@ def with_rises(
 
 @kernel(inline=True)
 def _turn_on(powers: FloatArray | None, balls: Balls, i: int, s: float) -> None:
-    """Add to wx and wy what their powers beyond the first come to after s seconds."""
+    """Add the terms of their powers beyond the first, after s seconds, to wx and wy."""
     if powers is not None:
         wx, wy = _turns(powers[i, st.POWERS :], int(powers[i, st.COUNT]), s)
         balls.state[i].wx += wx

@@ -1,6 +1,6 @@
-"""Power series of motions in air: what those on the cloth and those in flight have in common.
+"""Power series of motion in air: the code that motion on the cloth and flight share.
 
-How they are found is in `motion.drag` and in `motion.flight_in_air`.
+`motion.drag` and `motion.flight_in_air` compute the series.
 """
 
 from __future__ import annotations
@@ -16,39 +16,44 @@ from ghostball.engine.core.tolerances import EPS
 from ghostball.model.trajectory.polynomial import OF_WX, OF_WY, OF_X, OF_Y, OF_Z, PER_POWER
 
 STRAIGHT_DEGREE = 14
-"""Degree of the speed in a piece that goes straight on."""
+"""Degree of the speed in a straight piece."""
 
 _STRAIGHT_PART = 2.0**-4
-"""Length of such a piece, in units of a time T: at every complex instant nearer than T the speed is
-at most twice its bound. By Cauchy's estimate the power n of the series is then at most that times
-16^-n, so that what is left out is below 2^-59 of the speed."""
+"""Length of a straight piece, in units of a time T.
+
+At every complex time of size below T the speed is at most twice its bound. By Cauchy's estimate
+term n of the series is then at most that times 16^-n, so the truncation error is below 2^-59 of the
+speed.
+"""
 
 DEGREE = 24
-"""Largest degree of the velocity in a piece that turns."""
+"""Largest degree of the velocity in a turning piece."""
 
 LEFT_OUT = EPS / 64.0
-"""What the series of a piece may leave out, in units of the speeds; or of a place, of that."""
+"""Truncation error of the series of a piece, relative to the speeds; for a position, to it."""
 
 PART_OF_SERIES = 0.75
-"""Longest piece that turns, in units of an estimate of how far its series converges. It is but the
-length that is tried: the last coefficients found say how long the piece may be."""
+"""Longest turning piece, in units of an estimate of the series' radius of convergence.
+
+This is only the length that is tried; the last coefficients decide how long the piece may be.
+"""
 
 WORK_OF_SERIES = 50
-"""What the power series of a piece that turns cost, in units of work."""
+"""Cost of the power series of a turning piece, in units of work."""
 
 OVER = np.append(0.0, 1.0 / np.arange(1.0, DEGREE + 2.0))
-"""1 / n, by n: a product takes less time than a quotient."""
+"""1 / n, indexed by n: a product takes less time than a quotient."""
 
 
 @kernel(inline=True)
 def straight_series(p: FloatArray, speed: float, a: float, b: float) -> float:
-    """Put in p the speed of what goes straight on, slowed by a + b p^2; return how long it holds.
+    """Put the speed of straight motion, slowed by a + b p^2, into p; return its validity [s].
 
-    Which is inf where nothing but a slows it [s].
+    The result is inf if b is 0.
     """
     p[0] = speed
     for n in range(STRAIGHT_DEGREE):
-        # p^2, of whose terms each comes twice but for the middle one.
+        # p^2: each product occurs twice, except the middle one.
         square, half = 0.0, (n + 1) // 2
         for j in range(half):
             square += p[j] * p[n - j]
@@ -58,8 +63,8 @@ def straight_series(p: FloatArray, speed: float, a: float, b: float) -> float:
         p[n + 1] = -(b * square + (a if n == 0 else 0.0)) * OVER[n + 1]
     duration = math.inf
     if b != 0.0:
-        # Where the majorant P' = a + b P^2 has come to twice p + a t: b (p + a t) t = 1/2.
-        # Nothing is divided by b, which may be so small that the quotient overflows.
+        # The time at which the majorant P' = a + b P^2 reaches twice p + a t: b (p + a t) t = 1/2.
+        # No division by b, which may be so small that the quotient overflows.
         fast = abs(b) * abs(speed)
         duration = _STRAIGHT_PART / (fast + math.sqrt(fast * fast + 2.0 * a * abs(b)))
     return duration
@@ -67,10 +72,10 @@ def straight_series(p: FloatArray, speed: float, a: float, b: float) -> float:
 
 @kernel
 def first_zero(p: FloatArray, duration: float) -> float:
-    """Return when a speed p, which falls all the time, comes to 0 within a duration [s]; or inf.
+    """Return the time at which a falling speed p reaches 0 within a duration [s], or inf.
 
-    By Newton's steps: of one that falls ever less they never go too far; of one that falls ever
-    faster only the first, from where the next ones come back. None goes beyond the duration.
+    Uses Newton's method. If p falls ever more slowly, no step goes too far; if p falls ever faster,
+    only the first step does, and the next ones come back. No step goes beyond the duration.
     """
     if not p[1] < 0.0:
         return math.inf
@@ -96,9 +101,9 @@ def first_zero(p: FloatArray, duration: float) -> float:
 
 @kernel(inline=True)
 def extend_speed(row: FloatArray, speed: int, x: int, y: int, n: int) -> None:
-    """Find the power n > 0 of a speed s from those of its parts, by s^2 = x^2 + y^2.
+    """Compute the power n > 0 of a speed s from those of its components, by s^2 = x^2 + y^2.
 
-    `speed`, `x`, `y`: their rows. Of the terms of squares each comes twice but for the middle one.
+    `speed`, `x`, `y`: their rows. In a square each product occurs twice, except the middle one.
     """
     half = (n + 1) // 2
     total = row[x, 0] * row[x, n] + row[y, 0] * row[y, n]
@@ -113,9 +118,10 @@ def extend_speed(row: FloatArray, speed: int, x: int, y: int, n: int) -> None:
 
 @kernel
 def shorter(excess: float) -> float:
-    """Return about the root of degree 24 of a number, no more than that, and at most 1.
+    """Return about the root of degree 24 of a number: at most that root, and at most 1.
 
-    Of exponents 1/32 + 1/128 + 1/512: square roots are all there is. Below 1e-34 it is more.
+    The exponent is 1/32 + 1/128 + 1/512, because only square roots are allowed. Below 1e-34 the
+    result is larger than the root.
     """
     if not excess < 1.0:
         return 1.0
@@ -129,7 +135,7 @@ def shorter(excess: float) -> float:
 
 @kernel(inline=True)
 def put_power(powers: FloatArray, i: int, power: int, x: float, y: float, z: float) -> None:
-    """Put what ball i's x, y and z have of a power of the time > 2, with no wx, wy before it."""
+    """Set the coefficients of ball i's x, y and z for a power > 2 of the time; wx and wy get 0."""
     at = st.POWERS + PER_POWER * (power - 2)
     powers[i, at + OF_X], powers[i, at + OF_Y], powers[i, at + OF_Z] = x, y, z
     powers[i, at + OF_WX], powers[i, at + OF_WY] = 0.0, 0.0
@@ -137,9 +143,9 @@ def put_power(powers: FloatArray, i: int, power: int, x: float, y: float, z: flo
 
 @kernel
 def note_bend(powers: FloatArray, i: int, degree: int, duration: float) -> None:
-    """Note how many powers a piece of ball i has, and how fast its acceleration changes at most.
+    """Store the number of powers of ball i's piece, and bounds on the change of acceleration.
 
-    `degree`: of the velocity; the displacement has one power more.
+    `degree`: of the velocity; the displacement has one more power.
     """
     x, y, z = 0.0, 0.0, 0.0
     powers[i, st.COUNT] = 0.0
