@@ -1,8 +1,8 @@
-"""Kernels as shared libraries: who compiles them, where they are kept, and how Python calls one.
+"""Kernels as shared libraries: how they are compiled, where they are stored, how Python calls them.
 
-A kernel that Python calls is compiled ahead of its use, with all that it calls, into a library of
-its own, and called by ctypes. So who uses the engine needs no compiler: libraries come with the
-package (`shipped`), and numba is loaded only where one has to be made, in a process of its own
-(`build`). `table` says how arguments are handed over, `reached` what goes into the machine code,
-`load` which library fits.
+A kernel that Python calls is compiled before its use, together with all kernels below it, into a
+library of its own, and called with ctypes. Users therefore need no compiler: the package contains
+libraries (`shipped`), and numba is imported only if a library has to be made, in a separate process
+(`build`). `table` describes how arguments are passed, `reached` what determines the machine code,
+`load` how the library of a kernel is found.
 """

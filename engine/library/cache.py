@@ -1,6 +1,6 @@
-"""The folder of libraries that were made on this machine, each under a hash of what it is made of.
+"""The folder of libraries made on this machine, each named by a hash of everything it depends on.
 
-So nothing stale can be found, and several checkouts share what is the same in them.
+The hash ensures that no outdated library is used, and lets several checkouts share libraries.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from ghostball.model.cache_folder import cache_folder
 logger = logging.getLogger("ghostball.engine")
 
 KEPT = 400
-"""Libraries that are kept, each of some 0.1 MB: a dozen versions of sources or of flags."""
+"""Number of libraries kept, of about 0.1 MB each: a dozen versions of sources or of flags."""
 
 UNUSED = 86_400.0
-"""Time after its last use before which no library is removed [s]: a day."""
+"""Time [s] after its last use during which no library is removed: a day."""
 
 _OURS = re.compile(r"\w+-[0-9a-f]{20}\.(so|o|lock)")
 
@@ -31,18 +31,18 @@ _MARKER = "CACHEDIR.TAG"
 _MARKED = b"""Signature: 8a477f597d28d172789f06886806bc55
 # Compiled kernels of Ghostball, which removes those that have not been used for long.
 """
-"""The file by which backups leave the folder out.
+"""Content of the file that makes backup programs skip the folder.
 
-It is that of the Cache Directory Tagging Specification (bford.info/cachedir).
+It follows the Cache Directory Tagging Specification (bford.info/cachedir).
 """
 
 
 @cache
 def directory() -> Path | None:
-    """Return the folder; made, and old libraries removed, on first use.
+    """Return the folder; on first use it is created.
 
-    None where it can't be written: kernels are then compiled in each process anew, and a warning
-    says so.
+    None if the folder can't be written. Kernels are then compiled again in each process, and a
+    warning says so.
     """
     folder = cache_folder("libraries")
     try:
@@ -62,14 +62,14 @@ def directory() -> Path | None:
 
 
 def use(path: Path) -> None:
-    """Note that a library is used."""
-    with suppress(OSError):  # that of someone else, who may have made it for all
+    """Note that a library is used, by its modification time."""
+    with suppress(OSError):  # the file may belong to another user, who made it for all
         os.utime(path)
 
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """Let nobody else make this library meanwhile."""
+    """Lock a library, so that no other process makes it at the same time."""
     from filelock import FileLock  # noqa: PLC0415 - only where something is made
 
     path.parent.mkdir(parents=True, exist_ok=True)  # it may have been removed since
@@ -78,9 +78,9 @@ def alone(path: Path) -> Iterator[None]:
 
 
 def prune(folder: Path) -> None:
-    """Remove the libraries that are not among those used last, nor were used within a day.
+    """Remove libraries beyond the `KEPT` last used ones that were not used within a day.
 
-    Only what we made: a file that is named as one is, in a folder that has our marker.
+    Only files that have the name of a library are removed, in a folder that has our marker.
     """
     from filelock import FileLock, Timeout  # noqa: PLC0415 - only where something was made
 

@@ -1,4 +1,4 @@
-"""A kernel that Python calls, compiled or interpreted: its arguments, and the call itself."""
+"""Kernels that Python calls, compiled or interpreted: their arguments, and the call itself."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from ghostball.engine.library.table import (
 )
 
 COMPILED: bool = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
-"""Whether kernels are compiled; else they run as the Python that they are."""
+"""Whether kernels are compiled. If not, they run as ordinary Python."""
 
-# Where the machine code of numba's puts what nobody reads: a result, which is in the table, and
-# what it raises.
+# Where the machine code writes two values that are not used: numba's return value (results are in
+# the table), and an exception.
 _UNREAD = ctypes.c_int64(), ctypes.c_void_p()
 _UNREAD_AT = tuple(ctypes.byref(one) for one in _UNREAD)
 
 
 class WrongArgumentError(TypeError):
-    """A compiled kernel was given what it isn't compiled for."""
+    """A compiled kernel was called with arguments for which it isn't compiled."""
 
 
 class Entry:
     """A kernel that Python can call.
 
-    `function`: as it was written.
+    `function`: the Python function.
     """
 
     def __init__(self, function: FunctionType) -> None:
@@ -50,24 +50,25 @@ class Entry:
         self._by_kinds: dict[str, Code] = {}
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call it."""
-        # Adapters do so at each step: where no argument is a tuple or None, the table is made here.
+        """Call the kernel."""
+        # Adapters call kernels at each step, so the table is made here if no argument is a tuple or
+        # None.
         code = self._by_types.get(tuple(map(type, arguments)))
         if code is not None and code.words_of is not None:
             made = code.table_type()
             code.layout.pack(made, 0, *code.layout.head, *code.words_of(*arguments))
             raised = code.entry(*_UNREAD_AT, ctypes.byref(made))
-            if made[AT_STATUS] == ENTERED:  # it has run, and must not run again
+            if made[AT_STATUS] == ENTERED:  # the kernel has run, and must not run again
                 return code.result(made, raised)
         try:
             return self.bind(*arguments)()
-        except WrongArgumentError:  # they are arrays, but others than those of these types before
+        except WrongArgumentError:  # arrays, but with other elements or dimensions
             return self.bind_kinds(*arguments, what="")()
 
     def bind(self, *arguments: Any, what: str = "") -> Callable[[], Any]:
-        """Return a call with these arguments, which can be made often.
+        """Return a call with these arguments, which can be made many times.
 
-        What has to be compiled for it is compiled now, and `what` is what a message calls that.
+        A missing kernel is compiled now; messages call it `what`.
         """
         if not COMPILED:
             return partial(self.function, *arguments)
@@ -79,13 +80,13 @@ class Entry:
         return Call.of(code, leaves)
 
     def bind_kinds(self, *arguments: Any, what: str) -> Callable[[], Any]:
-        """Return the same, by the kinds of the arguments, where their types have had others."""
+        """Return such a call, chosen by the kinds of the arguments and not by their types alone."""
         if not COMPILED:
             return partial(self.function, *arguments)
         return Call.of(self._code_for(arguments, what), flat(arguments))
 
     def __reduce__(self) -> tuple[Callable[[str], Any], tuple[str]]:
-        """Pickle it by its name."""
+        """Pickle the kernel by its name."""
         return table.named, (f"{self.function.__module__}:{self.__name__}",)
 
     def _code_for(self, arguments: tuple[Any, ...], what: str) -> Code:
@@ -98,46 +99,46 @@ class Entry:
 
 
 class Needed(NamedTuple):
-    """A kernel and what it will be called with, or the like of it: so it can be made before."""
+    """A kernel with arguments like those of later calls, so that it can be compiled before."""
 
     kernel: Entry
     arguments: tuple[Any, ...]
-    name: str  # what a message calls it
+    name: str  # the name in messages
 
     @property
     def is_made(self) -> bool:
-        """Whether nothing has to be compiled."""
+        """Whether the library exists already."""
         return not COMPILED or load.find(self.kernel.function, self.kinds) is not None
 
     @property
     def kinds(self) -> list[table.Kind]:
-        """What the arguments are."""
+        """The kinds of the arguments."""
         return [kind_of(one) for one in self.arguments]
 
     def load(self) -> Any:
-        """Load its library, made where it isn't yet; return a call with the arguments."""
+        """Load the library, after compiling it if necessary; return a call with the arguments."""
         return self.kernel.bind_kinds(*self.arguments, what=self.name)
 
 
 IN_ONE_PROCESS = 6
-"""Kernels that one process compiles at most: each adds to the memory that it takes."""
+"""Most kernels that one process compiles: each adds to the memory that the process needs."""
 
 
 def make_all(
     needed: Iterable[Needed], jobs: int, finished: Callable[[str], None] = lambda _: None
 ) -> None:
-    """Have the libraries made that aren't yet, by so many processes side by side.
+    """Compile all missing libraries, in `jobs` processes side by side.
 
-    `finished`: called with the name of each, in any thread.
+    `finished`: called with the name of each kernel, in any thread.
 
-    Raises `GhostballError` where one can't be compiled.
+    Raises `GhostballError` if a kernel can't be compiled.
     """
     missing = sorted((one for one in needed if not one.is_made), key=lambda one: one.name)
     folder = cache.directory()
     if folder is None:
-        return  # nobody else could load them
+        return  # without a folder no other process could load them
     count = max(1, min(IN_ONE_PROCESS, -(-len(missing) // jobs)))
-    # Sorted, those that take alike stand together: each process gets some of every kind.
+    # Kernels with similar compile times are adjacent after sorting, so each process gets a mixture.
     number = -(-len(missing) // count)
     groups = [missing[k::number] for k in range(number)]
     # Kernels of shots take longest to compile, so they come first.
@@ -158,7 +159,7 @@ def make_all(
 
 
 class Code:
-    """A kernel's machine code for some kinds of arguments."""
+    """The machine code of a kernel for some kinds of arguments."""
 
     def __init__(
         self, function: FunctionType, kinds: list[table.Kind], entry: Callable[..., int]
@@ -171,18 +172,18 @@ class Code:
         self.words_of = None if any(_is_apart(kind) for kind in kinds) else _words_of(kinds)
 
     def result(self, made: Any, raised: int) -> Any:
-        """Return what the kernel has put in a table.
+        """Return the result that the kernel has put in a table.
 
-        Raises `IndexError` where it came to a place beyond an array.
+        Raises `IndexError` if the kernel used an index outside an array.
         """
         if raised:
             raise IndexError(f"the kernel `{self.name}` came to a place beyond an array")
         return self.layout.result(made)
 
     def call(self, arrays: Sequence[ndarray[Any, Any]], numbers: Sequence[int], last: Last) -> Call:
-        """Return a call with these arguments, of the types that it is for: faster than to bind.
+        """Return a call with these arguments, which must have the right types; faster than `bind`.
 
-        First arrays, then integers or truth values, then others; None is left out.
+        First arrays, then integers or truth values, then the other arguments; None is left out.
         """
         made = self.table_type()
         layout = self.layout
@@ -191,12 +192,12 @@ class Code:
 
 
 def _is_apart(kind: table.Kind) -> bool:
-    """Whether an argument isn't one word."""
+    """Return whether an argument takes no word of the table, or several."""
     return kind == "none" or kind[0] in ("tuple", "named")
 
 
 def _words_of(kinds: list[table.Kind]) -> Callable[..., tuple[Any, ...]]:
-    """Return what takes arguments of these kinds, one word each, and returns the words."""
+    """Return a function that maps arguments of these kinds, one word each, to their words."""
     names = [f"a{k}" for k in range(len(kinds))]
     words = [
         name if isinstance(kind, str) else f"id({name})"
@@ -207,9 +208,9 @@ def _words_of(kinds: list[table.Kind]) -> Callable[..., tuple[Any, ...]]:
 
 
 class Last:
-    """The last arguments of calls that differ in the first ones only.
+    """The last arguments of calls that differ only in the first arguments.
 
-    `values`, `words`: without tuples and None, and what is in a table for each.
+    `values`, `words`: the arguments without tuples and None, and the word of each in a table.
     """
 
     def __init__(self, *arguments: Any) -> None:
@@ -218,7 +219,7 @@ class Last:
 
 
 class Call:
-    """A call of a compiled kernel: its table, and what the table points to."""
+    """A call of a compiled kernel: its table, and references to the arrays it points to."""
 
     __slots__ = ("_address", "_leaves", "_table", "code")
 
@@ -228,16 +229,16 @@ class Call:
 
     @classmethod
     def of(cls, code: Code, leaves: list[Any]) -> Call:
-        """Return a call with these arguments, tuples taken apart."""
+        """Return a call with these arguments, in which tuples are flattened."""
         made, last = code.table_type(), Last(*leaves)
         code.layout.pack(made, 0, *code.layout.head, *last.words)
         return cls(code, last.values, made)
 
     def __call__(self) -> Any:
-        """Make it, and return what the kernel returns.
+        """Call the kernel, and return its result.
 
-        Raises `WrongArgumentError` where the kernel refuses its table; then it has done nothing;
-        `IndexError` where arrays are checked, and it came to a place beyond one.
+        Raises `WrongArgumentError` if the kernel refuses its table, in which case it has done
+        nothing, and `IndexError` if it used an index outside an array, with bounds checks on.
         """
         raised = self.code.entry(*_UNREAD_AT, self._address)
         if self._table[AT_STATUS] != ENTERED:

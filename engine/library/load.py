@@ -1,4 +1,4 @@
-"""Finds the library of a kernel: among those shipped, in the cache, or by having it compiled."""
+"""Find the library of a kernel: a shipped one, one in the cache, or a newly compiled one."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from ghostball.model.errors import GhostballError
 logger = logging.getLogger("ghostball.engine")
 
 SYMBOL = "ghostball_kernel"
-"""What the kernel is called in its library."""
+"""The name of the kernel's function in its library."""
 
 _IN_MEMORY: list[Any] = []
-"""What was loaded by LLVM: it has to live as long as its code may be called."""
+"""Objects loaded by LLVM, which must exist as long as their code may be called."""
 
 
 class NoCompilerError(GhostballError):
-    """A kernel has to be compiled, and there is nothing to compile it with."""
+    """A kernel has to be compiled, but no compiler is installed."""
 
 
 def find(function: FunctionType, kinds: table.Kind) -> Path | None:
-    """Return the library of a kernel for some kinds of arguments, or None: it has to be made."""
+    """Return the library of a kernel for some kinds of arguments, or None if there is none yet."""
     path = shipped.files().get(shipped.key_of(function, kinds))
     if path is not None:
         return path
@@ -45,7 +45,7 @@ def find(function: FunctionType, kinds: table.Kind) -> Path | None:
 
 
 def _made_at(path: Path) -> Path | None:
-    """Return a library, or the object file of one where no linker was found, if there is one."""
+    """Return the library, or its object file if no linker was found, or None if neither exists."""
     for one in (path, path.with_suffix(".o")):
         if one.exists():
             return one
@@ -53,14 +53,15 @@ def _made_at(path: Path) -> Path | None:
 
 
 def make(function: FunctionType, kinds: table.Kind, what: str) -> Path:
-    """Compile a kernel, and return its library. Say so.
+    """Compile a kernel, log a message, and return its library.
 
-    At warning level: a program that never configured logging still shows it on stderr. Of several
-    processes that need the same one compiles it; the others wait for it.
+    The message is a warning, because a program without logging settings prints warnings on stderr.
+    If several processes need the same kernel, one compiles it and the others wait.
     """
     folder = kept.directory()
     if folder is None:
-        # Nobody else may load from it: where it is removed under a process, Windows refuses.
+        # Only this process loads from the folder. It stays, since Windows can't remove a library
+        # that is in use.
         return _compiled(function, kinds, what, Path(tempfile.mkdtemp(prefix="ghostball-")))
     with kept.alone(folder / name_of(function, kinds)):
         path = _made_at(folder / name_of(function, kinds))
@@ -79,7 +80,7 @@ def _compiled(function: FunctionType, kinds: table.Kind, what: str, folder: Path
 
 
 def check_compiler() -> None:
-    """Raise `NoCompilerError` where there is none: before it is said that it compiles."""
+    """Raise `NoCompilerError` if there is no compiler; call this before announcing to compile."""
     if find_spec("numba") is None:
         raise NoCompilerError(
             "kernels have to be compiled, and numba, which does that, isn't installed. Run "
@@ -88,7 +89,7 @@ def check_compiler() -> None:
 
 
 class Order(NamedTuple):
-    """A library that is to be made."""
+    """A library that has to be made."""
 
     function: FunctionType
     kinds: table.Kind
@@ -96,15 +97,15 @@ class Order(NamedTuple):
 
 
 def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None) -> None:
-    """Compile kernels into libraries, all in one process of their own.
+    """Compile kernels into libraries, all in one separate process.
 
-    There numba can be told what to compile for, which is one setting for all of a process, and what
-    it takes of memory, a gigabyte or two, is given back. Kernels that have much in common are
-    compiled in half of the time where that is done in one process.
+    In a separate process the target of numba can be set, which is one setting per process, and its
+    memory, a gigabyte or two, is released. Kernels with much in common are compiled in half the
+    time if one process compiles them.
 
-    `finished`: called with the place of each order that is done.
+    `finished`: called with the index of each order when its library is made.
 
-    Raises `GhostballError` where one can't be compiled, or there is no compiler.
+    Raises `GhostballError` if a kernel can't be compiled, or there is no compiler.
     """
     check_compiler()
     told = [
@@ -121,7 +122,7 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
     settings = {
         "NUMBA_CPU_NAME": processor.target(),
         "NUMBA_CPU_FEATURES": "",
-        # Of all that numba tries in vain it makes a message, which nobody sees, in colours.
+        # numba formats a message, with colours, for every failed attempt; nobody sees them.
         "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
     }
     with tempfile.TemporaryFile("w+") as messages:
@@ -160,13 +161,13 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
 
 @cache
 def _say_of_compiler(said: str) -> None:
-    """Say once what the process that compiled has warned of."""
+    """Log once the warnings of the process that compiles."""
     logger.warning("while kernels were compiled: %s", said)
 
 
 @cache
 def _say_unlinked(why_not: str) -> None:
-    """Say it once: what kept one kernel from being linked keeps the others."""
+    """Log once why a kernel wasn't linked; the reason is the same for all kernels."""
     logger.warning(
         "LLVM loads the kernels, in each process anew, for want of a linker: %s", why_not
     )
@@ -185,9 +186,10 @@ for place, order in enumerate(told["orders"]):
 
 
 def check_sources(order: dict[str, Any]) -> None:
-    """Refuse an order whose kernel isn't what it was to the process that gave it.
+    """Refuse an order if its kernel has changed since the other process gave the order.
 
-    Its library would have the name of what it was, and whoever has that again would load it.
+    The library's name is the hash of the old sources, so programs with the old sources would load
+    a library made from the new ones.
     """
     function = kernel_in(table.named(order["kernel"]))
     if function is None or _digest(function) != order["digest"]:
@@ -195,7 +197,7 @@ def check_sources(order: dict[str, Any]) -> None:
 
 
 def name_of(function: FunctionType, kinds: table.Kind) -> str:
-    """Return the name of a library that is made here: a hash of all that it is made of."""
+    """Return the name of a library made here, with a hash of everything it depends on."""
     whole = table.text_of([kinds, table.kind_of_result(function)])
     parts = (_digest(function), whole, processor.target(), shipped.flags())
     digest = hashlib.sha256(repr((parts, _compiler(), processor.system())).encode())
@@ -208,12 +210,12 @@ def _digest(function: FunctionType) -> str:
 
 
 _COMPILING = ("build.py", "generated.py", "numba_doors.py", "plain_numba.py")
-"""The modules that ask the compiler."""
+"""The modules that call the compiler."""
 
 
 @cache
 def _compiler() -> str:
-    """Return what compiles: versions of numba and LLVM, and a hash of what asks them."""
+    """Return the compiler as text: versions of numba and LLVM, and a hash of `_COMPILING`."""
     from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 - slow to import
 
     try:
@@ -226,11 +228,11 @@ def _compiler() -> str:
 
 
 def entry(function: FunctionType, kinds: table.Kind, what: str) -> Any:
-    """Return a kernel from its library, which is made where there is none.
+    """Return a kernel from its library, after compiling it if necessary.
 
-    Libraries that came with the package and that the system doesn't load are set aside.
+    If the system can't load a shipped library, all shipped libraries are set aside.
 
-    Raises `GhostballError` where one that was made here isn't loaded, or none can be made.
+    Raises `GhostballError` if a library made here can't be loaded, or can't be made.
     """
     path = find(function, kinds) or make(function, kinds, what)
     try:
@@ -246,7 +248,7 @@ def entry(function: FunctionType, kinds: table.Kind, what: str) -> Any:
 
 
 def entry_of(path: Path) -> Any:
-    """Load a library, and return its kernel: a function that is called with addresses."""
+    """Load a library, and return its kernel: a function whose arguments are addresses."""
     if path.suffix == ".o":
         address = _load_object(path)
         made = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 3)
@@ -258,7 +260,7 @@ def entry_of(path: Path) -> Any:
 
 
 def _load_object(path: Path) -> int:
-    """Link an object file into this process, where no linker could make a library of it."""
+    """Link an object file into this process, if no linker could make a library from it."""
     import llvmlite.binding as llvm  # noqa: PLC0415 - where there is no other way
 
     llvm.initialize_native_target()

@@ -1,4 +1,4 @@
-"""Which processors libraries are compiled for, and which of them this one is."""
+"""The processor types for which libraries are compiled, and the type of this processor."""
 
 from __future__ import annotations
 
@@ -16,36 +16,36 @@ WIDE = "x86-64-v3"
 """Processors of the last ten years, with vectors of four doubles (AVX2)."""
 
 GENERIC = {"x86_64": "x86-64", "arm64": "generic"}
-"""What LLVM calls any processor of a machine."""
+"""LLVM's name for the oldest processor of each machine type."""
 
 NEEDED = frozenset(("abm", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
-"""What Linux calls what `WIDE` has beyond `x86-64`; so does macOS, in capitals, but for LZCNT."""
+"""Linux's names of the features of `WIDE` beyond `x86-64`; macOS' names differ for LZCNT only."""
 
 BUILD_FOR = "GHOSTBALL_BUILD_FOR"
-"""Names, in the environment, a machine to compile libraries for where it isn't this one: "arm64".
+"""Environment variable with the machine type to compile libraries for, if not this one: "arm64".
 
-`CC` must name a linker for it.
+`CC` must then name a linker for that machine.
 """
 
 _TRIPLES = {"x86_64": "x86_64-unknown-linux-gnu", "arm64": "aarch64-unknown-linux-gnu"}
 
 _AVX2 = 40
-"""What Windows calls it: PF_AVX2_INSTRUCTIONS_AVAILABLE. The others came with it."""
+"""Windows' code of AVX2, PF_AVX2_INSTRUCTIONS_AVAILABLE; processors with AVX2 have the others."""
 
 
 def machine() -> str:
-    """Return the machine's name: one for each of x86-64 and arm64, whatever a system calls it."""
+    """Return the machine type: one name each for x86-64 and arm64, whatever the system calls it."""
     name = (os.environ.get(BUILD_FOR) or platform.machine()).lower()
     return {"amd64": "x86_64", "aarch64": "arm64"}.get(name, name)
 
 
 def system() -> str:
-    """Return what a library runs on, by name: a system and a machine."""
+    """Return the platform of a library: system and machine type."""
     return f"{sys.platform}-{machine()}"
 
 
 def other_triple() -> str | None:
-    """Return what LLVM calls the machine to compile for, where that isn't this one; else None."""
+    """Return LLVM's name of the machine to compile for if it isn't this one, else None."""
     if not os.environ.get(BUILD_FOR):
         return None
     if machine() not in _TRIPLES:
@@ -55,21 +55,21 @@ def other_triple() -> str | None:
 
 @cache
 def target() -> str:
-    """Return the name by which LLVM knows what to compile for, on this machine."""
+    """Return LLVM's name of the processor type to compile for on this machine."""
     if machine() == "x86_64" and has_wide_vectors():
         return WIDE
     return GENERIC.get(machine(), "generic")
 
 
 def has_wide_vectors() -> bool:
-    """Whether this processor is a `WIDE` one."""
+    """Return whether this processor is of the type `WIDE`."""
     if sys.platform == "win32":
         return bool(ctypes.windll.kernel32.IsProcessorFeaturePresent(_AVX2))
     return features() >= NEEDED
 
 
 def features() -> frozenset[str]:
-    """Return what the system says that the processor can do; empty where it can't be asked."""
+    """Return the processor's features as the system reports them; empty if it doesn't."""
     try:
         if sys.platform == "darwin":
             names = ["features", "leaf7_features", "extfeatures"]

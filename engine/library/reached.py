@@ -1,8 +1,8 @@
-"""What goes into the machine code of a kernel: functions and constants that it reaches, by name.
+"""Everything that determines the machine code of a kernel: functions and constants, by name.
 
-Numba compiles a function's bytecode, and takes for a constant whatever a name of it stands for in
-its module, or in another of our modules (`st.X`). A kernel is known by a hash of all these: who
-edits a kernel waits for the compiler only where it is reached, and a comment changes nothing.
+numba compiles a function's bytecode, and treats as a constant every value that a name has in the
+function's module or in another of our modules (`st.X`). A hash of all these identifies a kernel. So
+an edit causes compilation only of kernels that reach the edited code, and comments change nothing.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from typing import Any
 import numpy as np
 
 OURS = __name__.partition(".")[0]
-"""The package whose modules are looked into; of others only the name counts."""
+"""The package whose modules are inspected; of other modules only the name counts."""
 
 _INLINE = "__kernel_inline__"
 
 
 @dataclass(frozen=True)
 class Reached:
-    """What a kernel reaches.
+    """The functions and constants that a kernel depends on.
 
-    `functions`: itself, and all kernels below it.
-    `digest`: hash of all that decides its machine code but the compiler.
+    `functions`: the kernel itself, and all kernels below it.
+    `digest`: hash of everything that determines its machine code, except the compiler.
     """
 
     functions: tuple[FunctionType, ...]
@@ -35,15 +35,15 @@ class Reached:
 
 
 def mark(function: Any, inline: bool) -> None:
-    """Note of a function that it is a kernel, and whether its code is written into callers."""
+    """Mark a function as a kernel, and store whether its code is inlined into callers."""
     setattr(function, _INLINE, inline)
 
 
-def by_reference(value: Any, memory: Any) -> Any:  # noqa: ARG001 - compiled, it is used
-    """Return a named tuple; in a compiled kernel its address, once it is written into `memory`.
+def by_reference(value: Any, memory: Any) -> Any:  # noqa: ARG001 - compiled kernels use it
+    """Return a named tuple; in a compiled kernel, write it into `memory` and return its address.
 
-    numba passes each array of a named tuple as seven words or more, from kernel to kernel: of the
-    two dozen arrays of `Contacts` these made a third of all that is compiled.
+    numba passes each array of a named tuple as seven words or more from kernel to kernel; the two
+    dozen arrays of `Contacts` made up a third of all compiled code.
 
     `memory` : (REFERENCE_WORDS,) float64; a named tuple that needs more can't be compiled.
     """
@@ -51,27 +51,27 @@ def by_reference(value: Any, memory: Any) -> Any:  # noqa: ARG001 - compiled, it
 
 
 REFERENCE_WORDS = 256
-"""Room for a named tuple that is passed on by its address: each array takes 7 to 11 words."""
+"""Words for a named tuple that is passed by address: each array takes 7 to 11 words."""
 
 
 mark(by_reference, inline=False)
 
 
 def is_inline(function: FunctionType) -> bool:
-    """Whether a kernel's code is written into its callers."""
+    """Return whether a kernel's code is inlined into its callers."""
     return bool(getattr(function, _INLINE, False))
 
 
 def kernel_in(value: Any) -> FunctionType | None:
-    """Return the function of a kernel, which Python may be able to call or not; else None."""
+    """Return the Python function of a kernel, or None if the value isn't a kernel."""
     function = getattr(value, "function", value)
     return function if hasattr(function, _INLINE) else None
 
 
 def reached_by(function: FunctionType) -> Reached:
-    """Return what a kernel reaches.
+    """Return everything that a kernel depends on.
 
-    Raises `TypeError` where it reaches something that isn't known to be constant.
+    Raises `TypeError` if that includes a value that isn't known to be constant.
     """
     functions: dict[FunctionType, None] = {}
     parts: list[Any] = []
@@ -93,10 +93,10 @@ def reached_by(function: FunctionType) -> Reached:
 
 
 def names_in(function: FunctionType) -> Iterator[tuple[str, Any]]:
-    """Yield each name that a function finds outside of itself, and what it stands for.
+    """Yield each global name that a function uses, and its value.
 
-    Of one of our modules also what it has under names that the function uses: more than it takes
-    from it, perhaps, and never less.
+    If the value is one of our modules, also yield its attributes with names that occur in the
+    function: possibly more than the function uses, but never fewer.
     """
     if function.__closure__:
         raise TypeError(f"the kernel `{function.__qualname__}` is made inside another function")
@@ -115,7 +115,7 @@ def names_in(function: FunctionType) -> Iterator[tuple[str, Any]]:
 
 
 def is_ours(value: Any) -> bool:
-    """Whether something is one of our modules."""
+    """Return whether a value is one of our modules."""
     return isinstance(value, ModuleType) and value.__name__.partition(".")[0] == OURS
 
 
@@ -127,7 +127,7 @@ def _names(code: CodeType) -> Iterator[str]:
 
 
 def _code(function: FunctionType, code: CodeType) -> Any:
-    """Return what decides what a code does: not its docstring, nor where it stands."""
+    """Return everything that determines what code does: without its docstring and its location."""
     constants = code.co_consts
     if constants and constants[0] == function.__doc__:
         constants = constants[1:]
@@ -145,7 +145,7 @@ def _code(function: FunctionType, code: CodeType) -> Any:
 
 
 def _constant(value: Any, where: str) -> Any:
-    """Return what tells a constant from another."""
+    """Return a value that distinguishes a constant from all others."""
     match value:
         case None | bool() | int() | float() | str() | bytes() | np.generic():
             return repr(value)
@@ -164,6 +164,6 @@ def _constant(value: Any, where: str) -> Any:
             return value.__module__, value.__qualname__, repr(kept)
         case ModuleType() | BuiltinFunctionType() | np.ufunc():
             return value.__name__
-        case FunctionType():  # of no kernel: only interpreted kernels come to it, or numba knows it
+        case FunctionType():  # not a kernel: used by interpreted kernels only, or known to numba
             return value.__module__, value.__qualname__
     raise TypeError(f"{where}, which isn't known to be constant: {value!r}")

@@ -1,4 +1,4 @@
-"""The libraries that come with the package, and whether they fit it and this machine."""
+"""The libraries in the package, and whether they fit its sources and this machine."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ FOLDER = Path(__file__).resolve().parent / "shipped"
 MANIFEST = "manifest.json"
 
 FLAGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
-"""Settings of numba, in the environment, that change the machine code."""
+"""Environment settings of numba that change the machine code."""
 
 FROM_MODEL = (events, impact_laws, polynomial, rounding)
-"""Modules of the model that kernels take constants and functions from."""
+"""Modules of the model from which kernels take constants and functions."""
 
 _ENGINE = Path(__file__).resolve().parent.parent
 _ADAPTERS = _ENGINE.parent / "reference_adapters" / "stepping"
 
 
 def flags() -> dict[str, str]:
-    """Return the settings of numba that are made, of those that change the machine code."""
+    """Return those settings of numba in the environment that change the machine code."""
     names = (f"NUMBA_{flag}" for flag in FLAGS)
     return {name: os.environ[name] for name in names if name in os.environ}
 
 
 def sources() -> str:
-    """Return a hash of all files that kernels may be made of, and of where in the package they are.
+    """Return a hash of the paths and contents of all files that kernels may depend on.
 
-    Coarser than what a kernel reaches, and the same on every version of Python.
+    It changes more often than a kernel's own hash, but is the same in every version of Python.
     """
     digest = hashlib.sha256()
     for name, path in sorted(_files()):
@@ -58,9 +58,9 @@ def _files() -> Iterator[tuple[str, Path]]:
 
 
 def manifest(files: dict[str, str]) -> dict[str, Any]:
-    """Return what is written beside libraries that were made here: what they fit, and their files.
+    """Return the manifest of libraries made here: what they are made for, and their files.
 
-    `files`: the name of each library by `key_of` its kernel and arguments.
+    `files`: the file name of each library by `key_of`.
     """
     return {**_wanted(), "target": processor.target(), "files": files}
 
@@ -70,16 +70,16 @@ def _wanted() -> dict[str, Any]:
 
 
 def key_of(function: Any, kinds: table.Kind) -> str:
-    """Return the name of a kernel for some kinds of arguments."""
+    """Return the key of a kernel for some kinds of arguments."""
     text = f"{function.__module__}:{function.__qualname__}{table.text_of(kinds)}"
     return hashlib.sha256(text.encode()).hexdigest()[:20]
 
 
 @cache
 def files() -> dict[str, Path]:
-    """Return the libraries that came with the package, by `key_of`; none where they don't fit.
+    """Return the shipped libraries by `key_of`; empty if they can't be used here.
 
-    Where there are some that don't, a message says why.
+    If there are libraries that can't be used, a message says why.
     """
     try:
         found = json.loads((FOLDER / MANIFEST).read_text(encoding="utf-8"))
@@ -93,7 +93,7 @@ def files() -> dict[str, Path]:
 
 
 def set_aside(reason: str) -> None:
-    """Have `files` return none from now on, in this process."""
+    """Make `files` return no libraries from now on, in this process."""
     _say_aside(reason)
     files().clear()
 
@@ -103,7 +103,7 @@ def _say_aside(reason: str) -> None:
 
 
 def why_not(found: dict[str, Any]) -> str | None:
-    """Return why libraries with such a manifest can't be used here, or None."""
+    """Return why libraries with this manifest can't be used here, or None if they can."""
     if flags():
         return f"{', '.join(sorted(flags()))} asks for others"
     wanted = _wanted()

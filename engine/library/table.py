@@ -1,14 +1,15 @@
-"""The table of words by which Python hands a kernel its arguments.
+"""The table of words with which Python passes arguments to a kernel.
 
-The one argument of a compiled kernel is the address of a table of 64-bit words: a head, what the
-kernel returns, then one word for each argument. A number is its word; of an array the word is the
-address of the numpy object, from which the kernel reads the address of the data and the lengths
-(numpy's array interface for C, the same since numpy 1.7). So a table is made in a microsecond, and
-no length in it can be wrong. Tuples are taken apart, and None has no word: both are in the types of
-the arguments, for which the kernel is compiled.
+The one argument of a compiled kernel is the address of a table of 64-bit words: a head, the result,
+then one word per argument. The word of a number is the number; the word of an array is the address
+of the numpy object, from which the kernel reads the address of the data and the lengths (numpy's C
+structures, unchanged since numpy 1.7). A table is therefore made in a microsecond, and no length in
+it can be wrong. Tuples are flattened, and None has no word: both belong to the types of the
+arguments, for which the kernel is compiled.
 
-The kernel checks the table before all else: a version, the number of words, and that each array is
-one, of its type and its dimensions, in one piece. It reads and writes nothing otherwise.
+The kernel first checks the table: its version, its number of words, and that each array has the
+right type and number of dimensions and is contiguous. If a check fails, it reads and writes nothing
+else.
 """
 
 from __future__ import annotations
@@ -24,23 +25,23 @@ from typing import Any
 import numpy as np
 
 VERSION = 1
-"""Of the table's layout; a library that was made for another refuses the table."""
+"""Version of the table's layout; a library for another version refuses the table."""
 
-# Places in a table.
+# Indices into a table.
 AT_VERSION = 0
-AT_LENGTH = 1  # how many words there are
-AT_HEAD = 2  # bytes of an object of Python's before what numpy keeps in it
-AT_STATUS = 3  # one of those below, or how many arguments there are up to the first wrong one
-AT_RESULT = 4  # what the kernel returns, one word for each number; then the arguments
+AT_LENGTH = 1  # number of words
+AT_HEAD = 2  # size of the head of a Python object, after which numpy's fields follow [bytes]
+AT_STATUS = 3  # ENTERED, REFUSED, or the number of the first wrong argument, from 1
+AT_RESULT = 4  # the result, one word per number; then the arguments
 
 ENTERED = 0
 REFUSED = -1
-"""What the status is before a kernel has changed it."""
+"""The status before the kernel has changed it."""
 
 OBJECT_HEAD = object.__basicsize__
 
 Kind = Any
-"""The type of an argument, as JSON has it.
+"""The type of an argument, as stored in JSON.
 
 "int", "float", "bool" or "none"; ["array", dtype, dimensions]; ["tuple", [kinds]] or ["named",
 "module:class", [kinds]].
@@ -50,7 +51,7 @@ Kind = Any
 def kind_of(value: Any) -> Kind:
     """Return the kind of an argument.
 
-    Raises `TypeError` where no kernel can be given such an argument.
+    Raises `TypeError` if no kernel can take such an argument.
     """
     match value:
         case None:
@@ -75,7 +76,7 @@ def kind_of(value: Any) -> Kind:
 
 
 def kind_of_result(function: Callable[..., Any]) -> Kind:
-    """Return the kind of what a kernel returns, by its annotation."""
+    """Return the kind of a kernel's result, from its annotation."""
     hint = function.__annotations__["return"]
     return _kind_of_hint(eval(hint, function.__globals__) if isinstance(hint, str) else hint)
 
@@ -93,23 +94,23 @@ def _kind_of_hint(hint: Any) -> Kind:
 
 
 def text_of(kinds: Kind) -> str:
-    """Return kinds as a text that is the same for the same ones."""
+    """Return kinds as text; equal kinds have equal texts."""
     return json.dumps(kinds, separators=(",", ":"))
 
 
 def named(place: str) -> Any:
-    """Return what a text of module and name stands for."""
+    """Return the object that a text "module:name" refers to."""
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
 
 
 def dtype_of(name: Any) -> np.dtype[Any]:
-    """Return the type of an array's elements, as its kind names it."""
+    """Return the type of an array's elements from its kind."""
     return np.dtype(name if isinstance(name, str) else [tuple(field) for field in name])
 
 
 def words_in(kinds: Iterable[Kind]) -> Iterator[Kind]:
-    """Yield the kind of each word of a table, in their order."""
+    """Yield the kind of each argument word of a table, in order."""
     for kind in kinds:
         if kind == "none":
             continue
@@ -120,7 +121,7 @@ def words_in(kinds: Iterable[Kind]) -> Iterator[Kind]:
 
 
 def flat(values: Iterable[Any]) -> list[Any]:
-    """Return values without tuples: what is in them in their place."""
+    """Return values with tuples replaced by their elements, at any depth."""
     leaves: list[Any] = []
     for value in values:
         if isinstance(value, tuple):
@@ -131,14 +132,14 @@ def flat(values: Iterable[Any]) -> list[Any]:
 
 
 _FORMATS = {"float": "d", "bool": "?7x"}
-"""How `struct` packs a word of these kinds; it does all others as integers."""
+"""The `struct` formats of words of these kinds; all other words are integers."""
 
 
 class Layout:
-    """What lies where in the tables of a kernel that was compiled for some kinds of arguments.
+    """The layout of the tables of a kernel that is compiled for some kinds of arguments.
 
-    `length`: how many words a table has.
-    `first`: place of the first argument.
+    `length`: number of words in a table.
+    `first`: index of the first argument.
     `pack`: packs all words into a table.
     """
 
@@ -155,7 +156,7 @@ class Layout:
         ).unpack_from
 
     def result(self, table: Any) -> Any:
-        """Return what the kernel has put in a table."""
+        """Return the result that the kernel has put in a table."""
         if self._result == "int":  # most do
             return table[AT_RESULT]
         return _made(self._result, iter(self._unpack(table, 8 * AT_RESULT)))

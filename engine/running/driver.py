@@ -1,4 +1,4 @@
-"""Runs one shot: gives the kernel its arrays, lets it work in chunks, reads what it left behind."""
+"""Run one shot: pass the arrays to the kernel, let it work in chunks, and read the results."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ghostball.model.events import EVENT_DTYPE, EventKind, Events, Status
 from ghostball.model.rounding import position_rounding
 
 _FIRST_LOG = 1_024
-"""Events that the first log holds; a full one is followed by one twice as large."""
+"""Number of events in the first log; each further log has twice as many."""
 
 
 _THE_ONE = np.zeros(1, dtype=np.int64)
@@ -37,29 +37,29 @@ _MOTION = {
     "angular velocity": slice(st.WX, st.WZ + 1),
     "angular acceleration": slice(st.BX, st.BZ + 1),
 }
-"""What a message says of a ball's motion: name, and columns of its state."""
+"""The parts of a ball's motion in messages: name, and columns of its state."""
 
 
 @cache
 def warm_up(variant: Variant) -> None:
-    """Compile a variant of the kernels, or load it, so that no run's `wall_time` includes that."""
+    """Compile or load a variant of the kernels, so that no `wall_time` includes this."""
     needed(variant).load()
 
 
 @cache
 def needed(variant: Variant) -> Needed:
-    """Return a variant of the kernels, to be compiled or loaded."""
+    """Return a variant of the kernels, for compiling or loading."""
     return room.needed(layout_of(still_scene(variant)), variant.value)
 
 
 @cache
 def _no_log(columns: int) -> Log:
-    """Return a log without room, which all runs that keep none share."""
+    """Return an empty log, shared by all runs that keep none."""
     return log_of(0, 0, columns)
 
 
 def _elastic_laws(physics: Physics) -> list[str]:
-    """Return which laws let impacts take no energy, in words for a message."""
+    """Return the laws with which impacts lose no energy, in words for a message."""
     found = []
     if physics.ball_restitution == 1.0:
         found.append("`ball_restitution` is 1")
@@ -73,10 +73,10 @@ def _elastic_laws(physics: Physics) -> list[str]:
 class Run:
     """One run of the kernel on one scene.
 
-    `t_end` [s]: when the last ball came to rest, or the run stopped.
-    `wall_time` [s]: of the kernel.
+    `t_end` [s]: time when the last ball came to rest, or the run stopped.
+    `wall_time` [s]: run time of the kernel.
     `size`: number of balls.
-    `variant`: of the kernels that it needs.
+    `variant`: the variant of the kernels that the scene needs.
     """
 
     def __init__(self, scene: Scene, keep_log: bool, off: frozenset[Skip] = frozenset()) -> None:
@@ -98,7 +98,7 @@ class Run:
 
     @property
     def _state(self) -> st.FloatArray:
-        """`Balls.state` as it is now."""
+        """`Balls.state` at the present time of the run."""
         return self._room.numbers[: self.size * STATE_COLUMNS].reshape(self.size, STATE_COLUMNS)
 
     @property
@@ -118,7 +118,7 @@ class Run:
         self._check_resolved()
 
     def _say_why(self, code: int) -> None:
-        """Fill in why a run stopped early."""
+        """Set the reason why a run stopped early."""
         now = float(self._clock[st.NOW])
         if self.status in (Status.EVENT_LIMIT, Status.WORK_LIMIT):
             self.reason = f"{self._done()} by t = {now:.9g} s"
@@ -128,7 +128,7 @@ class Run:
             self.reason = f"{self._invalid(code)} at t = {now:.9g} s"
 
     def _endless(self, code: int) -> str:
-        """Say what continues without end, and what ends it."""
+        """Return what repeats endlessly, and how to avoid it, for a message."""
         if code == st.RUN_STANDSTILL:
             elastic = _elastic_laws(self._scene.physics)
             loss = f", or make impacts lose energy: now {' and '.join(elastic)}" if elastic else ""
@@ -143,7 +143,7 @@ class Run:
         )
 
     def _done(self) -> str:
-        """Say what a run did until its limit."""
+        """Return what a run did until its limit, for a message."""
         done = self._counters
         return (
             f"{done[st.EVENTS]} events, {done[st.CONTACT_STEPS]} contact steps, "
@@ -152,7 +152,7 @@ class Run:
         )
 
     def _invalid(self, code: int) -> str:
-        """Say what isn't finite where a run failed, or what it had no room for."""
+        """Return which number isn't finite, or which memory was too small, in a failed run."""
         if code == st.RUN_NO_ROOM:
             return (
                 "more balls touch than can lie side by side: they are hardly larger than the "
@@ -177,7 +177,7 @@ class Run:
         return f"{ball} has no finite motion ({', '.join(wrong)})"
 
     def _continue(self, limits: Limits) -> int | None:
-        """Play on and return how the run ended; None: it goes on."""
+        """Continue the run; return its final status, or None if it isn't finished."""
         self.play(limits)
         code = int(self._counters[st.STATUS])
         if code == st.RUN_LOG_FULL:
@@ -187,7 +187,7 @@ class Run:
         return None
 
     def play(self, limits: Limits, budget: int = WORK_AT_ONCE) -> None:
-        """Play on, for as much work as `budget` or to the end; the counter STATUS says which."""
+        """Continue the run for as much work as `budget`, or to the end; see the counter STATUS."""
         started = time.perf_counter()
         begun = bool(self._counters[st.STATUS] != st.RUN_CONTINUES)
         try:
@@ -196,7 +196,7 @@ class Run:
             self.wall_time += time.perf_counter() - started
 
     def _check_resolved(self) -> None:
-        """Fail where a ball went so far that doubles no longer resolve a collision there."""
+        """Fail if a ball went so far that doubles can't resolve a collision there."""
         farthest, smallest = float(self._clock[st.FARTHEST]), self._layout.smallest_radius
         if self.status is not Status.FAILED and not position_rounding(farthest) < smallest:
             self.status = Status.FAILED
@@ -206,25 +206,25 @@ class Run:
             )
 
     def _start_new_log(self) -> None:
-        """Keep the full log and continue in one twice as large."""
+        """Store the full log and continue with one of twice its size."""
         self._logs.append(self._trimmed_log())
         self._log = log_of(2 * len(self._log[0]), self.size, self._layout.columns)
         self._counters[[st.LOGGED_EVENTS, st.LOGGED_MOTIONS]] = 0
 
     def final_state(self) -> Samples:
-        """State of every ball at `t_end`, arrays (1, n, 3)."""
+        """Return the state of every ball at `t_end`, arrays (1, n, 3)."""
         end = self._shots.ends
         return Samples(end[:, 0], end[:, 1], end[:, 2])
 
     def collision_counts(self) -> dict[str, int]:
-        """Collisions by kind."""
+        """Return the number of collisions by kind."""
         return {
             _BALL_BALL: int(self._counters[st.BALL_BALL]),
             _BALL_CUSHION: int(self._counters[st.BALL_CUSHION]),
         }
 
     def work(self) -> dict[str, int]:
-        """Machine-independent counters of what the run did; some only where there is any."""
+        """Return machine-independent counters of the run; the last two only if they aren't 0."""
         counters = self._counters.tolist()
         work = {
             "events": counters[st.EVENTS],
@@ -242,7 +242,7 @@ class Run:
         return work
 
     def events(self) -> Events | None:
-        """Return the event log, or None where none was kept."""
+        """Return the event log, or None if the run has no log."""
         if not self._keep_log:
             return None
         time, what, _, _ = self._whole_log()
@@ -252,7 +252,7 @@ class Run:
         return events
 
     def trajectory(self) -> ExactTrajectory | None:
-        """Return the motion between events, or None where no log was kept."""
+        """Return the motion between events, or None if the run has no log."""
         if not self._keep_log:
             return None
         _, _, ball, motion = self._whole_log()

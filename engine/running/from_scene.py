@@ -1,6 +1,6 @@
-"""Lays a scene out as the arrays that the kernels work on; once per scene, copied for each run.
+"""Convert a scene to the arrays that the kernels work on: once per scene, and copied for each run.
 
-Balls, laws, and room for schedulers, contacts and the log; obstacles are made by `obstacle_rows`.
+Balls, laws, and memory for schedulers, contacts and the log; `obstacle_rows` makes the obstacles.
 """
 
 from __future__ import annotations
@@ -39,36 +39,36 @@ from ghostball.model.scene.starts import starts_of
 from ghostball.model.trajectory.polynomial import PER_POWER
 
 _CELL_ROOM = 2.0**-20
-"""What a cell is larger than the largest ball, in units of it: room for rounding."""
+"""Relative excess of a cell's side over the largest diameter: a margin for rounding."""
 
 _CLOTH_OF_CELL = 0.03
-"""Least area of a cell, in units of the cloth that there is for each ball.
+"""Smallest area of a cell, relative to the area of cloth per ball.
 
-A rack is far denser than the cloth as a whole: where a cell had half of a ball's cloth, 300 balls
-of a rack of 512 lay within reach of each other, and an event took four times as many bounds.
+A rack is far denser than the cloth as a whole. With cells of half the area per ball, 300 balls of a
+rack of 512 were within reach of each other, and an event took four times as many bounds.
 """
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """What a scene is to the kernels when it begins. Nobody writes into it."""
+    """A scene as the kernels get it at the start of a shot. Its arrays must not be modified."""
 
-    block: Block  # balls, and what their scheduler keeps, as each shot begins with them
-    laws: FloatArray  # the numbers of its `Laws`, in their order: faster to hand over
+    block: Block  # balls and data of their scheduler at the start of each shot
+    laws: FloatArray  # the numbers of its `Laws`, in their order: faster to pass to a kernel
     obstacles: FloatArray
     radii: FloatArray
     smallest_radius: float
-    variant: Variant  # of the kernels that it begins with
-    columns: int  # how many numbers say how a ball moves on
+    variant: Variant  # of the kernels
+    columns: int  # number of columns of `Log.motion`
 
     @cached_property
     def fixed(self) -> Last:
-        """The last arguments of the kernel: those that are the same in each call for a scene."""
+        """The last arguments of the kernel, which are the same in each call for a scene."""
         return Last(*self.arguments)
 
     @property
     def arguments(self) -> tuple[Any, ...]:
-        """The same as they are."""
+        """The same arguments as a tuple."""
         return (
             self.block.numbers,
             self.block.offsets,
@@ -84,14 +84,14 @@ class Layout:
 
     @property
     def state(self) -> FloatArray:
-        """`Balls.state` as a shot begins, (n, STATE_COLUMNS)."""
+        """`Balls.state` at the start of a shot, (n, STATE_COLUMNS)."""
         return self.block.numbers[: self.count * STATE_COLUMNS].reshape(self.count, STATE_COLUMNS)
 
 
 def admit(scene: Scene) -> None:
     """Refuse a scene that breaks a rule of scenes, or needs physics that this engine lacks.
 
-    Whatever way a scene takes to the kernels, it needs a layout, and one is made of no other scene.
+    Every path from a scene to the kernels needs a layout, and only admitted scenes get one.
 
     Raises `SceneError` or `UnsupportedSceneError`.
     """
@@ -106,7 +106,7 @@ def admit(scene: Scene) -> None:
 
 
 _LACKS = any(not has_feature(CAPABILITIES, feature) for feature in Feature)
-"""Whether there is a feature that a scene might need in vain."""
+"""Whether there is a feature that this engine lacks."""
 
 
 def _check_count(scene: Scene, obstacles: int) -> None:
@@ -123,17 +123,18 @@ def _check_count(scene: Scene, obstacles: int) -> None:
 
 
 def _is_admitted(scene: Scene) -> bool:
-    """Whether `admit` has let this scene pass already."""
+    """Return whether `admit` has already accepted this scene."""
     kept = _LAYOUTS.get(id(scene))
     return kept is not None and kept[0]() is scene
 
 
 def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
-    """Return the layout of a scene; made when first asked for, and kept as long as the scene.
+    """Return the layout of a scene, made on first use and kept as long as the scene exists.
 
-    Kept by identity. Two equal scenes have a layout each: comparing scenes would take longer.
+    The key is the scene's identity. Two equal scenes have two layouts, because comparing scenes
+    would take longer.
 
-    Raises `SceneError` or `UnsupportedSceneError` as `admit`.
+    Raises `SceneError` or `UnsupportedSceneError`, see `admit`.
     """
     admit(scene)
     kept = _LAYOUTS[id(scene)][1]
@@ -164,9 +165,9 @@ def _laid_out(scene: Scene, off: frozenset[Skip]) -> Layout:
 
 @lru_cache(maxsize=8)
 def _blank_block(n: int, variant: Variant) -> Block:
-    """Return the block of n balls, a bound for each pair of them, before it is known where each is.
+    """Return the block of n balls, with a bound for each pair, before their states are set.
 
-    Scenes of as many balls share what is the same in all.
+    Scenes with the same number of balls share this block.
     """
     return Block(_blank_balls(n, variant), pairs_of(n), None, most_contacts(n))
 
@@ -176,14 +177,14 @@ _COLUMNS = {
     # RISE, UP_SPEED and FALL; then the powers.
     Variant.FULL: st.SEGMENT_COLUMNS + 3 + PER_POWER * st.MOST_POWERS,
 }
-"""How many numbers say how a ball moves on; see `Log.motion`."""
+"""Number of columns of `Log.motion`."""
 
 _LAYOUTS: dict[int, tuple[weakref.ref[Scene], dict[frozenset[Skip], Layout]]] = {}
 """The layouts of each scene, by the skips that are switched off."""
 
 
 def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
-    """Lay out the scene's balls, all marked: the kernel fills in accelerations and own events."""
+    """Return the scene's balls, all marked: the kernel then sets accelerations and own events."""
     variant = variant_of(scene, off)
     balls = _blank_balls.__wrapped__(len(scene.balls), variant)
     return balls._replace(
@@ -192,7 +193,7 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
 
 
 def state_of(scene: Scene) -> FloatArray:
-    """Return `Balls.state` as the scene's balls begin, (n, STATE_COLUMNS)."""
+    """Return `Balls.state` at the start of a shot, (n, STATE_COLUMNS)."""
     start, gravity = starts_of(scene), scene.physics.gravity
     state = np.zeros((len(scene.balls), STATE_COLUMNS))
     state[:, st.X : st.Y + 1] = start.position[:, :2]
@@ -214,7 +215,7 @@ def state_of(scene: Scene) -> FloatArray:
 
 @lru_cache(maxsize=8)
 def _blank_balls(n: int, variant: Variant) -> Balls:
-    """Return n balls, all marked, before it is known where each is."""
+    """Return n balls, all marked, before their states are set."""
     full = variant is Variant.FULL
     return Balls(
         np.zeros((n, STATE_COLUMNS)),
@@ -231,7 +232,7 @@ def _blank_balls(n: int, variant: Variant) -> Balls:
 
 
 def phases_of(rolls: BoolArray, rises: BoolArray, slides: bool) -> FloatArray:
-    """Return how balls begin that roll, or rise from the cloth, where balls may slide or not."""
+    """Return the initial phases of balls that roll, or rise from the cloth, or else slide."""
     phases: FloatArray = np.where(
         rises, st.FLYING, np.where(rolls | (not slides), st.ROLLING, st.SLIDING)
     )
@@ -239,9 +240,9 @@ def phases_of(rolls: BoolArray, rises: BoolArray, slides: bool) -> FloatArray:
 
 
 def height_of(scene: Scene) -> FloatArray:
-    """Return how high the scene's balls are; all at one height where none may leave the cloth."""
+    """Return `Balls.height` at the start; BASE is 0 for all balls if none may leave the cloth."""
     height = np.zeros((len(scene.balls), st.HEIGHT_COLUMNS))
-    height[:, st.STILL_RISE] = -1.0  # where none can be
+    height[:, st.STILL_RISE] = -1.0  # below the cloth, where no ball can be
     if scene.physics.airborne:
         height[:, st.BASE] = scene.radii
         height[:, st.RISE] = scene.positions[:, 2] - scene.radii
@@ -250,9 +251,9 @@ def height_of(scene: Scene) -> FloatArray:
 
 
 def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
-    """Reduce the scene's physics and table to the numbers that the kernel uses.
+    """Return the scene's physics and table as the numbers that the kernel uses.
 
-    Raises `UnsupportedSceneError` where there is more to bounce off than `MOST_OBSTACLES`.
+    Raises `UnsupportedSceneError` if there are more obstacles than `MOST_OBSTACLES`.
     """
     physics = scene.physics
     obstacles = obstacles_of(scene, off)
@@ -282,7 +283,7 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
 
 @lru_cache(maxsize=8)
 def pairs_of(n: int) -> Pairs:
-    """Room for the bounds of n balls; scenes of as many share what their runs copy."""
+    """Return arrays for the bounds of n balls; scenes of the same size share what runs copy."""
     blocks = -(-n // st.TRACK_BALLS)
     return Pairs(
         bound=np.full(n * n, np.inf),
@@ -293,9 +294,9 @@ def pairs_of(n: int) -> Pairs:
 
 
 def cells_of(scene: Scene) -> Cells:
-    """Divide the cloth into cells: some thirty for each ball, but none smaller than the largest.
+    """Divide the cloth into cells: about thirty per ball, none smaller than the largest ball.
 
-    Also where the balls are spread along a line.
+    This also works for balls spread along a line.
     """
     n, positions = len(scene.balls), scene.positions[:, :2]
     low, high = np.min(positions, axis=0), np.max(positions, axis=0)
@@ -319,15 +320,15 @@ def cells_of(scene: Scene) -> Cells:
 
 
 def most_contacts(n: int) -> int:
-    """Return for how many contacts of n balls there is room: with each other, and with cushions."""
+    """Return the largest number of contacts of n balls, with each other and with cushions."""
     return _most_pairs(n) + len(CUSHIONS) * n
 
 
 def _most_pairs(n: int) -> int:
-    """Return how many pairs of n balls can touch at once: a planar graph has fewer than 3 n edges.
+    """Return how many pairs of n balls can touch at once: a planar graph has at most 3 n edges.
 
-    More do where gaps can't be resolved: between balls hardly larger than the rounding of their
-    coordinates. Such a run ends, see `NO_ROOM`.
+    More pairs touch if gaps can't be resolved, between balls hardly larger than the rounding of
+    their coordinates. Such a run stops, see `NO_ROOM`.
     """
     return min(n * (n - 1) // 2, 3 * n)
 
@@ -335,9 +336,9 @@ def _most_pairs(n: int) -> int:
 def log_of(
     capacity: int, n: int, columns: int = st.SEGMENT_COLUMNS
 ) -> tuple[FloatArray, IntArray, IntArray, FloatArray]:
-    """Return the four arrays of a `Log`, with room for `capacity` events of n balls.
+    """Return the four arrays of a `Log`, for `capacity` events of n balls.
 
-    Most change two balls, one may change all. `columns` numbers say how a ball moves on.
+    Most events change two balls, one may change all. Each motion has `columns` numbers.
     """
     motions = 2 * capacity + n if capacity else 0
     return (

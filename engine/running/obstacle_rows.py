@@ -1,4 +1,4 @@
-"""Makes the rows of `Laws.obstacles`: what balls bounce off, or fall into, on a scene's table."""
+"""Make the rows of `Laws.obstacles`: the bodies on a scene's table that balls hit or fall into."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ _FAR = 1e150
 
 
 def obstacles_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> FloatArray:
-    """Return the rows of a scene's obstacles, (k, OBSTACLE_COLUMNS): first a line for each cushion.
+    """Return the rows of a scene's obstacles, (k, OBSTACLE_COLUMNS).
 
-    The line goes through the cushion's nose. A side without a cushion has no row; with the skip of
-    cushions switched off, its row is a line too far away to be met. The rows of posts follow, then
-    those of the obstacles along the sides and behind them, in the table's order.
+    First, a line for each cushion, through its nose. A side without a cushion has no row, or, if
+    the skip "cushions" is switched off, a line too far away to be reached. Then the rows of posts,
+    then those of the obstacles along the sides and behind them, in the order of the table.
     """
     return _rows_of(scene.table, scene.physics, Skip.CUSHIONS in off)
 
 
 @lru_cache(maxsize=32)
 def _rows_of(table: Table | None, physics: Physics, everywhere: bool) -> FloatArray:
-    """Return the rows of a table's obstacles, and with `everywhere` a cushion on each side.
+    """Return the rows of a table's obstacles; with `everywhere`, with a cushion on each side.
 
-    The array is read-only, since calls share it: the rows of the last tables are kept. A table with
-    pockets has dozens.
+    The array is read-only, because calls share it: rows of the last tables are cached, since a
+    table with pockets has dozens.
     """
     law, coefficients = CUSHION_LAW_NAMES.index(physics.cushion), coefficients_of(physics)
     rows: list[tuple[float, ...]] = []
@@ -65,17 +65,17 @@ def _rows_of(table: Table | None, physics: Physics, everywhere: bool) -> FloatAr
 
 
 def _obstacles_in_order(table: Table | None) -> tuple[Sequence[Obstacle], Sequence[Obstacle]]:
-    """Return a table's posts, and its other obstacles but the lines of cushions."""
+    """Return a table's posts, and its other obstacles except the lines of cushions."""
     obstacles = () if table is None else table.obstacles
     posts = [one for one in obstacles if isinstance(one, Disc) and one.inward is None]
     return posts, [one for one in obstacles if one not in posts]
 
 
 def outer_of(scene: Scene, count: int, off: frozenset[Skip]) -> int:
-    """Return the first of the `count` rows whose obstacles lie outside of the table's rectangle.
+    """Return the index of the first of the `count` rows that is outside the table's rectangle.
 
-    On a table with pockets, these are all obstacles but posts and lines: noses lie along the sides,
-    the others behind them. Returns `count` if the kernels must look at all rows at any time.
+    On a table with pockets, all obstacles except posts and lines are outside: noses lie along the
+    sides, the others behind them. The result is `count` if the kernels must always check all rows.
     """
     if not has_frame(scene) or Skip.FAR_OBSTACLES in off:
         return count

@@ -1,6 +1,6 @@
-"""The one door to the kernels: shots of a scene, and room in which a thread plays them.
+"""The only calls of the kernels: `Room` holds the memory in which a thread plays shots of a scene.
 
-One shot, a batch and a sweep differ in who makes the shots and who asks for the rest.
+A single shot, a batch and a sweep use the same code; they differ in how they make the shots.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ghostball.engine.running.variants import Variant
 from ghostball.model.events import Status
 
 WORK_AT_ONCE = 5_000_000
-"""Work between two returns from the kernel: some 50 ms, so that an interrupt is heard."""
+"""Work between two returns from the kernel: about 50 ms, so that interrupts are handled in time."""
 
 STATUS = {
     st.RUN_RESTED: Status.REST,
@@ -31,27 +31,27 @@ STATUS = {
     st.RUN_STANDSTILL: Status.ENDLESS,
     st.RUN_NO_ROOM: Status.FAILED,
 }
-"""What the end of a shot means."""
+"""The status of a shot for each final value of the counter STATUS."""
 
 
 class Limits(NamedTuple):
-    """What a shot may take before it is given up."""
+    """Limits on the cost of a shot, after which it is stopped."""
 
     events: int  # events and contact steps
-    work: int  # turns of all loops, in units of some 6 ns
+    work: int  # iterations of all loops, in units of about 6 ns
 
 
 class Shots(NamedTuple):
-    """What differs between k shots of a scene, and what becomes of each."""
+    """The initial states of k shots of a scene, and their results."""
 
-    starts: st.FloatArray  # (k, m, START_COLUMNS); k = 0: each shot is as the scene has it
+    starts: st.FloatArray  # (k, m, START_COLUMNS); k = 0: each shot starts as in the scene
     clocks: st.FloatArray  # (k, CLOCKS)
     counts: st.IntArray  # (k, COUNTERS)
-    ends: st.FloatArray  # (k, p, n, 3) positions, velocities, angular velocities: the first p
+    ends: st.FloatArray  # (k, p, n, 3) the first p of: positions, velocities, angular velocities
 
 
 def shots_of(k: int, n: int, arrays: int) -> Shots:
-    """Return room for k shots of n balls, and for the first `arrays` of what `ends` keeps."""
+    """Return arrays for k shots of n balls, with the first `arrays` of the arrays in `ends`."""
     return Shots(
         _NO_STARTS,
         np.zeros((k, st.CLOCKS)),
@@ -65,13 +65,13 @@ _NO_STARTS = np.empty((0, 0, START_COLUMNS))
 Log = tuple[st.FloatArray, st.IntArray, st.IntArray, st.FloatArray]
 
 NO_LOG: Log = log_of(0, 0)
-"""The log of shots of which only the ends are kept."""
+"""The log of shots whose events are not recorded."""
 
 
 class Room:
-    """Arrays in which shots are played one after the other, of one scene at a time.
+    """Memory in which shots are played one after the other, of one scene at a time.
 
-    `numbers` (m,) float64: the block of arrays of the shot at hand; see `core.block`.
+    `numbers` (m,) float64: the block of arrays of the current shot; see `core.block`.
     """
 
     def __init__(self, layout: Layout) -> None:
@@ -79,12 +79,12 @@ class Room:
         self._layout = layout
 
     def fits(self, layout: Layout) -> bool:
-        """Whether another scene has as many balls, and blocks of this size."""
+        """Return whether another scene has as many balls, and blocks of this size."""
         same = layout.count == self._layout.count
         return same and layout.block.offsets[END] == len(self.numbers)
 
     def turn_to(self, layout: Layout) -> None:
-        """Play shots of another scene, which fits, from now on."""
+        """From now on, play shots of another scene, for which `fits` is True."""
         self._layout = layout
 
     def play(
@@ -99,7 +99,7 @@ class Room:
         who: int = 0,
         budget: int = WORK_AT_ONCE,
     ) -> int:
-        """Play shots, as `event_loop.play.play`; return which element of `which` is next."""
+        """Play shots, see `event_loop.play.play`; return which element of `which` is next."""
         arrays = (which, *shots, *log, self.numbers)
         numbers = (first, continues, who, *limits, budget)
         if not COMPILED:
@@ -115,9 +115,9 @@ class Room:
         who: int = 0,
         stop: Event | None = None,
     ) -> None:
-        """Play the shots `which` to their ends, without a log; the results are put in `shots`.
+        """Play the shots `which` to their ends, without a log, and put the results in `shots`.
 
-        `who`: the ball that the first of `shots.starts` belongs to.
+        `who`: the ball to which the first of `shots.starts` belongs.
         `stop`: when another thread sets this event, the loop ends after its next return from the
             kernel, and the remaining shots aren't played.
         """
@@ -131,7 +131,7 @@ class Room:
 
 
 def needed(layout: Layout, name: str) -> Needed:
-    """Return what is needed of kernels to play shots of a scene; a message calls it `name`."""
+    """Return the kernel that shots of a scene need, for compiling; messages call it `name`."""
     arrays = (
         _NO_INTEGERS,
         _NO_STARTS,
@@ -152,7 +152,7 @@ _NO_INTEGERS, _NO_NUMBERS = np.empty(0, dtype=np.int64), np.empty(0)
 
 
 def _code_of(layout: Layout) -> Code:
-    """Return the compiled kernel that plays a scene."""
+    """Return the compiled kernel for a scene."""
     code = _CODES.get(layout.variant)
     if code is None:
         code = _CODES[layout.variant] = needed(layout, "shots").load().code

@@ -1,14 +1,14 @@
-"""The skips, work that the engine leaves out where a scene doesn't need it: by name, and why.
+"""The skips: work that the engine omits if a scene doesn't need it, by name and with a reason.
 
-A skip saves work and changes nothing: with any of them off, a shot comes out the same to the bit.
-`ADVANCEMENT` alone is no work left out but another formula, a quadratic's root where others search
-for it: contact times agree to within rounding, after which impacts that graze, or that tie but for
-it, may go another way.
-`python -m benchmarks skips` measures and compares each.
+A skip saves work and changes no result: with any skip switched off, a shot is bit-identical.
+`ADVANCEMENT` is the exception, because it replaces a search for the contact time by the root of a
+quadratic. Contact times then agree within rounding, after which grazing impacts, and impacts that
+are simultaneous except for rounding, may differ.
+`python -m benchmarks skips` measures and compares all skips.
 
-Those in `BUILT_IN` are how a scheduler works, so that the engine can't do without them. That they
-miss no contact is shown from outside: `tests/support/oracle.py` predicts every pair anew at every
-event, and the stress suite looks for balls that overlap in what the engine recorded.
+The skips in `BUILT_IN` are part of how a scheduler works and can't be switched off. Other code
+checks that they miss no contact: `tests/support/oracle.py` predicts every pair again at every
+event, and the stress suite searches recorded motion for balls that overlap.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from ghostball.model import Scene
 from ghostball.model.errors import GhostballError
 
 MOST_PAIRED = 60
-"""Balls up to which a bound for every pair is faster than cells; the results are the same."""
+"""Number of balls up to which a bound for every pair is faster than cells, with equal results."""
 
 MOST_IN_MATRIX = 8_000
-"""Balls up to which a bound for every pair may be asked for: half a gigabyte of them."""
+"""Largest number of balls for a bound for every pair: half a gigabyte of bounds."""
 
 
 class Skip(enum.StrEnum):
-    """What can be left out; the value is its name in settings and on the command line."""
+    """Work that can be omitted; the value is its name in settings and on the command line."""
 
     UNDISTURBED = "undisturbed"
     RECEDING = "receding"
@@ -45,7 +45,7 @@ class Skip(enum.StrEnum):
 
     @property
     def leaves_out(self) -> str:
-        """What isn't done."""
+        """The work that isn't done."""
         return _LEAVES_OUT[self]
 
 
@@ -68,9 +68,9 @@ BUILT_IN = frozenset((Skip.UNDISTURBED, Skip.RECEDING, Skip.OUT_OF_REACH))
 
 @dataclass(frozen=True)
 class SkipUse:
-    """Whether a scene's run makes use of a skip.
+    """Whether a scene's run uses a skip.
 
-    `why`: what in the scene, or in the call, decides that.
+    `why`: the reason, in the scene or in the call.
     """
 
     skip: Skip
@@ -83,7 +83,7 @@ def explain_skips(
 ) -> tuple[SkipUse, ...]:
     """Return every skip, and whether `simulate` uses it with these arguments.
 
-    Raises `GhostballError` as `chosen_skips`.
+    Raises `GhostballError` under the same conditions as `chosen_skips`.
     """
     off = chosen_skips(no_skip, scene)
     return tuple(
@@ -97,8 +97,8 @@ def explain_skips(
 def chosen_skips(names: Iterable[str], scene: Scene | None = None) -> frozenset[Skip]:
     """Return the skips that `names` switch off.
 
-    Raises `GhostballError` where a name is none of a skip, or of one that can't be switched off; or
-    where the scene has too many balls for what is asked.
+    Raises `GhostballError` if a name isn't that of a skip, if the skip can't be switched off, or if
+    the scene has too many balls to do without it.
     """
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise GhostballError(f"`no_skip` must be a collection of names, got {names!r}. {_known()}")
@@ -127,17 +127,17 @@ def _known() -> str:
 
 
 def has_drag(scene: Scene) -> bool:
-    """Whether balls are slowed by more the faster they are."""
+    """Return whether air or rolling friction slows fast balls more than slow ones."""
     return scene.physics.air_drag > 0.0 or scene.physics.rolling_friction_quadratic > 0.0
 
 
 def is_lean(scene: Scene) -> bool:
-    """Whether all balls stay on the cloth, on pieces that are parabolas."""
+    """Return whether all balls stay on the cloth, with parabolas as pieces."""
     return not (has_drag(scene) or scene.physics.airborne)
 
 
 def is_uniform(scene: Scene) -> bool:
-    """Whether no ball is ever slowed, so that all move uniformly between events."""
+    """Return whether no ball is ever slowed, so that all move uniformly between events."""
     if has_drag(scene):
         return False
     slides = scene.physics.motion == "sliding"
@@ -146,12 +146,12 @@ def is_uniform(scene: Scene) -> bool:
 
 
 def has_cushions(scene: Scene) -> bool:
-    """Whether a ball may meet a cushion."""
+    """Return whether a ball may hit a cushion."""
     return scene.table is not None and scene.table.has_cushions
 
 
 def has_frame(scene: Scene) -> bool:
-    """Whether a ball that touches no nose is in no hole: then both are beyond one rectangle."""
+    """Return whether all noses and holes are outside one rectangle, so inside it nothing is hit."""
     if scene.table is None or not scene.table.holes:
         return False
     reach = scene.radii
@@ -162,12 +162,12 @@ def has_frame(scene: Scene) -> bool:
 
 
 def balls_rub(scene: Scene) -> bool:
-    """Whether there is friction between balls."""
+    """Return whether there is friction between balls."""
     return scene.physics.ball_friction != 0.0
 
 
 def uses_cells(scene: Scene, off: Collection[Skip] = ()) -> bool:
-    """Whether cells schedule this scene's impacts, instead of a bound for every pair."""
+    """Return whether cells schedule this scene's impacts, not a bound for every pair."""
     return len(scene.balls) > MOST_PAIRED and Skip.FAR_CELLS not in off
 
 

@@ -1,4 +1,4 @@
-"""Shots shared among threads: a sweep, or one shot of each of many scenes."""
+"""Distribution of shots to threads: a sweep, or one shot of each of many scenes."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from ghostball.model import Scene
 from ghostball.model.scene.contents import rolling
 
 _FEWEST_AT_ONCE, _MOST_AT_ONCE = 256, 2_048
-"""Shots of one scene that a thread takes at a time: one to some ten milliseconds of work.
+"""Number of shots of one scene that a thread takes at a time: 1 to about 10 ms of work.
 
-A thread makes the arrays that it works in once for each share; with 256, that takes 0.2 us a shot.
+A thread allocates its arrays once for each share; with 256 shots this takes 0.2 us per shot.
 """
 
 _SCENES_AT_ONCE = 64
-"""Most scenes that a thread takes at a time: to hand over each alone took as long as to play it."""
+"""Largest number of scenes per share: passing one scene at a time took as long as playing it."""
 
 Task = tuple[Layout, st.IntArray]
-"""Shots of one scene, by their places in `Shots`."""
+"""Shots of one scene, as indices into `Shots`."""
 
 
 def tasks_of(layout: Layout, count: int, threads: int) -> list[list[Task]]:
-    """Return `count` shots of one scene in shares for a number of threads."""
+    """Divide `count` shots of one scene into shares for a number of threads."""
     share = max(_FEWEST_AT_ONCE, min(_MOST_AT_ONCE, count // (4 * threads)))
     shares = np.array_split(np.arange(count), max(1, -(-count // share)))
     return [[(layout, which)] for which in shares]
 
 
 def tasks_of_each(layouts: Sequence[Layout], threads: int) -> list[list[Task]]:
-    """Return one shot of each scene in shares for a number of threads."""
+    """Divide one shot of each scene into shares for a number of threads."""
     alone = np.arange(len(layouts)).reshape(-1, 1)
     tasks = list(zip(layouts, alone, strict=True))
     size = max(1, min(_SCENES_AT_ONCE, len(layouts) // (4 * threads)))
@@ -47,11 +47,11 @@ def tasks_of_each(layouts: Sequence[Layout], threads: int) -> list[list[Task]]:
 def run_tasks(
     shares: Sequence[Sequence[Task]], shots: Shots, limits: Limits, threads: int, *, who: int = 0
 ) -> None:
-    """Play shots in threads, a share at a time; what becomes of them is put in `shots`.
+    """Play shots in threads, a share at a time, and put the results in `shots`.
 
-    Where `shots` has starts, these are of ball `who` and those that follow.
+    If `shots` has starts, they are those of ball `who` and the balls after it.
 
-    Interrupted by Ctrl-C, or by an error, each thread stops when it has done its share of work.
+    After Ctrl-C or an error, each thread stops at its next return from the kernel.
     """
     for variant in {layout.variant for share in shares for layout, _ in share}:
         warm_up(variant)
@@ -83,10 +83,10 @@ def rows_of_starts(
     spins: st.FloatArray,
     given: st.BoolArray,
 ) -> st.FloatArray:
-    """Return how balls begin in k shots, as the kernel takes it: (k, m, START_COLUMNS).
+    """Return the initial states of balls in k shots for the kernel, (k, m, START_COLUMNS).
 
-    `balls` (m,) are their indices in the scene, `given` (m,) says whose spin is given and not that
-    of rolling; the others are (k, m, 3) [m, m/s, rad/s].
+    `balls` (m,) are their indices in the scene; `given` (m,) is True if the spin is given, False if
+    it is that of rolling. The other arrays are (k, m, 3) [m, m/s, rad/s].
     """
     radii, slides = scene.radii[balls], scene.physics.motion == "sliding"
     rise = positions[:, :, 2] - radii

@@ -1,4 +1,4 @@
-"""Which of the two compiled kernels a scene needs: one leaves out what most scenes don't."""
+"""Choice between the two compiled kernels: the lean one has no air and no flight."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from ghostball.model import Ball, Physics, Scene
 
 
 class Variant(enum.Enum):
-    """A kernel of shots; the value is how messages call it."""
+    """A kernel of shots; the value is its name in messages."""
 
     LEAN = "shots"
-    FULL = "shots in air and in flight"  # motion that air bends, and balls that leave the cloth
+    FULL = "shots in air and in flight"  # pieces of any degree, and balls that leave the cloth
 
 
 def variant_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Variant:
