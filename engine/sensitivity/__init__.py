@@ -1,9 +1,9 @@
-"""How small changes of a shot grow: its tangent map, and until when it can be predicted.
+"""Growth of small changes of a shot: its tangent map, and its horizon of predictability.
 
-`tangent_map` is what Python calls. All of it is computed from a recorded shot. On the cloth
-`carried` takes changes from event to event: `motion` says how they continue in between, `passages`
-what an event does to them, `laws` what an impact does, and `rounding` which of them rounding makes.
-In air and in flight `replayed` has the kernel of shots play from changed states, by `replay`.
+Python calls `tangent_map`; everything is computed from a recorded shot. On the cloth, `carried`
+takes changes from event to event: `motion` has their propagation between events, `passages` the
+effect of an event, `laws` that of an impact, and `rounding` the changes by rounding. In air and in
+flight, `replayed` lets the kernel of shots simulate changed states, with `replay`.
 """
 
 from ghostball.engine.sensitivity.motion import PARTS

@@ -1,4 +1,4 @@
-"""Small changes of a shot whose motion is known in closed form, carried from event to event."""
+"""Propagation of small changes through a shot whose motion is known in closed form."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.events import Events
 
 _Obstacle = namedtuple("_Obstacle", ObstacleRow.__annotations__)  # type: ignore[misc]
-"""A row of obstacles that is read in a tenth of the time that a row of the engine's takes."""
+"""A row of obstacles whose fields are read ten times as fast as those of the engine's rows."""
 
 _MOST_NUMBERS = 2**20
-"""Numbers of changes that are looked at together: 8 MB."""
+"""Numbers of changes that are processed at the same time: 8 MB."""
 
 
 class Carried:
-    """What becomes of changes of a shot's first state; NaN where no derivative exists.
+    """Changes of a shot that result from changes of its first state; NaN without a derivative.
 
-    `event_shifts` (events, m) float64 [s]: how much later each event comes.
+    `event_shifts` (events, m) float64 [s]: delay of each event.
     """
 
     def __init__(
@@ -40,10 +40,11 @@ class Carried:
         given: FloatArray | None,
         runs: int = 0,
     ) -> None:
-        """Carry changes along a motion.
+        """Propagate changes along a motion.
 
-        `given` (n, PARTS, m): those of the first state; None: they are those of rounding.
-        `runs`: how often LANES ways of rounding are carried.
+        `given` (n, PARTS, m): changes of the first state; None: changes by rounding, there and at
+            every event.
+        `runs`: without `given`, the number of samples of rounding is LANES times this.
         """
         self._motion = motion = _motion(scene, trajectory)
         first = motion.first[:-1]
@@ -53,7 +54,7 @@ class Carried:
             still = np.zeros((len(first), PARTS))
             given = rounding.at_starts(first, still[:, 0], still)
         else:
-            # A ball that rests stops again at once, where the cloth slows it.
+            # A ball at rest stops again immediately if the cloth slows it.
             rests = np.equal(motion.segments[first, st.PHASE], st.RESTING)
             given = given.copy()
             given[rests & (motion.state[:, st.ROLL_SLOWING] > 0.0), VX : VY + 1] = 0.0
@@ -67,7 +68,7 @@ class Carried:
                 _pass(some, events["t"], self._starts, self.event_shifts, rounding)
 
     def known(self, times: FloatArray) -> FloatArray:
-        """Return the changes at some instants, (k, n, PARTS, m)."""
+        """Return the changes at k times, (k, n, PARTS, m)."""
         rows = self._motion.rows_at(times)
         found = np.empty((*rows.shape, *self._starts.shape[1:]))
         for ball, its in enumerate(rows.T):
@@ -76,7 +77,7 @@ class Carried:
         return found
 
     def moved(self, times: FloatArray) -> Iterator[FloatArray]:
-        """Yield changes of places (2, k, n, m) [m] at some of the instants after the others."""
+        """Yield changes of positions (2, k, n, m) [m], for successive groups of the times."""
         rows = self._motion.rows_at(times)
         step = max(1, _MOST_NUMBERS // (rows.shape[1] * self._starts[0].size))
         for start in range(0, len(times), step):
@@ -93,7 +94,7 @@ def _pass(
     shifts: FloatArray,
     rounding: Rounding | None,
 ) -> None:
-    """Carry changes through some events, in their order, to the segments that begin with them."""
+    """Propagate changes through events, in their order, to the segments that start with them."""
     steps: list[tuple[int, Passages, int, FloatArray | float]] = []
     for each in some:
         added: Iterable[FloatArray | float] = repeat(0.0)

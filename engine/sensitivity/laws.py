@@ -1,7 +1,7 @@
-"""Derivatives of the laws of impacts, by central differences: a new law needs nothing here.
+"""Derivatives of the impact laws, by central differences, so that a new law needs no code here.
 
-A law that integrates over the impact takes interpreted Python some 30 ms. Such impacts are played
-by the kernel of shots, those that differ by a step all at once.
+A law that integrates over the impact takes about 30 ms in interpreted Python. The kernel of shots
+simulates these impacts instead, all impacts that differ by a step at once.
 """
 
 from __future__ import annotations
@@ -27,38 +27,40 @@ FloatArray = NDArray[np.float64]
 
 
 class Law(NamedTuple):
-    """What changes the balls of m impacts, seen in the frames of their contacts.
+    """The law for the balls of m impacts, in the coordinates of their contacts.
 
-    `given`: takes how the balls come to the impacts, (k, m, d), and returns impulses (k, m, p).
-    `spread` (m, d, p): by how much each impulse changes how the balls move. One impulse acts on two
-        balls, so that no momentum is lost by the rounding of differences.
+    `given`: maps motions of the balls before the impacts, (k, m, d), to impulses (k, m, p).
+    `spread` (m, d, p): the change of the balls' motion per impulse. One impulse acts on two balls,
+        so that rounding of differences loses no momentum.
     """
 
     given: Callable[[FloatArray], FloatArray]
     spread: FloatArray
 
 
-# Parts of how a ball moves in the frame of its contact.
+# Numbers of a ball's motion in the coordinates of its contact.
 VN, VT, WN, WT, WZ = range(5)
 SEEN = 5
 
 _STEP = 2.0**-14
-"""Of a central difference, over the largest speed: its error is some 1e-8 of the derivative, or
-1e-5 where a law integrates, whose own error of 1e-9 it divides."""
+"""Step of a central difference, relative to the largest speed.
+
+The relative error of the derivative is about 1e-8. It is 1e-5 for a law that integrates, because
+the error of such a law, 1e-9, is divided by the step.
+"""
 
 _OVERLAP = 2.0**-48
-"""By which balls overlap what they meet where an impact is played [m]: rounding mustn't let it come
-later."""
+"""Overlap of bodies at the start of a simulated impact [m], so that rounding doesn't delay it."""
 
 _INSTANT = 2.0**-40
-"""For how long an impact is played [s]."""
+"""Duration of the simulation of an impact [s]."""
 
 
 def differentiated(law: Law, seen: FloatArray, steps: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return how balls leave m impacts, (m, d), and its derivative by how they come, (m, d, d).
+    """Return motions after m impacts, (m, d), and their derivative by those before, (m, d, d).
 
-    `seen` (m, d): how the balls come.
-    `steps` (m, d): by how much that changes for a difference.
+    `seen` (m, d): the motions before the impacts.
+    `steps` (m, d): their steps for the differences.
     """
     m, d = seen.shape
     by = np.zeros((2 * d + 1, m, d))
@@ -71,7 +73,7 @@ def differentiated(law: Law, seen: FloatArray, steps: FloatArray) -> tuple[Float
 
 
 def steps_of_impacts(seen: FloatArray, radii: FloatArray) -> FloatArray:
-    """Return steps for differences of impacts of two balls, (m, 10)."""
+    """Return the steps of differences for impacts of two balls, (m, 10)."""
     by_ball = np.abs(seen.reshape(-1, 2, SEEN))
     speeds = np.maximum(
         np.sum(by_ball[:, :, :WN], axis=2), radii * np.sum(by_ball[:, :, WN:], axis=2)
@@ -82,9 +84,9 @@ def steps_of_impacts(seen: FloatArray, radii: FloatArray) -> FloatArray:
 
 
 def steps_of_bounces(seen: FloatArray, radii: FloatArray) -> FloatArray:
-    """Return steps for differences of bounces, (m, 5).
+    """Return the steps of differences for bounces, (m, 5).
 
-    No law is defined for a ball that leaves: the step along n is a part of the approach.
+    No law is defined for a ball that moves away, so the step along n is a part of the approach.
     """
     size = np.abs(seen)
     speed = np.maximum(np.sum(size[:, :WN], axis=1), radii * np.sum(size[:, WN:], axis=1))
@@ -95,9 +97,9 @@ def steps_of_bounces(seen: FloatArray, radii: FloatArray) -> FloatArray:
 
 
 def impacts_by_law(laws: Laws, radii: FloatArray, masses: FloatArray, cloth: FloatArray) -> Law:
-    """Return what the balls' law makes of impacts, called as the Python that it is.
+    """Return the balls' law, called as interpreted Python.
 
-    `radii`, `masses`, `cloth` (m, 2): what the law is told of the balls.
+    `radii`, `masses`, `cloth` (m, 2): the constants of the balls that the law uses.
     """
     constants = np.stack((radii, masses, cloth), axis=2).tolist()
     share = masses[:, ::-1] / np.sum(masses, axis=1)[:, np.newaxis]
@@ -128,10 +130,10 @@ def impacts_by_law(laws: Laws, radii: FloatArray, masses: FloatArray, cloth: Flo
 def bounces_by_law(
     laws: Laws, rows: list[int], radii: FloatArray, masses: FloatArray, cloth: FloatArray
 ) -> Law:
-    """Return what the laws of obstacles make of bounces, called as the Python that they are.
+    """Return the obstacles' laws, called as interpreted Python.
 
-    `rows`: of the obstacles.
-    `radii`, `masses`, `cloth` (m,): what the laws are told of the balls.
+    `rows`: rows of the obstacles.
+    `radii`, `masses`, `cloth` (m,): the constants of the balls that the laws use.
     """
     constants = list(zip(np.stack((radii, masses, cloth), axis=1).tolist(), rows, strict=True))
 
@@ -158,12 +160,12 @@ def played(
     frame: FloatArray,
     there: Sequence[tuple[int, ...]],
 ) -> Law:
-    """Return what the engine makes of impacts of one or two balls, by playing them.
+    """Return the law of impacts of one or two balls that the engine simulates.
 
-    `balls` (m, c): which they are.
-    `places` (m, c, 2): where they are [m]; the contact is along n, from the first ball on.
-    `frame` (m, 2, 2): what takes a vector to its parts along n and t.
-    `there`: rows of the obstacles that are there for each.
+    `balls` (m, c): indices of the balls.
+    `places` (m, c, 2): their positions [m]; the contact is along n, from the first ball on.
+    `frame` (m, 2, 2): maps a vector to its components along n and t.
+    `there`: the rows of the obstacles that exist for each impact.
     """
     m, count = balls.shape
     which = np.arange(m)[:, np.newaxis]
@@ -202,6 +204,6 @@ def _each_alone(m: int, d: int) -> FloatArray:
 
 
 def _in_frame(frame: FloatArray, vectors: FloatArray, first: int) -> FloatArray:
-    """Return parts `first` and the next of vectors (k, m, c, d), turned by frames (m, 2, 2)."""
+    """Return components `first` and the next of vectors (k, m, c, d) in frames (m, 2, 2)."""
     turned: FloatArray = np.einsum("mij,kmcj->kmci", frame, vectors[..., first : first + 2])
     return turned

@@ -1,7 +1,7 @@
-"""A recorded motion as arrays, and how a small change of a ball continues between two events.
+"""A recorded motion as arrays, and the propagation of a small change of a ball between two events.
 
-A change of a ball is one of its position, velocity and angular velocity at an instant, to first
-order: PARTS numbers. All segments of all balls stand one after the other, ball by ball.
+A change of a ball consists of the first-order changes of position, velocity and angular velocity at
+a time: PARTS numbers. The segments of all balls are in one array, ball by ball.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from ghostball.model import Scene
 FloatArray = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-# Parts of a change of a ball.
+# Indices of the numbers in a change of a ball.
 X, Y, VX, VY, WX, WY, WZ = range(7)
 PARTS = 7
 
 SPIN_OVER_RADIUS = 2.5
-"""Spin that an impulse through a ball's surface gives, over that impulse and 1 / (m R)."""
+"""Change of the spin by an impulse at a ball's surface, relative to the impulse over m R."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
     """The recorded motion of n balls, in k segments.
 
-    `laws`: of the scene; its obstacles are rows that Python reads.
+    `laws`: the laws of the scene; its obstacles are rows that Python can read.
     `state` (n, STATE_COLUMNS) float64: radius, mass and decelerations of the balls are used.
     `segments` (k, SEGMENT_COLUMNS) float64.
-    `first` (n + 1,): the first segment of each ball, then k.
+    `first` (n + 1,): the index of each ball's first segment, then k.
     """
 
     scene: Scene
@@ -51,11 +51,11 @@ class Motion:
 
     @cached_property
     def ball(self) -> Rows:
-        """The ball that each segment is of, (k,)."""
+        """The ball of each segment, (k,)."""
         return np.repeat(np.arange(len(self.state)), np.diff(self.first))
 
     def of_balls(self, column: int) -> FloatArray:
-        """Return a number of its ball for each segment, (k,)."""
+        """Return for each segment a number of its ball, (k,)."""
         found: FloatArray = self.state[self.ball, column]
         return found
 
@@ -66,7 +66,7 @@ class Motion:
 
     @cached_property
     def slip(self) -> FloatArray:
-        """Slip at the start of a slide, else the velocity, (k, 2) [m/s]."""
+        """The slip at the start of a slide, otherwise the velocity, (k, 2) [m/s]."""
         lever = np.where(self.slides, self.of_balls(st.RADIUS), 0.0)
         vx, vy, wx, wy = self.segments[:, [st.VX, st.VY, st.WX, st.WY]].T
         turning = np.where(self.slides, wx, 0.0), np.where(self.slides, wy, 0.0)
@@ -74,9 +74,10 @@ class Motion:
 
     @cached_property
     def pull(self) -> FloatArray:
-        """Derivative of the acceleration by the slip, or by the velocity of a ball that rolls.
+        """Derivative of the acceleration by the slip or, for a rolling ball, by the velocity.
 
-        (k, 2, 2) [1/s]: -(c / |d|) (1 - d^ d^T), d the slip or the velocity and c what slows it.
+        (k, 2, 2) [1/s]: -(c / |d|) (1 - d^ d^T), where d is the slip or the velocity and c its
+        deceleration.
         """
         slows = np.where(
             self.slides, self.of_balls(st.SLIDE_SLOWING), self.of_balls(st.ROLL_SLOWING)
@@ -89,7 +90,7 @@ class Motion:
         return np.array([[over * dy * dy, across], [across, over * dx * dx]]).transpose(2, 0, 1)
 
     def rows_at(self, times: FloatArray) -> Rows:
-        """Return the segment of each ball at some instants, (len(times), n); past events then."""
+        """Return the segment of each ball at some times, (len(times), n), after events then."""
         rows = np.empty((len(times), len(self.state)), dtype=np.intp)
         for i, (start, end) in enumerate(zip(self.first[:-1], self.first[1:], strict=True)):
             epochs = self.segments[start + 1 : end, st.EPOCH]
@@ -97,11 +98,11 @@ class Motion:
         return rows
 
     def flows(self, rows: Rows, s: FloatArray) -> FloatArray:
-        """Return what becomes of a change in a time s [s] since the start of its segment.
+        """Return the propagation of changes over a time s [s] from the start of a segment.
 
-        (m, PARTS, PARTS), of m segments: a change of the velocity changes the acceleration a, too.
-        dv += s da, dx += s dv + s^2 da / 2; the spin of a slide follows the friction, that of a
-        ball that rolls its velocity.
+        (m, PARTS, PARTS), for m segments. A change of the velocity also changes the acceleration a:
+        dv += s da, dx += s dv + s^2 da / 2. The spin of a sliding ball follows the friction, that
+        of a rolling ball its velocity.
         """
         flow = np.zeros((len(rows), PARTS, PARTS))
         flow[:, range(PARTS), range(PARTS)] = 1.0
@@ -125,7 +126,7 @@ class Motion:
         return flow
 
     def displacements(self, rows: Rows, s: FloatArray, start: FloatArray) -> FloatArray:
-        """Return the first two parts of `flows` times the changes `start`, (2, m, lanes) [m].
+        """Return the first two rows of `flows` times the changes `start`, (2, m, lanes) [m].
 
         `rows` (m,), `s` (m,) [s], `start` (k, PARTS, lanes).
         """
@@ -146,9 +147,9 @@ class Motion:
         return ended
 
     def arrivals(self, rows: Rows, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return how balls move just before events at some instants, in their segments `rows`.
+        """Return the motion of balls just before events at some times, in their segments `rows`.
 
-        The states, (m, PARTS), and the rates of change f- of these, (m, PARTS) [1/s].
+        These are the states, (m, PARTS), and their rates of change f-, (m, PARTS) [1/s].
         """
         of, radius = self.segments[rows], self.of_balls(st.RADIUS)[rows]
         s, slides = times - of[:, st.EPOCH], self.slides[rows]

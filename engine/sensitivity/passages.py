@@ -1,12 +1,13 @@
-"""What each event of a recorded shot does to small changes of its balls: a matrix.
+"""The effect of each event of a recorded shot on small changes of its balls, as a matrix.
 
-Between events a change follows the derivative of the closed form (`sensitivity.motion`). An event
-h = 0 comes later for it by dtau = -(grad h . dz) / (grad h . f), and takes it to
-dz+ = DG (dz- + f- dtau) - f+ dtau (saltation), f the rate of change before and after, DG the
-derivative of what the event does. Those of laws are central differences (`sensitivity.laws`).
+Between events, a change follows the derivative of the closed form (`sensitivity.motion`). With the
+change dz, an event h = 0 comes later by dtau = -(grad h . dz) / (grad h . f), and the change after
+it is dz+ = DG (dz- + f- dtau) - f+ dtau (saltation). f- and f+ are the rates of change before and
+after, DG is the derivative of the event's map. For impact laws DG is a central difference
+(`sensitivity.laws`).
 
-A matrix takes the changes at the starts of the segments that end with the event to those at the
-starts of the segments that begin with it, at the event's own instant.
+A matrix maps the changes at the starts of the segments that end with the event to those at the
+starts of the segments that start with it, at the time of the event.
 """
 
 from __future__ import annotations
@@ -52,16 +53,16 @@ from ghostball.engine.sensitivity.motion import (
 from ghostball.model.events import EventKind, Events
 
 _CHUNK = 1024
-"""Events whose matrices are in memory at once: some 2 kB each."""
+"""Number of events whose matrices are in memory at once: about 2 kB each."""
 
 
 class Passages(NamedTuple):
-    """What m events of `count` balls each do to changes; d is `count` times PARTS.
+    """The effect of m events of `count` balls each on changes; d is `count` times PARTS.
 
-    `number` (m,): which events they are.
-    `before`, `after` (m, count): the segments that end and begin with them.
-    `matrix` (m, d, d): of what becomes of the changes.
-    `later` (m, d) [s]: by how much later they come, over a change at the starts of `before`.
+    `number` (m,): indices of the events.
+    `before`, `after` (m, count): the segments that end and start with them.
+    `matrix` (m, d, d): maps changes at the starts of `before` to those at the starts of `after`.
+    `later` (m, d) [s]: delay of the event per change at the starts of `before`.
     `size` (m, PARTS): the largest size of velocity and angular velocity just before them.
     """
 
@@ -75,10 +76,10 @@ class Passages(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Links:
-    """Which segments each event ends and begins; an event of one ball has the first place alone.
+    """The segments that each event ends and starts; events of one ball use the first column only.
 
-    `before`, `after` (events, 2): -1 where nothing is known of changes after an event.
-    `lost` (k,): whether no change is known at the start of a segment.
+    `before`, `after` (events, 2): -1 if changes after the event are unknown.
+    `lost` (k,): whether changes at the start of a segment are unknown.
     """
 
     before: Rows
@@ -87,11 +88,11 @@ class Links:
 
 
 def links_of(motion: Motion, events: Events) -> Links:
-    """Return which segments each event ends and begins.
+    """Return the segments that each event ends and starts.
 
-    No change of first order exists where a ball has two collisions at one instant, whose order a
-    change would decide; nor where a segment begins without an event: it comes from sustained
-    contact, whose forces aren't recorded.
+    No first-order change exists if a ball has two collisions at one time, because any change
+    decides their order. Nor does it exist if a segment starts without an event: the segment then
+    comes from a resting contact, whose forces aren't recorded.
     """
     at, last = motion.first[:-1].tolist(), (motion.first[1:] - 1).tolist()
     epochs = motion.segments[:, st.EPOCH].tolist()
@@ -100,7 +101,7 @@ def links_of(motion: Motion, events: Events) -> Links:
     collisions = collisions_at_once(events)
 
     def reach(ball: int, t: float) -> bool:
-        """Bring a ball to its last segment before t, and return whether one begins then."""
+        """Move a ball to its last segment before t, and return whether one starts at t."""
         while at[ball] < last[ball] and epochs[at[ball] + 1] < t:
             at[ball] += 1
             lost[at[ball]] = True
@@ -125,7 +126,7 @@ def links_of(motion: Motion, events: Events) -> Links:
 
 
 def collisions_at_once(events: Events) -> dict[tuple[float, int], int]:
-    """Return how many collisions each ball has at each instant at which it has any."""
+    """Return the number of collisions of each ball at each time at which it has any."""
     counts: dict[tuple[float, int], int] = {}
     for t, kind, a, b in events.tolist():
         if kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION):
@@ -136,7 +137,7 @@ def collisions_at_once(events: Events) -> dict[tuple[float, int], int]:
 
 
 def passages(motion: Motion, events: Events, links: Links) -> Iterator[list[Passages]]:
-    """Yield what events do to changes, some at a time: of one ball, and of two balls."""
+    """Yield the effects of events, in groups: events of one ball, and of two balls."""
     for start in range(0, len(events), _CHUNK):
         number = np.arange(start, min(start + _CHUNK, len(events)))
         number = number[links.before[number, 0] >= 0]
@@ -159,10 +160,10 @@ def passages(motion: Motion, events: Events, links: Links) -> Iterator[list[Pass
 
 @dataclass(frozen=True, eq=False)
 class _Crossing:
-    """Events of one kind, of `count` balls each, and how their balls come to them.
+    """Events of one kind, of `count` balls each, and the motion of their balls before them.
 
     `here`, `rate` (m, count, PARTS): the states just before, and their rates of change f-.
-    `arrived` (m, d, d): what has become of changes by then.
+    `arrived` (m, d, d): propagation of changes from the starts of the segments to the events.
     """
 
     motion: Motion
@@ -177,7 +178,7 @@ class _Crossing:
 
     @classmethod
     def of(cls, motion: Motion, events: Events, links: Links, number: Rows) -> _Crossing:
-        """Return some of the events."""
+        """Return the events with some indices."""
         count = 2 if events["kind"][number[0]] == EventKind.BALL_BALL else 1
         before, after = links.before[number, :count], links.after[number, :count]
         times = np.repeat(events["t"][number], count)
@@ -208,22 +209,25 @@ class _Crossing:
 
     @property
     def told(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What a law is told of each ball: radius, mass and friction of the cloth, (m, count)."""
+        """The constants for a law: radius, mass and friction of the cloth, (m, count) each."""
         radii, masses = self.of_balls(st.RADIUS), self.of_balls(st.MASS)
         return radii, masses, self.of_balls(st.CLOTH_FRICTION)
 
     def met(self, later: FloatArray) -> FloatArray:
-        """Return changes where and when each changed event is, (m, count, PARTS, d): + f- dtau."""
+        """Return changes at the place and time of each changed event, (m, count, PARTS, d).
+
+        This adds f- dtau.
+        """
         shifted = self.arrived + _outer(self.rate.reshape(self.arrived.shape[:2]), later)
         return shifted.reshape(*self.rate.shape, -1)
 
     def left(self, changed: FloatArray, later: FloatArray) -> Passages:
-        """Return what the events do, given changes just after them where and when they are.
+        """Return the effect of the events, from changes just after the changed events.
 
-        Taken back to the events' own instants, - f+ dtau. A ball that an impact leaves without slip
-        rolls at once; a changed one slides first, for a time of the order of the change, in which
-        the cloth takes 2/7 of the slip. Likewise one that is left at rest stops again at once,
-        where the cloth slows it.
+        The changes are moved back to the time of the unchanged events, - f+ dtau. A ball that has
+        no slip after an impact rolls immediately. A changed ball slides first, for a time of the
+        order of the change, in which the cloth takes 2/7 of the slip. Likewise, a ball at rest
+        after an impact stops again immediately if the cloth slows it.
 
         `changed` (m, count, PARTS, d).
         `later` (m, d).
@@ -251,10 +255,10 @@ def _outer(rates: FloatArray, later: FloatArray) -> FloatArray:
 
 
 def _through_impacts(at: _Crossing) -> Passages:
-    """Take changes of two balls each through their impact.
+    """Return the effect of impacts of two balls each on changes.
 
-    dtau is n . dr over the approach. The changed balls touch along a normal that is turned by
-    t . dr / |r|, and in its frame the law gives what it makes of what they bring to it.
+    dtau is n . dr over the approach speed. The changed balls touch along a normal turned by
+    t . dr / |r|; the law acts in the frame of this normal.
     """
     motion, m = at.motion, len(at.number)
     places = motion.segments[at.after, st.X : st.Y + 1]
@@ -275,10 +279,10 @@ def _through_impacts(at: _Crossing) -> Passages:
 
 
 def _through_bounces(at: _Crossing) -> Passages:
-    """Take changes through bounces. An obstacle is like a ball that rests, or its side is flat."""
+    """Return the effect of bounces. An obstacle is like a ball at rest, or has a flat side."""
     motion = at.motion
     rows, frame, later, theta = _obstacles_met(at, takes_out=False)
-    if is_integrated(motion.laws, rows[0]):  # all have the law of the scene
+    if is_integrated(motion.laws, rows[0]):  # all rows have the law of the scene
         places = motion.segments[at.after, st.X : st.Y + 1]
         law = played(motion.replay, motion.ball[at.before], places, frame, [(row,) for row in rows])
     else:
@@ -294,9 +298,9 @@ def _through_law(
     later: FloatArray,
     theta: FloatArray,
 ) -> Passages:
-    """Take changes through what a law makes of the balls in the frames of their contacts.
+    """Return the effect of a law that acts in the frames of the contacts.
 
-    These turn by `theta` (m, d) for the changes, that is n by theta t and t by -theta n.
+    The frames turn by `theta` (m, d) with the changes: n by theta t, and t by -theta n.
     """
     m, count = at.before.shape
     changed = at.met(later)
@@ -315,7 +319,7 @@ def _through_law(
 
 
 def _into_pockets(at: _Crossing) -> Passages:
-    """Take changes to where the centre enters a hole; there it stays."""
+    """Return the effect of a hole: the ball stops where its centre enters the hole."""
     _, _, later, _ = _obstacles_met(at, takes_out=True)
     changed = at.met(later)
     changed[:, :, VX:] = 0.0
@@ -323,10 +327,10 @@ def _into_pockets(at: _Crossing) -> Passages:
 
 
 def _through_own_ends(at: _Crossing) -> Passages:
-    """Take changes through the end of a slide or a roll.
+    """Return the effect of the end of a slide or a roll.
 
-    Of which the duration is |u| / (3.5 mu_s g), or |v| / (mu_r g): dtau follows from what they were
-    at the start of the segment.
+    Its duration is |u| / (3.5 mu_s g), or |v| / (mu_r g), so dtau follows from the changes at the
+    start of the segment.
     """
     rows = at.before[:, 0]
     slides = at.motion.slides[rows]
@@ -345,9 +349,10 @@ def _through_own_ends(at: _Crossing) -> Passages:
 def _obstacles_met(
     at: _Crossing, *, takes_out: bool
 ) -> tuple[list[int], FloatArray, FloatArray, FloatArray]:
-    """Return the obstacles' rows, the frames of the contacts, and what changes do to these.
+    """Return the rows of the obstacles, the frames of the contacts, and their changes.
 
-    By how much later the balls meet them, (m, PARTS) [s], and how far the normals turn, (m, PARTS).
+    The last two results are the delay of the contacts, (m, PARTS) [s], and the turning of the
+    normals, (m, PARTS), per change.
     """
     laws, rows = at.motion.laws, []
     normals, turns = np.empty((len(at.number), 2)), np.empty((len(at.number), 1))
@@ -367,13 +372,13 @@ def _obstacles_met(
 
 
 def _frames(normals: FloatArray) -> FloatArray:
-    """Return what takes a vector to its parts along n and t = z x n, (m, 2, 2)."""
+    """Return the matrices that map a vector to components along n and t = z x n, (m, 2, 2)."""
     nx, ny = normals.T
     return np.array([[nx, ny], [-ny, nx]]).transpose(2, 0, 1)
 
 
 def _seen(frame: FloatArray, here: FloatArray) -> FloatArray:
-    """Return velocities and angular velocities along n and t, (m, count, 5), of states."""
+    """Return velocities and angular velocities along n and t of states, (m, count, 5)."""
     return _seen_columns(frame, here[..., np.newaxis])[..., 0]
 
 
@@ -384,7 +389,7 @@ def _seen_columns(frame: FloatArray, columns: FloatArray) -> FloatArray:
 
 
 def _turned_with(local: FloatArray, theta: FloatArray) -> FloatArray:
-    """Return what states `local` (m, count, SEEN) gain as frames turn, (m, count, SEEN, d)."""
+    """Return changes of states `local` (m, count, SEEN) by turning frames, (m, count, SEEN, d)."""
     vn, vt, wn, wt, _ = np.moveaxis(local, 2, 0)
     gained = np.stack((vt, -vn, wt, -wn, 0.0 * vn), axis=2)
     return gained[..., np.newaxis] * theta[:, np.newaxis, np.newaxis]

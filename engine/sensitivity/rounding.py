@@ -1,4 +1,4 @@
-"""The small changes that rounding a shot's state may make, at the start and at each event."""
+"""Small changes of a shot by rounding, at the start and at each event."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from ghostball.engine.sensitivity.motion import (
 )
 
 LANES = 8
-"""Random signs that one hash has for each part of a change."""
+"""Number of random signs from one hash for each number of a change."""
 
 
 class Rounding:
-    """What rounding may change, in some independent ways, each with its random signs.
+    """Changes by rounding, in several independent samples, each with its random signs.
 
-    The signs are a function of the ball's first place among all, and of how many segments it has
-    had: no two roundings share them, or their errors would cancel or add up.
+    The signs depend on the rank of the ball's initial position, and on the number of its segments
+    so far. No two roundings share signs, because their errors would then cancel or add up.
     """
 
     def __init__(self, motion: Motion, runs: int) -> None:
@@ -40,17 +40,18 @@ class Rounding:
 
     @property
     def lanes(self) -> int:
-        """Number of independent ways."""
+        """Number of independent samples."""
         return LANES * self._runs
 
     def at_starts(self, rows: Rows, times: FloatArray, before: FloatArray) -> FloatArray:
-        """Return what rounding the state at the starts of segments might add, (m, PARTS, lanes).
+        """Return changes by rounding of the state at the starts of segments, (m, PARTS, lanes).
 
-        Each number gets, with a random sign in each lane, the largest size that it, or what it was
-        made of, has at the event. A number that is exactly 0 there stays so, and a ball's place
-        along an axis changes only where it moves along it: what is symmetric about an axis is so to
-        the last bit in our engine. A place is as uncertain as its gaps, which are compared with
-        radii, and as what the ball covers while the clock rounds.
+        Each number is changed, with a random sign in each lane, by the largest size that the number
+        or its terms have at the event. A number that is exactly 0 doesn't change, and a ball's
+        position along an axis changes only if the ball moves along it: motion that is symmetric
+        about an axis is exactly symmetric in our engine. The uncertainty of a position includes
+        that of the gaps, which are compared with radii, and the distance that the ball moves within
+        the rounding of the clock.
 
         `before` (m, PARTS): sizes of velocity and angular velocity before the event, the largest of
             all its balls; 0 at the start of the shot.
@@ -78,7 +79,7 @@ class Rounding:
         return size[:, :, np.newaxis] * self._signs(rows)
 
     def _signs(self, rows: Rows) -> FloatArray:
-        """Return signs of 1 for each part of a change in each lane, (m, PARTS, lanes)."""
+        """Return signs, 1 or -1, for each number of a change in each lane, (m, PARTS, lanes)."""
         ball = self._motion.ball[rows]
         had = (rows - self._motion.first[ball]).astype(np.uint64)
         number = (self._rank[ball] << np.uint64(32)) + had
@@ -92,10 +93,10 @@ class Rounding:
 
 
 def _mixed(number: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Return 64 bits that look random, a function of each number, which has at most 63.
+    """Return 64 pseudorandom bits for each number, which has at most 63 bits.
 
-    As Steele, Lea and Flood (2014), "Fast splittable pseudorandom number generators"; of the first
-    product 63 bits are kept.
+    As in Steele, Lea and Flood (2014), "Fast splittable pseudorandom number generators", except
+    that 63 bits of the first product are kept.
     """
     bits = (number * np.uint64(0x1E3779B97F4A7C15)) & np.uint64(0x7FFFFFFFFFFFFFFF)
     bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0x3F58476D1CE4E5B9)

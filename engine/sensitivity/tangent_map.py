@@ -1,16 +1,16 @@
-"""How a shot answers to small changes: the tangent map, and until when it can be predicted.
+"""The response of a shot to small changes: its tangent map, and its horizon of predictability.
 
     >>> result = simulate(scene, record="trajectory")
-    >>> result.sensitivity(result.rest_time)     # what rounding does to each ball, over 2^-53 [m]
-    >>> result.horizon(tolerance=1e-3)           # until when our engine tells where balls are [s]
-    >>> result.tangent(directions).sample(times) # what becomes of given changes of the first state
+    >>> result.sensitivity(result.rest_time)     # effect of rounding on each ball, over 2^-53 [m]
+    >>> result.horizon(tolerance=1e-3)           # until when our engine knows the positions [s]
+    >>> result.tangent(directions).sample(times) # effect of given changes of the first state
 
-The derivative is that of the engine's own trajectory: each event also comes sooner or later. On the
-cloth it is exact for the laws (`sensitivity.carried`), to 1e-9 of the largest change; in air and in
-flight it is half the difference of two runs begun a little aside (`sensitivity.replayed`), to some
-1e-7, and 1e-3 where all balls are slower than 1e-4 m/s. None exists past an instant at which one
-ball has several collisions, for any change decides their order, and past sustained contact: there
-it is infinite.
+It is the derivative of the engine's own trajectory, including the times of events. On the cloth it
+is exact for the laws (`sensitivity.carried`), with an error of 1e-9 of the largest change. In air
+and in flight it is half the difference of two runs with slightly changed states
+(`sensitivity.replayed`), with an error of about 1e-7, or 1e-3 if all balls are slower than
+1e-4 m/s. After a ball has several collisions at one time no derivative exists, because any change
+decides their order; nor does it exist after a resting contact. It is infinite there.
 """
 
 from __future__ import annotations
@@ -39,41 +39,41 @@ ROUNDING = 2.0**-53
 """Half the spacing of doubles at 1: the largest relative error of one rounding."""
 
 QUALITY = 32.0
-"""How many times the error of one rounding of the state at each event our engine stays within."""
+"""Bound on our engine's errors, in units of the error of one rounding of the state per event."""
 
 _RUNS, _MOST_SEGMENTS = 4, 20_000
-"""How often random signs are carried at most, and along how many segments in all: memory."""
+"""Largest number of groups of random signs, and of segments in all groups, to limit memory."""
 
 _RUNS_PLAYED = 2
-"""The same where changes are played on, which takes longer."""
+"""Largest number of groups for simulated changes, which take longer."""
 
 _BETWEEN = 4
-"""Parts that a segment is cut into where growth is looked for."""
+"""Number of parts of a segment at whose ends growth is computed."""
 
 _CHUNK = 1024
-"""Instants at which growth is computed at once: it grows, so most of a long run is never needed."""
+"""Number of times at which growth is computed at once; most of a long run is never needed."""
 
 
 class Changes(Protocol):
-    """What becomes of m changes of the first state of n balls; NaN where no derivative exists."""
+    """The effects of m changes of the first state of n balls; NaN if no derivative exists."""
 
     @property
     def event_shifts(self) -> FloatArray:
-        """How much later each event comes [s], (events, m)."""
+        """Delay of each event [s], (events, m)."""
 
     def known(self, times: FloatArray) -> FloatArray:
-        """Return the changes at some instants, (k, n, 7, m)."""
+        """Return the changes at k times, (k, n, 7, m)."""
 
     def moved(self, times: FloatArray) -> Iterable[FloatArray]:
-        """Return changes of places, (2 or 3, k, n, m) [m], some instants after the others."""
+        """Return changes of positions, (2 or 3, k, n, m) [m], for successive groups of times."""
 
 
 @dataclass(frozen=True, eq=False)
 class TangentMap:
-    """What becomes of m small changes of a shot's first state, to first order.
+    """The effects of m small changes of a shot's first state, to first order.
 
     `count`: m.
-    `t_end` [s]: last instant of the motion.
+    `t_end` [s]: last time of the motion.
     """
 
     count: int
@@ -83,38 +83,38 @@ class TangentMap:
     def sample(self, times: ArrayLike) -> FloatArray:
         """Return the changes at `times`, (k, m, n, 7) float64.
 
-        `times` (k,) float64 [s], in any order; past the end, as at the end.
+        `times` (k,) float64 [s], in any order; later times count as the end.
 
         Returns (k, m, n, 7) float64: for each ball the change of its position x, y [m], velocity x,
-        y [m/s] and angular velocity x, y, z [rad/s] at the same instant; not finite where no
-        derivative exists.
+        y [m/s] and angular velocity x, y, z [rad/s] at the same time; not finite if no derivative
+        exists.
         """
         with _growing():
             return self._changes.known(self._within(times)).transpose(0, 3, 1, 2)
 
     @property
     def event_shifts(self) -> FloatArray:
-        """How much later each event comes [s], (events, m); NaN where no derivative exists."""
+        """Delay of each event [s], (events, m); NaN if no derivative exists."""
         return self._changes.event_shifts
 
     def growth(self, times: ArrayLike) -> FloatArray:
-        """Return how far each ball is displaced, (k, n) [m]: root mean square over the changes.
+        """Return the displacement of each ball, (k, n) [m]: root mean square over the changes.
 
-        Infinite where no derivative exists.
+        Infinite if no derivative exists.
         """
         with _growing():
             moved = self._changes.moved(self._within(times))
             return np.concatenate([_root_mean_square(some) for some in moved])
 
     def horizon(self, instants: FloatArray, tolerance: float, error: float | None) -> float:
-        """Return the first instant at which error times `growth` exceeds a tolerance [s].
+        """Return the first time at which `error` times `growth` exceeds a tolerance [s].
 
-        inf: none does.
+        inf if there is none.
 
-        `instants` (k,) float64 [s], increasing: of the events; between two of them growth is looked
-            for at a few instants only.
+        `instants` (k,) float64 [s], increasing: the times of the events; between two of them growth
+            is computed at a few times only.
         `tolerance` [m].
-        `error`: None: that within which our engine stays, `QUALITY` times the error of a rounding.
+        `error`: None: the bound on our engine's errors, `QUALITY` times the error of a rounding.
         """
         limit = tolerance / (QUALITY * ROUNDING if error is None else error)
         for times in _chunks(instants, self.t_end):
@@ -133,7 +133,7 @@ class TangentMap:
 def _root_mean_square(moved: FloatArray) -> FloatArray:
     """Return the root mean square length of displacements (d, k, n, m) over m, (k, n) [m].
 
-    inf for a NaN. Scaled by the largest, for a square may overflow.
+    inf for a NaN. Scaled by the largest displacement, because a square may overflow.
     """
     largest = np.max(np.abs(moved), axis=(0, 3))
     finite = np.isfinite(largest)
@@ -147,17 +147,17 @@ def _root_mean_square(moved: FloatArray) -> FloatArray:
 def tangent_of(
     scene: Scene, trajectory: ExactTrajectory, events: Events, directions: ArrayLike
 ) -> TangentMap:
-    """Return what becomes of small changes of the first state of a shot.
+    """Return the effects of small changes of the first state of a shot.
 
-    `trajectory`, `events`: of its run, as our engine records them; `Result.tangent` passes its own.
+    `trajectory`, `events`: as our engine records them; `Result.tangent` passes its own.
     `directions` (m, n, 7) float64: each a change of every ball's position x, y [m], velocity x, y
-        [m/s] and angular velocity x, y, z [rad/s]. The angular velocity of a ball that begins by
-        rolling follows its velocity; one that rests stops again at once where the cloth slows it,
-        and stays.
+        [m/s] and angular velocity x, y, z [rad/s]. The angular velocity of a ball that is rolling
+        at the start follows its velocity. A ball at rest stops again immediately if the cloth slows
+        it.
 
-    Raises `GhostballError` where `directions` has another shape, or isn't finite; where the
-    trajectory or the events name balls or obstacles that the scene doesn't have, or can't be of its
-    physics; or where our engine doesn't simulate the scene.
+    Raises `GhostballError` if `directions` has another shape, or isn't finite; if the trajectory or
+    the events have balls or obstacles that the scene doesn't have, or can't belong to its physics;
+    or if our engine doesn't simulate the scene.
     """
     n = len(scene.balls)
     given = np.asarray(directions, dtype=np.float64)
@@ -175,15 +175,16 @@ def tangent_of(
 
 
 def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> TangentMap:
-    """Return what becomes of rounding the state at the start and at each event, over 2^-53.
+    """Return the effects of rounding the state at the start and at each event, over 2^-53.
 
-    Each number that an event sets is changed by its size with a random sign, in 32 independent ways
-    (fewer where the balls have more than 5000 segments, 8 beyond 10 000; 16 in air and in flight).
-    So it is a sample: its standard error is some 12 % of the root mean square over all signs (18 %
-    of 16, 25 % of 8).
-    The signs depend on where the balls began and on nothing else: the same shot has the same
-    result, however its balls are numbered. Where balls move at less than some 1e-100 m/s, products
-    of their speeds leave the range of doubles, and no derivative is found: infinite.
+    Each number that an event sets is changed by its size with a random sign, in 32 independent
+    samples (fewer if the balls have more than 5000 segments, 8 beyond 10 000; 16 in air and in
+    flight). The standard error of the root mean square is therefore about 12 % (18 % with 16
+    samples, 25 % with 8).
+
+    The signs depend on the initial positions of the balls only: the same shot has the same result
+    for any numbering of the balls. If balls move at less than about 1e-100 m/s, products of their
+    speeds are outside the range of doubles, and the result is infinite.
     """
     _check_recorded(scene, trajectory, events)
     segments = sum(len(one) for one in trajectory.segments)
@@ -194,7 +195,7 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
 
 
 def _chunks(segments: FloatArray, t_end: float) -> Iterator[FloatArray]:
-    """Yield instants at the segments' starts and between; each chunk begins where one ended."""
+    """Yield times at and between the starts of segments; each chunk starts where the last ended."""
     ends = np.append(segments, t_end) if segments[-1] < t_end else segments
     step = _CHUNK // _BETWEEN
     for start in range(0, max(len(ends) - 1, 1), step):
@@ -205,7 +206,7 @@ def _chunks(segments: FloatArray, t_end: float) -> Iterator[FloatArray]:
 
 
 def _first_beyond(rounding: TangentMap, low: float, high: float, limit: float) -> float:
-    """Return where the growth passes `limit` between two instants, to the last bit."""
+    """Return the time at which the growth exceeds `limit` between two times, to the last bit."""
     while True:
         middle = 0.5 * (low + high)
         if not low < middle < high:
@@ -217,7 +218,7 @@ def _first_beyond(rounding: TangentMap, low: float, high: float, limit: float) -
 
 
 def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -> None:
-    """Refuse what can't be of the scene."""
+    """Refuse a trajectory or events that can't belong to the scene."""
     obstacles = layout_of(scene).obstacles  # checks the scene
     n = len(scene.balls)
     pairs = events["kind"] == EventKind.BALL_BALL
@@ -249,6 +250,6 @@ def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -
 def _growing() -> AbstractContextManager[None]:
     """Let numbers that outgrow doubles become infinite, and NaN, without a warning.
 
-    A long chaotic motion does that to a derivative. Compiled kernels never warn; others would.
+    In a long chaotic motion, derivatives do so. Compiled kernels never warn; numpy would.
     """
     return np.errstate(over="ignore", invalid="ignore")
