@@ -161,8 +161,8 @@ def _slide_straight(
     ball = balls.state[i]
     friction = ball.slide_slowing
     speed = ex * ball.vx + ey * ball.vy
-        # From rest, or from a speed that vanishes within the rounding of the clock, friction moves
-        # the ball against the slip.
+    # From rest, or from a speed that vanishes within the rounding of the clock, friction moves
+    # the ball against the slip.
     unseen = TIME_ROUNDING * ball.epoch * friction
     with_slip = speed > max(_STILL * size, unseen)
     drag = k if with_slip else -k

@@ -232,7 +232,7 @@ def _passes(height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, s: flo
     if z <= HIGHEST_AT_BACK * ball.radius:
         return st.OWN_CUSHION + k
     x, y, _, _, _, _ = _in_plan(balls.powers, balls, i, s)
-        # In front of the middle of the hole is the table, between two facings.
+    # In front of the middle of the hole is the table, between two facings.
     behind = row.nx * (x - row.x) + row.ny * (y - row.y) <= 0.0
     return st.OWN_OVER + k if behind else st.OWN_NONE
 
@@ -319,8 +319,8 @@ def _time_to_nose(
         pull = ex * (nx * ax + ny * ay) + ez * az
         bent = abs(ex) * jerk_along(balls, i, nx, ny) + abs(ez) * jerk_up(balls.powers, i)
         left = min(lasts - s, FOR_EVER)
-            # The nose is a point in this plane. The normal turns as the ball passes this point, and
-            # also as it moves round a nose that is curved in plan.
+        # The nose is a point in this plane. The normal turns as the ball passes this point, and
+        # also as it moves round a nose that is curved in plan.
         across, along = ez * (nx * vx + ny * vy) - ex * vz, nx * vy - ny * vx
         opening = pull + across * across / distance + ex * turning(laws, k, x, y) * along * along
         if rate >= 0.0 and pull >= bent * left:
