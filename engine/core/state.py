@@ -133,7 +133,6 @@ class Laws(NamedTuple):
 
     slides: bool  # whether spin is independent of velocity (if not, balls always roll)
     uniform: bool  # whether no ball is ever slowed, so that all move uniformly between events
-    rubs: bool  # whether there is friction between balls
     simultaneous: bool  # whether simultaneous impacts are resolved together
     ball_law: int  # index in `impact_laws.BALL_LAWS`
     ball_restitution: float

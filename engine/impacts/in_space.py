@@ -70,7 +70,7 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     sz = (vz - speed * nz) + (wx * ny - wy * nx)
     slip = math.sqrt(sx * sx + sy * sy + sz * sz)
     part = 0.0
-    if laws.rubs and slip > 0.0:
+    if slip > 0.0:
         part = min(friction_coefficient(laws, slip) * normal / slip, STICKING * reduced)
     px, py, pz = normal * nx + part * sx, normal * ny + part * sy, normal * nz + part * sz
     turn_x, turn_y = part * (ny * sz - nz * sy), part * (nz * sx - nx * sz)

@@ -28,7 +28,7 @@ from ghostball.engine.core.state import (
 )
 from ghostball.engine.library.entry import Last
 from ghostball.engine.running.obstacle_rows import obstacles_of, outer_of
-from ghostball.engine.running.skips import Skip, balls_rub, is_uniform, uses_cells
+from ghostball.engine.running.skips import Skip, is_uniform, uses_cells
 from ghostball.engine.running.variants import Variant, variant_of
 from ghostball.model import CUSHIONS, Scene, UnsupportedSceneError
 from ghostball.model.features import Feature, check_supported, has_feature
@@ -262,7 +262,6 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
     return Laws(
         slides=physics.motion == "sliding",
         uniform=is_uniform(scene) and Skip.ADVANCEMENT not in off,
-        rubs=balls_rub(scene) or Skip.BALL_FRICTION in off,
         simultaneous=physics.impacts == "simultaneous",
         ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
         ball_restitution=float(physics.ball_restitution),

@@ -39,7 +39,6 @@ class Skip(enum.StrEnum):
     ADVANCEMENT = "advancement"
     CUSHIONS = "cushions"
     FAR_OBSTACLES = "far-obstacles"
-    BALL_FRICTION = "ball-friction"
     RECORDS = "records"
     AIR_AND_FLIGHT = "air-and-flight"
 
@@ -57,7 +56,6 @@ _LEAVES_OUT = {
     Skip.ADVANCEMENT: "the steps towards a contact: where nothing slows, a quadratic gives it",
     Skip.CUSHIONS: "when a ball meets a cushion",
     Skip.FAR_OBSTACLES: "jaws, facings and holes, until a ball comes near a pocket",
-    Skip.BALL_FRICTION: "slip and friction between two balls",
     Skip.AIR_AND_FLIGHT: "motion that air bends, heights, contacts in space, bounces on the table",
     Skip.RECORDS: "the log of events and motions, and what is made of one, such as orientations",
 }
@@ -161,11 +159,6 @@ def has_frame(scene: Scene) -> bool:
     return scene.table.has_holes_beyond(float(np.min(reach)))
 
 
-def balls_rub(scene: Scene) -> bool:
-    """Return whether there is friction between balls."""
-    return scene.physics.ball_friction != 0.0
-
-
 def uses_cells(scene: Scene, off: Collection[Skip] = ()) -> bool:
     """Return whether cells schedule this scene's impacts, not a bound for every pair."""
     return len(scene.balls) > MOST_PAIRED and Skip.FAR_CELLS not in off
@@ -192,9 +185,6 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
         if scene.table is None or not scene.table.holes:
             return False, "the table has no pockets"
         return False, "a hole reaches to where a ball touches no nose"
-    if skip is Skip.BALL_FRICTION:
-        used = not balls_rub(scene)
-        return used, "`ball_friction` is 0" if used else "`ball_friction` isn't 0"
     if skip is Skip.AIR_AND_FLIGHT:
         if has_drag(scene):
             return False, "air, or the cloth, slows fast balls by more"

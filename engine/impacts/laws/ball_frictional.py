@@ -19,7 +19,7 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
     """Return the impulse of an impact with restitution and Coulomb friction between the balls.
 
     `impact`: the balls just before, approaching each other.
-    `laws`: `ball_restitution`, `rubs`, and `ball_friction` or `speed_dependent` are used.
+    `laws`: `ball_restitution`, and `ball_friction` or `speed_dependent` are used.
 
     Returns over the reduced mass [m/s]; the cloth takes no part.
 
@@ -32,11 +32,9 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
     after the impact, which takes energy and never gives any; 2/7 of a vertical slip that ended is
     then left.
 
-    Contract: no allocation. Without friction the tangential parts are exactly 0.
+    Contract: no allocation. Without friction the tangential parts are 0.
     """
     normal = (1.0 + laws.ball_restitution) * (impact.a_vn - impact.b_vn)
-    if not laws.rubs:
-        return BallImpulse(normal, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     slip_along, slip_up = contact_slip(impact)
     slip = length(slip_along, slip_up)
     if slip == 0.0:

@@ -61,7 +61,7 @@ def test_what_is_explained_follows_from_the_scene():
 
     lonely = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
     always = {"air-and-flight", "records"}
-    assert used(lonely) == {"cushions", "ball-friction", *always}
+    assert used(lonely) == {"cushions", *always}
     gas = scene_of(ball((0, 0), (1.0, 0.0)), ball((1.0, 0.0)), rolling_friction=0.0, t_max=2.0)
     assert used(gas) - used(lonely) == {"undisturbed", "receding", "out-of-reach", "advancement"}
     assert "records" not in used(gas, record="events")

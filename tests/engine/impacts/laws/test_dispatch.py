@@ -25,7 +25,7 @@ def test_every_law_of_the_registry_is_called():
     cushions["friction"], cushions["height"] = 0.2, 0.036
     matrix = cushions.view(np.float64).reshape(-1, OBSTACLE_COLUMNS)
     laws = NOTHING._replace(
-        slides=1.0, rubs=1.0, ball_restitution=0.9, ball_friction=0.1,
+        slides=1.0, ball_restitution=0.9, ball_friction=0.1,
         obstacles=cushions if COMPILED else rows_of(matrix, ObstacleRow),
     )  # fmt: skip
     ball = (0.028, 0.17, 0.2)
