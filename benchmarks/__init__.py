@@ -1,1 +1,1 @@
-"""Benchmarks of our own engine, which the repository has and the installed package hasn't."""
+"""Benchmarks of Ghostball's engine. They are part of the repository, not of the package."""

@@ -1,4 +1,4 @@
-"""How fast and how exact our own engine is: `python -m benchmarks COMMAND`, from a checkout."""
+"""Measure speed and accuracy of Ghostball's engine: `python -m benchmarks COMMAND`."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from benchmarks import (  # noqa: F401
     breaks,
     doors,
     fits,
-    made,
+    made_balls,
     racks,
     rebounds,
     skips,
     speed,
 )
-from benchmarks.frame import app
+from benchmarks.commands import app
 from benchmarks.pictures.gallery import write_gallery
 from ghostball.cli.shared.terminal import command
 
@@ -31,10 +31,10 @@ def gallery(
     out: Annotated[Path, typer.Argument(metavar="GALLERY", help="Folder of the pictures.")],
     sections: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Results to draw the paper's section 6 from."),
+        typer.Option(metavar="DIR", help="Results for the pictures of the paper's section 6."),
     ] = None,
 ) -> None:
-    """Draw the pictures that the README shows, and those of committed benchmarks beside them."""
+    """Draw the pictures of the README and the documentation."""
     for path in write_gallery(results, out, sections_dir=sections):
         typer.echo(path)
 

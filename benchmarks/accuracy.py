@@ -1,4 +1,4 @@
-"""Our engine on thousands of random shots, each proved and graded: how exact it is, in numbers."""
+"""Accuracy of Ghostball's engine, measured in thousands of random shots with certified results."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from pydantic import Field, computed_field
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from benchmarks.frame import Count, benchmark, in_processes
-from benchmarks.measurements import Distribution, Shown, table_of
+from benchmarks.commands import Count, benchmark, in_processes
+from benchmarks.measurements import BenchmarkMeasurement, Distribution, table_of
 from ghostball.cli.options import AUTO, Jobs
 from ghostball.engine import simulate
 from ghostball.model import Scene
@@ -24,29 +24,30 @@ from ghostball.validation.results.measurement import Record
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 
 SHOTS = 10_000
-"""Shots of a whole measurement: some two minutes in two processes."""
+"""Number of shots of a whole measurement, about two minutes in two processes."""
 
-WORST = 10
-"""Shots of the greatest quality factors that are kept."""
+WORST_KEPT = 10
+"""Number of shots stored as the worst, those with the largest quality factors."""
 
-PROOF = CertifiedSettings(time_limit=60.0, max_events=5_000)
-"""How far a shot is proved: a few elastic ones have thousands of events."""
+CERTIFICATION = CertifiedSettings(time_limit=60.0, max_events=5_000)
+"""Limits of the certification of a shot; a few elastic shots have thousands of events."""
 
 MAX_EVENTS = 10_000
-"""Events and contact steps after which our engine's run of a shot is given up, which is a fault."""
+"""Largest number of events and contact steps of a run; more are a fault of the engine."""
 
-_VARIED = 80
-"""Shots that need every variant of the kernels between them."""
+_SHOTS_TO_COMPILE = 80
+"""Number of shots that together need every variant of the kernels."""
 
 _COUNTS = ("events", "missing", "invented", "swapped", "negligible")
-"""Events of a shot that are counted."""
+"""Fields that count events of a shot."""
 
 
-class Shot(Record):
-    """What came of one shot.
+class GradedShot(Record):
+    """The grade of one shot.
 
-    `faults` are the limits of every scene that it breaks. `missing` and `invented` of its events
-    are wrong.
+    `faults`: common limits that the shot fails.
+    `missing`, `invented`: number of certified events that the engine missed, and of its events that
+        aren't certified.
     """
 
     number: int
@@ -63,21 +64,27 @@ class Shot(Record):
 
     @computed_field
     def again(self) -> str:
-        """Return the command that grades it."""
+        """Return the command that grades this shot."""
         return f"python -m benchmarks accuracy --first {self.number} --shots 1"
 
     @computed_field
     def scene(self) -> dict[str, Any]:
-        """Return the scene, as its file has it."""
+        """Return the scene, as in a scene file."""
         return shot_of(self.number).model_dump(mode="json", by_alias=True)
 
 
-class AccuracyMeasurement(Shown):
-    """What `python -m benchmarks accuracy` measured.
+class AccuracyMeasurement(BenchmarkMeasurement):
+    """Measurement of `python -m benchmarks accuracy`.
 
-    `endings` counts the shots by how their proof ended, `extents` by how much of them is graded;
-    `quality_factor` is over shots, `time_error_ulps` over all their events. `events` were proved
-    and compared, `missing` and `invented` of them are wrong. `faulty` and `worst` name shots.
+    `endings`: number of shots by the end of their certification.
+    `extents`: number of shots by the part of them that is graded.
+    `events`: number of certified events that were compared.
+    `missing`, `invented`: number of events that the engine missed, and of wrong events.
+    `swapped`: number of events in another order.
+    `negligible`: number of events below rounding.
+    `quality_factor`: distribution over shots.
+    `time_error_ulps`: distribution over events.
+    `faulty`, `worst`: shots that fail a limit, and shots with the largest quality factors.
     """
 
     kind: Literal["accuracy"] = "accuracy"
@@ -92,12 +99,12 @@ class AccuracyMeasurement(Shown):
     negligible: int
     quality_factor: Distribution
     time_error_ulps: Distribution
-    faulty: tuple[Shot, ...]
-    worst: tuple[Shot, ...]
+    faulty: tuple[GradedShot, ...]
+    worst: tuple[GradedShot, ...]
 
     @classmethod
-    def of(cls, first: int, shots: Sequence[Shot]) -> AccuracyMeasurement:
-        """Return what came of all shots."""
+    def of(cls, first: int, shots: Sequence[GradedShot]) -> AccuracyMeasurement:
+        """Return the measurement from the grades of its shots."""
         factors = {shot: shot.quality_factor for shot in shots if shot.quality_factor is not None}
         worst = sorted(factors, key=lambda shot: (-factors[shot], shot.number))
         return cls(
@@ -109,18 +116,18 @@ class AccuracyMeasurement(Shown):
             quality_factor=Distribution.of([*factors.values()]),
             time_error_ulps=Distribution.of([x for shot in shots for x in shot.time_errors]),
             faulty=tuple(shot for shot in shots if shot.faults),
-            worst=tuple(worst[:WORST]),
+            worst=tuple(worst[:WORST_KEPT]),
         )
 
     @property
     def failure(self) -> str:
-        """How many shots break a limit."""
-        return f"Shots that break a limit of every scene: {len(self.faulty)}" if self.faulty else ""
+        """Message with the number of shots that fail a limit, or ""."""
+        return f"Shots that fail a common limit: {len(self.faulty)}" if self.faulty else ""
 
     @property
     def table(self) -> RenderableType:
-        """How exact our engine is over many random shots, and the shots worth a look."""
-        counts = [(f"proof: {name}", str(count)) for name, count in self.endings.items()]
+        """Tables of counts and distributions, and a line for each faulty or worst shot."""
+        counts = [(f"certified: {name}", str(count)) for name, count in self.endings.items()]
         counts += [(f"graded: {name}", str(count)) for name, count in self.extents.items()]
         spreads = (
             ("quality factor of a shot", self.quality_factor),
@@ -130,19 +137,19 @@ class AccuracyMeasurement(Shown):
             (name, str(one.count), *map(_shown, (one.median, one.p99, one.greatest)))
             for name, one in spreads
         )
-        worth_a_look = [("breaks a limit", shot) for shot in self.faulty]
-        worth_a_look += [("worst", shot) for shot in self.worst[:3]]
+        named = [("fails a limit", shot) for shot in self.faulty]
+        named += [("worst", shot) for shot in self.worst[:3]]
         return Group(
             table_of((f"{self.shots} shots from number {self.first}", "shots"), counts),
-            table_of(("quantity", "values", "median", "99 %", "greatest"), cells),
-            f"{self.events} events proved: {self.missing} not found, {self.invented} invented; "
-            f"{self.swapped} in another order, {self.negligible} below rounding",
+            table_of(("quantity", "values", "median", "99 %", "largest"), cells),
+            f"{self.events} certified events: {self.missing} missed, {self.swapped} in another "
+            f"order; {self.invented} wrong events; {self.negligible} events below rounding",
             *(
                 Text(
                     f"{why}: quality factor {_shown(shot.quality_factor)}: {shot.again}. "
                     f"{'; '.join(shot.faults)}"
                 )
-                for why, shot in worth_a_look
+                for why, shot in named
             ),
         )
 
@@ -155,32 +162,32 @@ def _shown(value: float | None) -> str:
 def accuracy(
     shots: Count = SHOTS,
     first: Annotated[
-        int, typer.Option(min=0, help="Number of the first shot: the same number, the same shot.")
+        int, typer.Option(min=0, help="Number of the first shot; a number is always the same shot.")
     ] = 0,
     jobs: Jobs = AUTO,
 ) -> AccuracyMeasurement:
-    """Prove random shots and grade our engine by them; exit with 1 if it breaks a limit."""
+    """Certify random shots and compare Ghostball's engine; exit status 1 if it fails a limit."""
     numbers = range(first, first + shots)
-    compile_kernels((shot_of(number) for number in numbers[:_VARIED]), jobs)
+    compile_kernels((shot_of(number) for number in numbers[:_SHOTS_TO_COMPILE]), jobs)
     graded = in_processes(numbers, jobs, _grade_shot, "shot")
     return AccuracyMeasurement.of(first, sorted(graded, key=lambda shot: shot.number))
 
 
 def shot_of(number: int) -> Scene:
-    """Return the random shot of a number."""
+    """Return the random shot with a number."""
     return random_scene(number, **PROVABLE)
 
 
-def _grade_shot(number: int) -> Shot:
+def _grade_shot(number: int) -> GradedShot:
     scene = shot_of(number)
     result = simulate(scene, record="trajectory", max_events=MAX_EVENTS)
-    # Not kept on the disk: thousands of them would push out those of the shipped scenes.
-    proof = certify(scene, PROOF, motion=True, cached=False)
+    # Not cached: thousands of certificates would displace those of the shipped scenes.
+    proof = certify(scene, CERTIFICATION, motion=True, cached=False)
     graded = grade(result, proof)
     faults = faults_of(graded, scene)
     if not result.status.complete:
-        faults += (f"our engine stopped early: {result.status.value}",)
-    return Shot(
+        faults += (f"the engine did not finish: {result.status.value}",)
+    return GradedShot(
         number=number,
         ending=proof.ending,
         extent=graded.extent,

@@ -1,4 +1,4 @@
-"""The committed board: how right and how fast each engine is in each scene with the tag `board`."""
+"""The committed board: error and run time of each engine in each scene with the tag `board`."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import typer
 from pydantic import Field
 from rich.console import RenderableType
 
-from benchmarks.frame import benchmark, counted
-from benchmarks.measurements import Shown, committed, table_of
+from benchmarks.commands import benchmark, with_progress
+from benchmarks.measurements import BenchmarkMeasurement, committed, table_of
 from ghostball.reports.accuracy import CLASSES
 from ghostball.reports.style import format_length, format_time
 from ghostball.validation.results.measurement import MeasurementError, Record
@@ -23,10 +23,11 @@ from ghostball.validation.scenes.library import BOARD, select
 
 
 class BoardCase(Record):
-    """One scene on one engine with its settings.
+    """Result of one scene on one engine.
 
-    `kind`, `error` [m]: the accuracy class and the rest error. Each is None if the case has none;
-        `note` then says why.
+    `label`: the engine with its settings.
+    `kind`: accuracy class; None if there is none, for the reason in `note`.
+    `error` [m]: rest position error, or None.
     `seconds` [s]: run time; None if it was not measured.
     """
 
@@ -39,7 +40,7 @@ class BoardCase(Record):
 
     @property
     def text(self) -> str:
-        """The error, or the class, and the run time."""
+        """Text with the error, or the accuracy class, and the run time."""
         if self.kind is None:
             return "–"
         shown = CLASSES[self.kind].short
@@ -48,10 +49,10 @@ class BoardCase(Record):
         return shown if self.seconds is None else f"{shown}, {format_time(self.seconds)}"
 
 
-class BoardMeasurement(Shown):
-    """What a run of `ghostball validate board` found, and earlier ones of other engines.
+class BoardMeasurement(BenchmarkMeasurement):
+    """Results of a run of `ghostball validate board`, and earlier results of other engines.
 
-    `earlier`: where and when the cases of a label were measured, if not by this run.
+    `earlier`: machine and date of the results that are not from this run, by label.
     """
 
     kind: Literal["board"] = "board"
@@ -64,16 +65,16 @@ class BoardMeasurement(Shown):
         return tuple(dict.fromkeys(one.label for one in self.cases))
 
     def of(self, label: str) -> dict[str, BoardCase]:
-        """Return the cases of an engine by their scenes."""
+        """Return the cases of an engine, by scene."""
         return {one.scene: one for one in self.cases if one.label == label}
 
     @property
     def table(self) -> RenderableType:
-        """Each engine that this run measured: its scenes by class, typical error and time."""
+        """Table with a row for each engine of this run: counts by class, median error and time."""
         return table_of(HEADS, self.rows(), title="The board")
 
     def rows(self) -> Iterator[Sequence[str]]:
-        """Yield what `HEADS` name of each engine that this run measured."""
+        """Yield the cells of a row for each engine of this run; see `HEADS`."""
         for label in self.labels:
             if label in self.earlier:
                 continue
@@ -104,12 +105,12 @@ def board(
         Path, typer.Argument(metavar="DIR", help="Results of `ghostball validate board`.")
     ],
 ) -> BoardMeasurement:
-    """Gather how right and how fast each engine is on the board, for the documentation."""
+    """Collect error and run time of each engine on the board, for the documentation."""
     return board_of(Results.open(results))
 
 
 def board_of(results: Results) -> BoardMeasurement:
-    """Return what a results folder holds of the board, and what is committed of other engines.
+    """Return the board from a results folder, and committed results of all other engines.
 
     Raises `MeasurementError` if a scene of the board is missing.
     """
@@ -120,7 +121,7 @@ def board_of(results: Results) -> BoardMeasurement:
             "Run `ghostball validate board` into it"
         )
     cases = []
-    for label in counted(results.labels, str):
+    for label in with_progress(results.labels, str):
         for scene in scenes:
             case = results.case(scene, label)
             if case is not None:
@@ -146,4 +147,4 @@ def board_of(results: Results) -> BoardMeasurement:
 
 
 ENVIRONMENT: Final = ("cpu", "cores", "os", "python", "versions", "git", "date")
-"""What is kept of where and with what the run was made."""
+"""Keys of the environment of the run that are stored."""

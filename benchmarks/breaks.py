@@ -1,4 +1,4 @@
-"""A million random breaks, from the drawing of their starts to the last ball at rest."""
+"""Time of a million random breaks, from drawing the initial states until all balls rest."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import Literal
 import numpy as np
 from rich.console import RenderableType
 
-from benchmarks.frame import Count, benchmark, counted
-from benchmarks.measurements import Shown, table_of
+from benchmarks.commands import Count, benchmark, with_progress
+from benchmarks.measurements import BenchmarkMeasurement, table_of
 from benchmarks.scenes import (
-    FARTHEST,
     FASTEST,
-    LOOSEST,
+    LARGEST_ANGLE,
+    LARGEST_GAP,
+    LARGEST_OFFSET,
     POOL_TABLE,
     SLOWEST,
-    WIDEST_AIM,
     rack_places,
     random_rack,
 )
@@ -28,19 +28,23 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reports.style import format_time
 
 BREAKS = 1_000_000
-"""Breaks of a whole measurement."""
+"""Number of breaks of a whole measurement."""
 
-AT_ONCE = 20_000
-"""Breaks that are drawn and played at a time."""
+BATCH_SIZE = 20_000
+"""Number of breaks that are drawn and simulated at a time."""
 
 
-class BreaksMeasurement(Shown):
-    """What `python -m benchmarks breaks` measured, once; see `starts_of`."""
+class BreaksMeasurement(BenchmarkMeasurement):
+    """Measurement of `python -m benchmarks breaks`, made once; see `starts_of`.
+
+    `seconds` [s]: wall time for drawing, checking and simulating all breaks.
+    `processor_seconds` [s]: processor time of the same.
+    """
 
     kind: Literal["breaks"] = "breaks"
     breaks: int
     threads: int
-    seconds: float  # all of it: starts drawn, checked and played
+    seconds: float
     processor_seconds: float
     events: int
     most_events: int
@@ -48,8 +52,8 @@ class BreaksMeasurement(Shown):
 
     @property
     def table(self) -> RenderableType:
-        """It as one row."""
-        heads = ("breaks", "threads", "in all", "a break", "mean events", "most", "not at rest")
+        """Table with one row."""
+        heads = ("breaks", "threads", "time", "per break", "mean events", "most", "not at rest")
         each = format_time(self.seconds / self.breaks)
         counts = (self.events / self.breaks, self.most_events, self.not_at_rest)
         events, most, unfinished = (f"{count:g}" for count in counts)
@@ -58,17 +62,17 @@ class BreaksMeasurement(Shown):
 
 
 def starts_of(part: int, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return how `count` breaks begin: positions and velocities, (count, 16, 2) [m], [m/s].
+    """Return the initial positions and velocities of `count` breaks, (count, 16, 2) [m], [m/s].
 
-    As `random_rack` draws them: loose racks and frozen ones take turns. The same part has the same
-    breaks.
+    They have the distribution of `random_rack`: loose and frozen racks alternate. `part` is the
+    seed.
     """
     chance = np.random.default_rng(part)
     speed = chance.uniform(SLOWEST, FASTEST, count)
-    aim = chance.uniform(-WIDEST_AIM, WIDEST_AIM, count)
-    gap = chance.uniform(0.0, LOOSEST, count)
+    aim = chance.uniform(-LARGEST_ANGLE, LARGEST_ANGLE, count)
+    gap = chance.uniform(0.0, LARGEST_GAP, count)
     gap[1::2] = 0.0
-    offset = chance.uniform(-FARTHEST, FARTHEST, count) * POOL_BALL_RADIUS
+    offset = chance.uniform(-LARGEST_OFFSET, LARGEST_OFFSET, count) * POOL_BALL_RADIUS
     positions, velocities = np.zeros((2, count, 16, 2))
     positions[:, 0, 0] = 0.25 * POOL_TABLE.length
     positions[:, 0, 1] = POOL_TABLE.width / 2.0 + offset
@@ -79,14 +83,14 @@ def starts_of(part: int, count: int) -> tuple[FloatArray, FloatArray]:
 
 @benchmark
 def breaks(count: Count = BREAKS) -> BreaksMeasurement:
-    """Play a million random breaks with all of pool's physics, on all cores, and time it all."""
+    """Time a million random breaks with the full physics of pool, on all cores."""
     scene = random_rack(0)
     play = partial(simulate_starts, scene, angular_velocities=scene.angular_velocities)
-    play(*starts_of(0, 2))  # compiles, where nothing is yet
+    play(*starts_of(0, 2))  # compiles the kernels if necessary
     events = most = unfinished = 0
     began, began_work = time.perf_counter(), time.process_time()
-    for first in counted(range(0, count, AT_ONCE), lambda first: f"breaks from {first}"):
-        batch = play(*starts_of(first // AT_ONCE, min(AT_ONCE, count - first)))
+    for first in with_progress(range(0, count, BATCH_SIZE), lambda first: f"breaks from {first}"):
+        batch = play(*starts_of(first // BATCH_SIZE, min(BATCH_SIZE, count - first)))
         events, most = events + int(batch.events.sum()), max(most, int(batch.events.max()))
         unfinished += int(np.sum(batch.status != STATUSES.index(Status.REST)))
     return BreaksMeasurement(

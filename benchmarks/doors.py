@@ -14,8 +14,8 @@ from typing import Annotated, Literal, get_args
 import typer
 from rich.console import RenderableType
 
-from benchmarks.frame import benchmark, report
-from benchmarks.measurements import Shown, table_of
+from benchmarks.commands import benchmark, report_progress
+from benchmarks.measurements import BenchmarkMeasurement, table_of
 from benchmarks.processes import timed
 from ghostball.engine.library import processor, table
 from ghostball.engine.running import driver
@@ -37,7 +37,7 @@ class DoorsRow(Record):
     seconds: float
 
 
-class DoorsMeasurement(Shown):
+class DoorsMeasurement(BenchmarkMeasurement):
     """What `python -m benchmarks doors` measured, with both doors first."""
 
     kind: Literal["doors"] = "doors"
@@ -73,7 +73,7 @@ def measure_doors(seconds: Callable[[Way], float], *, rounds: int) -> DoorsMeasu
     def prepare(way: Way) -> Sampler:
         return lambda: {"seconds": seconds(way)}
 
-    found = interleave([Task(way, partial(prepare, way)) for way in WAYS], rounds, report)
+    found = interleave([Task(way, partial(prepare, way)) for way in WAYS], rounds, report_progress)
     rows = (DoorsRow(way=way, seconds=min(found[way]["seconds"])) for way in WAYS)
     return DoorsMeasurement(rounds=rounds, rows=tuple(rows))
 

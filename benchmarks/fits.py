@@ -1,6 +1,6 @@
-"""A test of the errors that a fit states: fits of simulated tables whose physics are known.
+"""Test the standard errors of fits: fit simulated tables with known physics.
 
-The engine simulates half of the tables; a program that shares no code with it, the other half.
+Ghostball's engine simulates half of the tables, and an independent program the other half.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Any, Final, Literal
 import numpy as np
 from rich.console import Group, RenderableType
 
-from benchmarks.frame import Count, benchmark, in_processes
-from benchmarks.measurements import Shown, table_of
+from benchmarks.commands import Count, benchmark, in_processes
+from benchmarks.measurements import BenchmarkMeasurement, table_of
 from benchmarks.stepped_tracks import Camera, SteppedTable, stepped_tracks
 from benchmarks.synthetic_tracks import POOL, synthetic_tracks
 from ghostball.cli.options import AUTO, Jobs
@@ -25,11 +25,11 @@ from ghostball.validation.measured.fit.fit import NORMAL_95, fit_table
 from ghostball.validation.results.measurement import Record
 
 TABLES: Final = 200
-"""Tables of a whole measurement."""
+"""Number of tables of a whole measurement."""
 SHOTS: Final = 100
-"""Shots of a table, and twice as many where the law of cushions is sought as well."""
-FREE: Final = 8
-"""Tables whose law is sought as well."""
+"""Number of shots on a table; twice as many if the fit also searches the cushion law."""
+LAW_SEARCHES: Final = 8
+"""Number of tables for which the fit also searches the cushion law."""
 
 _RANGES: Final = {
     "rolling_friction": (0.004, 0.012),
@@ -40,42 +40,51 @@ _RANGES: Final = {
     "cushion_restitution_loss": (0.0, 0.15),
     "cushion_friction": (0.10, 0.30),
 }
-"""What tables have, evenly."""
+"""Ranges of the uniformly distributed true values."""
 _LAWS: Final = ("han2005", "mathavan2010", "frictional")
-
 
 PROGRAMS: Final = {"engine": "by the engine", "steps": "by another program"}
 """Descriptions of the programs that simulate the shots."""
 
 
 class FittedTable(Record):
-    """One table: what it was, and what a fit said of it."""
+    """One simulated table and its fit.
+
+    `program`: what simulated the shots: Ghostball's engine, or `stepped_tracks`.
+    `law`: the true cushion law.
+    `laws_alike`: laws that the tracks don't distinguish from the best one, if the fit searched the
+        law; else empty.
+    `rate` [1/s]: pictures per second.
+    `noise` [m]: standard deviation of a coordinate.
+    `side`: standard deviation of the side spin, R w_z / v.
+    `seconds` [s]: time of the fit that searched the law; 0 without such a fit. Other fits may have
+        run at the same time.
+    `errors_off`: by field, the fitted value minus the true one, in standard errors, for the fit
+        with the true law.
+    """
 
     seed: int
     program: Literal["engine", "steps"]
-    """What played the shots: our engine, or `stepped_tracks`."""
     law: str
     laws_alike: list[str]
-    """Those that the tracks don't tell from the best, where a fit was asked for the law, too."""
-    rate: float  # of the camera [1/s]
-    noise: float  # of the tracker [m]
+    rate: float
+    noise: float
     side: float
     events: dict[str, int]
     goodness: float
-    seconds: float  # of a fit that sought the law, alone or beside others; 0: there was none
+    seconds: float
     errors_off: dict[str, float]
-    """By how many of its standard errors each value is above the true one, the law being known."""
 
 
-class FitsMeasurement(Shown):
-    """What `python -m benchmarks fits` measured."""
+class FitsMeasurement(BenchmarkMeasurement):
+    """Measurement of `python -m benchmarks fits`."""
 
     kind: Literal["fits"] = "fits"
     tables: list[FittedTable]
 
     @property
     def rows(self) -> list[tuple[str, str, str, str]]:
-        """For each field: in how many tables it was told, how often its errors held, the most."""
+        """Cells for each field and program: tables, part within the errors, largest deviation."""
         rows = []
         for name, program in product(_RANGES, PROGRAMS):
             alike = [one.errors_off for one in self.tables if one.program == program]
@@ -87,47 +96,48 @@ class FitsMeasurement(Shown):
 
     @property
     def extent(self) -> str:
-        """How many tables were fitted, and how many a whole measurement has."""
+        """Sentence with the number of fitted tables, and the number in a whole measurement."""
         return f"{len(self.tables)} tables were fitted; a whole measurement has {TABLES}."
 
     @property
-    def sought(self) -> str:
-        """What became of the laws of cushions that were sought, and how long it took."""
-        free = [one for one in self.tables if one.laws_alike]
-        if not free:
+    def law_searches(self) -> str:
+        """Sentences about the fits that searched the cushion law, and their time."""
+        searched = [one for one in self.tables if one.laws_alike]
+        if not searched:
             return "The cushion law was given."
-        told = sum(one.laws_alike == [one.law] for one in free)
-        kept = sum(one.law in one.laws_alike for one in free)
-        longest = max((one.seconds for one in free), default=0.0)
+        identified = sum(one.laws_alike == [one.law] for one in searched)
+        kept = sum(one.law in one.laws_alike for one in searched)
+        longest = max((one.seconds for one in searched), default=0.0)
         return (
-            f"The cushion law was given. In {len(free)} more fits it was fitted, too: {told} found "
-            f"only the true law; {kept - told} found several laws that can't be distinguished, the "
-            f"true law among them. A fit of {2 * SHOTS} shots without a given law took at most "
-            f"{longest:.0f} s, while another fit ran."
+            f"The cushion law was given. In {len(searched)} more fits it was fitted, too: "
+            f"{identified} found only the true law; {kept - identified} found several laws that "
+            "can't be distinguished, the true law among them. A fit of "
+            f"{2 * SHOTS} shots without a given law took at most {longest:.0f} s, while another "
+            "fit ran."
         )
 
     @property
     def table(self) -> RenderableType:
-        """It as a row for each field, its extent, and what became of the laws that were sought."""
-        heads = ("field", "tables", f"within {NORMAL_95} standard errors", "most")
-        return Group(table_of(heads, self.rows), self.extent, self.sought)
+        """Table with a row for each field, and the sentences below it."""
+        heads = ("field", "tables", f"within {NORMAL_95} standard errors", "largest")
+        return Group(table_of(heads, self.rows), self.extent, self.law_searches)
 
 
 @benchmark
 def fits(tables: Count = TABLES, jobs: Jobs = AUTO) -> FitsMeasurement:
-    """Fit synthetic tables of known physics, and count how often the stated errors hold."""
+    """Fit simulated tables with known physics; count how often the standard errors hold."""
     found = in_processes(range(tables), jobs, fitted_table, "table")
     return FitsMeasurement(tables=sorted(found, key=lambda one: one.seed))
 
 
 def fitted_table(seed: int) -> FittedTable:
-    """Return what a fit says of a table of random physics, tracker and camera."""
+    """Return the fit of a table with random physics, tracker and camera."""
     random = np.random.default_rng([seed, 1])
     law = _LAWS[int(random.integers(len(_LAWS)))]
     true: dict[str, Any] = {name: float(random.uniform(*ends)) for name, ends in _RANGES.items()}
     rate, noise = float(random.choice([25.0, 50.0])), float(random.uniform(4e-4, 2e-3))
     side = float(random.choice([0.0, 0.3]))
-    shots = 2 * SHOTS if seed < FREE else SHOTS
+    shots = 2 * SHOTS if seed < LAW_SEARCHES else SHOTS
     program: Literal["engine", "steps"] = "steps" if seed % 2 else "engine"
     if program == "engine":
         physics = Physics(preset="pool", cushion=law, **true)
@@ -147,7 +157,7 @@ def fitted_table(seed: int) -> FittedTable:
     start = time.perf_counter()
     found = find_clean_events(tracks, POOL)
     fit = partial(fit_table, found, engine, partial(engine.simulate, record="trajectory"))
-    laws_alike = fit().laws_alike if seed < FREE else []
+    laws_alike = fit().laws_alike if seed < LAW_SEARCHES else []
     seconds = time.perf_counter() - start
     fitted = fit(law=law)
     return FittedTable(

@@ -1,4 +1,4 @@
-"""Committed measurements, and how they are shown."""
+"""Committed measurements, and tables of them."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from ghostball.validation.results.measurement import Measurement, MeasurementErr
 M = TypeVar("M", bound=Measurement)
 
 STORE = Path(__file__).resolve().parent / "results"
-"""Committed measurements, one folder per machine."""
+"""Folder of committed measurements, with a folder for each machine."""
 
 
-class Shown(Measurement):
-    """A measurement that `python -m benchmarks` shows."""
+class BenchmarkMeasurement(Measurement):
+    """A measurement of a command of `python -m benchmarks`."""
 
     @property
     def table(self) -> RenderableType:
-        """It as a table for the eye."""
+        """The measurement as a table for the terminal."""
         raise NotImplementedError
 
     @property
     def failure(self) -> str:
-        """What is wrong with the engine, in markup; the command then exits with 1."""
+        """Failure of the engine, in rich's markup, or ""; with one, the exit status is 1."""
         return ""
 
 
 class Distribution(Record):
-    """How one quantity is spread over many values; None where there are none.
+    """Distribution of a quantity; the figures are None without values.
 
-    `p99` is the least of the values that 99 % of them don't exceed.
+    `p99`: the smallest value that at least 99 % of the values don't exceed.
     """
 
     count: int
@@ -64,24 +64,32 @@ class Distribution(Record):
 
 
 def machine_folder() -> Path:
-    """Return where this machine's committed measurements lie, such as "amd-epyc-2-cores"."""
+    """Return the folder for measurements on this machine, such as "amd-epyc-2-cores"."""
     machine = describe_environment()
     words = re.findall(r"[a-z0-9]+", f"{machine['cpu']} {machine['cores']} cores".lower())
     return STORE / "-".join(words)
 
 
 def committed(kind: type[M]) -> M | None:
-    """Return the committed measurement of this machine, else of the first; None without any."""
+    """Return the committed measurement of a kind, of this machine if there is one.
+
+    Else it is that of the first machine by name; None if no machine has one.
+    """
     mine = machine_folder()
     paths = sorted(STORE.glob(f"*/{kind.model_fields['kind'].default}.json"))
     return kind.load(min(paths, key=lambda path: path.parent != mine)) if paths else None
 
 
 def measured(kind: type[M]) -> M:
-    """Return the committed measurement of this machine, else of the first."""
+    """Return the committed measurement of a kind; see `committed`.
+
+    Raises `MeasurementError` if there is none.
+    """
     if (found := committed(kind)) is None:
         name = kind.model_fields["kind"].default
-        raise MeasurementError(f"{STORE}: it holds no {name}.json. Measure first, and `--store` it")
+        raise MeasurementError(
+            f"{STORE}: no folder has a {name}.json. Run the benchmark with `--store` first"
+        )
     return found
 
 
@@ -92,9 +100,11 @@ def table_of(
     left: Sequence[str] = (),
     title: str = "",
 ) -> Table:
-    """Return a table whose first column, and those that `left` names, are text, the others numbers.
+    """Return a table; numbers are aligned to the right.
 
-    A cell may hold rich's markup, but in the first column, whose names are shown as they are.
+    `left`: heads of columns with text, besides the first column.
+
+    Cells may contain rich's markup, except those of the first column.
     """
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left")
     for k, head in enumerate(heads):

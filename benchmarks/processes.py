@@ -1,4 +1,4 @@
-"""How long a new process takes: for a first shot, compiled before or not; to compile everything."""
+"""Time of new processes: for a first shot, with and without compiling, and for compiling all."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ghostball.validation.results.measurement import MeasurementError
 from ghostball.validation.runs.interleave import Sampler
 from ghostball.validation.scenes.library import FOLDER
 
-SHOOT = """\
+FIRST_SHOT_PROGRAM = """\
 import time
 began = time.perf_counter()
 import sys
@@ -24,32 +24,32 @@ from ghostball.model import Scene
 simulate(Scene.load(sys.argv[1]))
 print(imported, flush=True)
 """
-"""Prints how long importing the engine took [s], and shoots once."""
+"""Program that simulates one shot, and prints the time of importing the engine [s]."""
 
-COMPILE = """\
+COMPILE_PROGRAM = """\
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.scenes.library import select
 compile_kernels(select(), 2)
 print(0.0, flush=True)
 """
-"""Compiles what `make validate` needs of the kernels, in two processes."""
+"""Program that compiles the kernels for `make validate`, in two processes."""
 
-LONGEST = 600.0
-"""Seconds after which a process is given up."""
+PROCESS_TIME_LIMIT = 600.0
+"""Time limit of a process [s]."""
 
 
 def prepare_start(_: object) -> Sampler:
-    """Prepare a process that finds its kernels in the cache; the first one puts them there."""
-    timed(SHOOT)
-    return lambda: dict(zip(("first_shot", "import"), timed(SHOOT), strict=True))
+    """Prepare a process that finds its kernels in the cache, by running one beforehand."""
+    timed(FIRST_SHOT_PROGRAM)
+    return lambda: dict(zip(("first_shot", "import"), timed(FIRST_SHOT_PROGRAM), strict=True))
 
 
 def prepare_cold_start(_: object) -> Sampler:
-    """Prepare processes that have to compile: for one shot, and for all that `validate` runs."""
+    """Prepare processes with an empty cache: for one shot, and for all scenes of `validate`."""
 
     def sample() -> dict[str, float]:
         seconds = []
-        for program in (SHOOT, COMPILE):
+        for program in (FIRST_SHOT_PROGRAM, COMPILE_PROGRAM):
             with tempfile.TemporaryDirectory() as empty:
                 seconds.append(timed(program, GHOSTBALL_CACHE_DIR=empty)[0])
         return {"first_shot": seconds[0], "every_variant": seconds[1]}
@@ -58,25 +58,31 @@ def prepare_cold_start(_: object) -> Sampler:
 
 
 def timed(program: str, **variables: str) -> tuple[float, float]:
-    """Run a program to its end, with more variables of the environment than this process has.
+    """Run a program in a new process, and return its wall time [s] and the number it printed.
 
-    Returns `taken, printed`: from the start of the process to its end [s], and the number that it
-    printed.
+    `variables`: environment variables to add.
+
+    Raises `MeasurementError` if the program fails, or exceeds the time limit.
     """
     root = str(Path(engine.__file__).resolve().parent.parent)
     paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
     command = [sys.executable, "-c", program, str(FOLDER / "half-ball-cut.toml")]
-    # An installed package is compiled to bytecode, whatever this process does with its own.
+    # Bytecode is cached, as for an installed package, even if this process doesn't cache its own.
     bytecode = {"PYTHONDONTWRITEBYTECODE": ""}
     environment = {**os.environ, "PYTHONPATH": paths, **bytecode, **variables}
     began = time.perf_counter()
     try:
         done = subprocess.run(
-            command, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
+            command,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=PROCESS_TIME_LIMIT,
+            check=False,
         )
         return time.perf_counter() - began, float(done.stdout)
     except subprocess.TimeoutExpired:
-        said = f"it took over {LONGEST:.0f} s"
+        said = f"it took over {PROCESS_TIME_LIMIT:.0f} s"
     except ValueError:
         said = "".join(done.stderr.strip().splitlines()[-1:])
     raise MeasurementError(f"a new process failed: {said}")

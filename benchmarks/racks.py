@@ -1,4 +1,4 @@
-"""How long each of many random racks takes: the mean hangs on a few slow ones."""
+"""Run time of each of many random racks; a few slow racks dominate the mean."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import typer
 from rich.console import RenderableType
 from rich.markup import escape
 
-from benchmarks.frame import Repeats, benchmark, report
-from benchmarks.measurements import Distribution, Shown, table_of
+from benchmarks.commands import Repeats, benchmark, report_progress
+from benchmarks.measurements import BenchmarkMeasurement, Distribution, table_of
 from benchmarks.scenes import random_rack, run
 from ghostball.model import EngineFailedError, Scene, UnsupportedSceneError
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
@@ -27,22 +27,23 @@ from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.runs.interleave import Sampler, Task, interleave
 
 RACKS = 1_000
-"""Racks of a whole measurement."""
+"""Number of racks of a whole measurement."""
 
 PEER_RACKS = 100
-"""The first of them, which other engines play, once: they need so much longer."""
+"""Number of racks that other engines simulate, once: they are much slower."""
 
-WARMING = 10
-"""The first of them, which each engine plays beforehand: it may compile."""
+WARM_UP_RACKS = 10
+"""Number of racks that each engine simulates beforehand, because it may have to compile."""
 
 PEERS = ("pooltool", "billiards", "pymunk:dt=1e-3", "pybullet:dt=1e-3")
-"""Engines that are measured beside ours unless others are asked for."""
+"""Other engines that are measured by default."""
 
 
 class RackTimes(Record):
-    """Wall time of the simulation alone [s] of each rack, from number 0 on: medians of the rounds.
+    """Run times of one engine.
 
-    `detail` says why there are none.
+    `seconds` [s]: time of the simulation alone for each rack, the median of the rounds.
+    `detail`: why there are no times, or "".
     """
 
     engine: str
@@ -52,34 +53,35 @@ class RackTimes(Record):
 
     @property
     def figures(self) -> Distribution:
-        """How the times are spread."""
+        """Distribution of the times."""
         return Distribution.of(self.seconds)
 
 
-class RacksMeasurement(Shown):
-    """What `python -m benchmarks racks` measured; see `random_rack`."""
+class RacksMeasurement(BenchmarkMeasurement):
+    """Measurement of `python -m benchmarks racks`; see `random_rack`."""
 
     kind: Literal["racks"] = "racks"
     engines: tuple[RackTimes, ...]
 
     @property
     def table(self) -> RenderableType:
-        """Each engine's figures over the racks, or why it has none."""
+        """Table with a row for each engine: its distribution, or why there is none."""
         rows = []
         for one in self.engines:
             found = one.figures
             name = f"{one.engine} {one.version}".strip()
             times = map(format_time, (found.median, found.mean, found.p99, found.greatest))
             rows.append((name, str(found.count), *times, escape(one.detail)))
-        heads = ("engine", "racks", "median", "mean", "99 %", "slowest", "why not")
-        return table_of(heads, rows, left=("why not",))
+        heads = ("engine", "racks", "median", "mean", "99 %", "slowest", "reason")
+        return table_of(heads, rows, left=("reason",))
 
 
 @dataclass(eq=False)
-class Player:
-    """One engine that plays racks; `why_not` says why it can't, and then it isn't asked again.
+class TimedEngine:
+    """An engine that simulates racks.
 
-    `play` runs a scene to its end and returns the time of the simulation alone [s].
+    `play`: simulates a scene and returns the time of the simulation alone [s].
+    `why_not`: why the engine can't run; then `times` doesn't run it again.
     """
 
     name: str
@@ -88,16 +90,16 @@ class Player:
     why_not: str = ""
 
     def task(self, scenes: Sequence[Scene], most: int | None = None) -> Task:
-        """Return it as something to be measured, the first racks played beforehand."""
+        """Return the measurement of the scenes as a task; its preparation runs the first scenes."""
 
         def prepare() -> Sampler:
-            self.times(scenes[:WARMING])
+            self.times(scenes[:WARM_UP_RACKS])
             return lambda: self.times(scenes)
 
         return Task(self.name, prepare, most)
 
     def times(self, scenes: Sequence[Scene]) -> dict[str, float]:
-        """Return the time of each of the scenes; nothing where the engine fails in one of them."""
+        """Return the time of each scene [s], by name; {} if the engine fails in one of them."""
         if self.why_not:
             return {}
         try:
@@ -107,23 +109,26 @@ class Player:
             return {}
 
 
-def our_player() -> Player:
-    """Return our own engine."""
-    return Player(OURS, "", lambda scene: run(scene).wall_time)
+def timed_ghostball() -> TimedEngine:
+    """Return Ghostball's engine."""
+    return TimedEngine(OURS, "", lambda scene: run(scene).wall_time)
 
 
-def peer_of(spec: str) -> Player:
-    """Return another engine, named as by `--engine`; one that isn't there says so when asked."""
+def timed_peer(spec: str) -> TimedEngine:
+    """Return another engine, named as for `--engine`; it may be unavailable."""
     try:
         engine = make_engine(spec)
     except EngineUnavailableError as error:
-        return Player(spec, "", lambda _: math.nan, str(error))  # never asked
+        return TimedEngine(spec, "", lambda _: math.nan, str(error))  # never called
     package = PACKAGE_OF.get(engine.name, engine.name)
-    return Player(spec, versions().get(package) or "", partial(_played, engine))
+    return TimedEngine(spec, versions().get(package) or "", partial(_played, engine))
 
 
 def _played(engine: ReferenceEngine, scene: Scene) -> float:
-    """Run a scene; impacts that share a ball come one by one where the engine knows no other."""
+    """Return the time of a scene [s].
+
+    If the engine doesn't support simultaneous impacts, they are resolved one after another.
+    """
     with captured():
         try:
             result = run_engine(engine, scene, "rest")
@@ -142,37 +147,37 @@ Peers = Annotated[
     list[str] | None,
     typer.Option(
         metavar="ENGINE",
-        help="Another engine beside ours, as for `run --engine`; once for each, or none for none "
-        f"(default: {', '.join(PEERS)}).",
+        help="Other engine to measure, as for `run --engine`; repeatable. `none` measures only "
+        f"Ghostball's (default: {', '.join(PEERS)}).",
     ),
 ]
 
 
 @benchmark
 def racks(repeats: Repeats = 5, peer: Peers = None) -> RacksMeasurement:
-    """Measure the time of each of 1000 random racks, half frozen.
+    """Measure the run time of each of 1000 random racks.
 
-    The other half is loose by up to 1 mm; all of pool's physics, the cue ball at 4 to 12 m/s. Other
-    engines play the first 100 of them, once.
+    Half of the racks are frozen, and half have gaps of up to 1 mm. They have the full physics of
+    pool, and cue balls of 4 to 12 m/s. Other engines simulate the first 100 racks, once.
     """
     asked = PEERS if peer is None else [] if peer == ["none"] else peer
-    return measure_racks(our_player(), [*map(peer_of, asked)], rounds=repeats)
+    return measure_racks(timed_ghostball(), [*map(timed_peer, asked)], rounds=repeats)
 
 
 def measure_racks(
-    ours: Player, peers: Sequence[Player] = (), *, rounds: int, racks: int = RACKS
+    ours: TimedEngine, peers: Sequence[TimedEngine] = (), *, rounds: int, racks: int = RACKS
 ) -> RacksMeasurement:
-    """Measure our engine on racks, `rounds` times each, and peers once on the first of them."""
+    """Measure Ghostball's engine on `racks` racks in `rounds` rounds, and peers on the first."""
     scenes = [random_rack(number) for number in range(racks)]
     tasks = [ours.task(scenes), *(one.task(scenes[:PEER_RACKS], most=1) for one in peers)]
-    found = interleave(tasks, rounds, report)
+    found = interleave(tasks, rounds, report_progress)
     engines = (
         RackTimes(
-            engine=player.name,
-            version=player.version,
-            detail=player.why_not,
-            seconds=tuple(float(f"{median(one):.4g}") for one in found[player.name].values()),
+            engine=engine.name,
+            version=engine.version,
+            detail=engine.why_not,
+            seconds=tuple(float(f"{median(one):.4g}") for one in found[engine.name].values()),
         )
-        for player in (ours, *peers)
+        for engine in (ours, *peers)
     )
     return RacksMeasurement(rounds=rounds, engines=tuple(engines))

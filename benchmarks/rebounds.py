@@ -1,4 +1,4 @@
-"""How near an engine can come to measured rebounds: its best coefficients, and what is left."""
+"""Fit the cushion coefficients of engines to measured rebounds, and measure what error is left."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from rich.console import RenderableType
 from scipy.optimize import minimize
 
-from benchmarks.frame import benchmark, counted
-from benchmarks.measurements import Shown, table_of
+from benchmarks.commands import benchmark, with_progress
+from benchmarks.measurements import BenchmarkMeasurement, table_of
 from ghostball.model import Physics
 from ghostball.model.features import Feature, has_feature
 from ghostball.reference_adapters import ReferenceEngine, make_engine
@@ -21,78 +21,82 @@ from ghostball.validation.measured.rebounds import rebounds as measured_rebounds
 from ghostball.validation.measured.table_agreement import ANGLES
 from ghostball.validation.results.measurement import Record
 
-PLAYERS: Final[Mapping[str, tuple[str, ...]]] = {
+ENGINE_LAWS: Final[Mapping[str, tuple[str, ...]]] = {
     "ghostball": ("han2005", "mathavan2010", "frictional", "restitution"),
     "pymunk": ("frictional",),
     "box2d": ("frictional",),
     "pybullet": ("frictional",),
     "mujoco": ("frictional",),
 }
-"""Engines, with the laws of cushions that they have and that turn balls; ours, one that doesn't."""
+"""Cushion laws to fit, by engine: laws with friction, and for `ghostball` one law without."""
 
 _LOSS = "cushion_restitution_loss"
 _SYMBOLS = {"cushion_restitution": "e", _LOSS: "c", "cushion_friction": "mu"}
-_STARTS = ({"mu": 0.2, "e": 0.9, "c": 0.1}, {"mu": 0.3, "e": 0.9, "c": 0.1})
-"""Where each search begins: on both sides of where a contact begins to slip."""
+_INITIAL_VALUES = ({"mu": 0.2, "e": 0.9, "c": 0.1}, {"mu": 0.3, "e": 0.9, "c": 0.1})
+"""Initial values of the searches: one for sticking and one for slipping contacts."""
 
 
 class BestRebounds(Record):
-    """One engine with one law: its best coefficients, and how far off they leave it."""
+    """The best coefficients of one engine with one cushion law, and the remaining differences.
+
+    `falls`: whether the restitution may fall with speed.
+    `errors_off`: for each of `ANGLES`, the difference for each measured value, in standard errors.
+    """
 
     engine: str
     law: str
     falls: bool
     coefficients: dict[str, float]
-    errors_off: list[list[float]]  # for each of `ANGLES`, for each bin of the facts
+    errors_off: list[list[float]]
 
     @property
     def typical(self) -> float:
-        """The root of the mean square of how many standard errors it is off."""
+        """Root mean square of the differences, in standard errors."""
         return float(np.sqrt(np.mean(np.square(self.errors_off))))
 
     @property
     def row(self) -> tuple[str, str, str, str, str]:
-        """The cells of its row: engine, law, coefficients, typical, most."""
+        """Cells of the table: engine, law, coefficients, typical and largest difference."""
         values = ", ".join(f"{_SYMBOLS[name]} = {x:.3f}" for name, x in self.coefficients.items())
         most = float(np.max(np.abs(self.errors_off)))
         law = f"{self.law}, falls" if self.falls else self.law
         return self.engine, law, values, f"{self.typical:.1f}", f"{most:.1f}"
 
 
-class ReboundsMeasurement(Shown):
-    """What `python -m benchmarks rebounds` measured."""
+class ReboundsMeasurement(BenchmarkMeasurement):
+    """Measurement of `python -m benchmarks rebounds`."""
 
     kind: Literal["rebounds"] = "rebounds"
     best: list[BestRebounds]
 
     @property
     def table(self) -> RenderableType:
-        """It as one row for each engine and law."""
-        heads = ("engine", "law", "coefficients", "standard errors off: typical", "most")
+        """Table with a row for each engine and law."""
+        heads = ("engine", "law", "coefficients", "standard errors: typical", "largest")
         return table_of(heads, [one.row for one in self.best])
 
 
 @benchmark
 def rebounds() -> ReboundsMeasurement:
-    """Search how near each engine can come to rebounds measured on a real table."""
+    """Fit each engine's cushions to rebounds measured on a real table."""
     cases = [
         (engine, law, falls)
-        for engine in map(make_engine, PLAYERS)
-        for law in PLAYERS[engine.name]
+        for engine in map(make_engine, ENGINE_LAWS)
+        for law in ENGINE_LAWS[engine.name]
         for falls in (True, False)
         if not falls or has_feature(engine.capabilities, Feature.FALLING_RESTITUTION)
     ]
-    found = counted(cases, lambda case: f"{case[0].name}, {case[1]}")
+    found = with_progress(cases, lambda case: f"{case[0].name}, {case[1]}")
     return ReboundsMeasurement(
         best=[best_rebounds(engine, law, falls=falls) for engine, law, falls in found]
     )
 
 
 def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebounds:
-    """Return the coefficients with which a law comes nearest to what was measured.
+    """Return the coefficients with which a cushion law fits the measurements best.
 
-    The cloth is that of the preset `carom`; of an engine whose rolling friction is one number at
-    any speed, that number is what was measured in the middle of the speeds.
+    The cloth is that of the preset `carom`. An engine without a quadratic rolling friction has the
+    rolling friction that was measured at a medium speed.
     """
     names = ["cushion_restitution"]
     names += [_LOSS] if falls else []
@@ -113,8 +117,8 @@ def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebo
             ]
         )
 
-    # Without derivatives: steps make an engine rough, and it has kinks where a contact begins to
-    # slip; at both least squares ended too early.
+    # A method without derivatives: time steps make the result rough, and it has a kink where a
+    # contact starts to slip. Least squares stopped too early at both.
     search = partial(
         minimize,
         lambda numbers: np.sum(np.square(off(numbers))),
@@ -122,7 +126,7 @@ def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebo
         bounds=[(0.0, 1.0)] * len(names),
         options={"maxfev": 100, "xatol": 1e-3, "fatol": 0.1},
     )
-    ends = [search([start[_SYMBOLS[name]] for name in names]) for start in _STARTS]
+    ends = [search([start[_SYMBOLS[name]] for name in names]) for start in _INITIAL_VALUES]
     best = min(ends, key=lambda end: float(end.fun))
     numbers = [float(f"{number:.4g}") for number in best.x]
     return BestRebounds(

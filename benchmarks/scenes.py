@@ -1,4 +1,4 @@
-"""Scenes that are measured but no data files, and how one is run: random racks."""
+"""Random racks for benchmarks, and a function that runs a scene to its end."""
 
 from __future__ import annotations
 
@@ -17,30 +17,32 @@ from ghostball.validation.scenes.gases import FULL_CLOTH
 POOL_TABLE = Table(length=2.54, width=1.27)
 
 SLOWEST, FASTEST = 4.0, 12.0
-"""Speeds of a cue ball [m/s]."""
+"""Range of the speed of the cue ball [m/s]."""
 
-LOOSEST = 1e-3
-"""The widest gap of a loose rack [m]."""
+LARGEST_GAP = 1e-3
+"""Largest gap of a loose rack [m]."""
 
-WIDEST_AIM = 0.01
-"""How far off the rack's axis a cue ball is aimed at most [rad]."""
+LARGEST_ANGLE = 0.01
+"""Largest angle between the velocity of the cue ball and the axis of the rack [rad]."""
 
-FARTHEST = 0.5
-"""How far from that axis it starts at most, in radii."""
+LARGEST_OFFSET = 0.5
+"""Largest distance of the cue ball from the axis of the rack, in radii."""
 
 
 def random_rack(number: int) -> Scene:
-    """Return a break with all of pool's physics, on a table without pockets.
+    """Return a random break with the full physics of pool, on a table without pockets.
 
-    `number`: even: a loose rack, its gap uniform in 0 to 1 mm, one for the whole rack. Odd: a
-    frozen rack, whose neighbours touch to a rounding, as in the shipped `frozen-break`. Speed, aim
-    and place of the cue ball are uniform, too.
+    `number`: the seed. Even numbers are loose racks with one gap, uniform between 0 and 1 mm. Odd
+        numbers are frozen racks, in which neighbours touch within rounding, as in the shipped scene
+        `frozen-break`.
+
+    Speed, direction and offset of the cue ball are uniformly distributed, too.
     """
     chance = random.Random(number)
     speed = chance.uniform(SLOWEST, FASTEST)
-    aim = chance.uniform(-WIDEST_AIM, WIDEST_AIM)
-    offset = chance.uniform(-FARTHEST, FARTHEST) * POOL_BALL_RADIUS
-    gap = 0.0 if number % 2 else chance.uniform(0.0, LOOSEST)
+    aim = chance.uniform(-LARGEST_ANGLE, LARGEST_ANGLE)
+    offset = chance.uniform(-LARGEST_OFFSET, LARGEST_OFFSET) * POOL_BALL_RADIUS
+    gap = 0.0 if number % 2 else chance.uniform(0.0, LARGEST_GAP)
     velocity = (speed * math.cos(aim), speed * math.sin(aim))
     return racked(f"rack-{number}", velocity, offset, gap)
 
@@ -52,11 +54,11 @@ def racked(
     gap: float,
     table: Table = POOL_TABLE,
 ) -> Scene:
-    """Return a break of 15 racked balls with all of pool's physics.
+    """Return a break of 15 racked balls with the full physics of pool.
 
-    `velocity` [m/s]: of the cue ball, which has no spin.
-    `offset` [m]: how far left of the rack's axis it starts.
-    `gap` [m]: between racked neighbours.
+    `velocity` [m/s]: velocity of the cue ball, which has no spin.
+    `offset` [m]: distance of the cue ball from the axis of the rack, positive to the left.
+    `gap` [m]: gap between neighbours in the rack.
     """
     cue = Ball(
         id="cue",
@@ -70,7 +72,7 @@ def racked(
 
 
 def rack_places(gap: float | NDArray[np.float64], table: Table = POOL_TABLE) -> NDArray[np.float64]:
-    """Return where racked balls lie, (..., 15, 2) [m]; neighbours are `gap`, (...) [m], apart."""
+    """Return the positions of racked balls, (..., 15, 2) [m], for gaps of shape (...) [m]."""
     spacing = 2.0 * POOL_BALL_RADIUS + np.asarray(gap)
     places = np.empty((*spacing.shape, 15, 2))
     for row in range(5):
@@ -82,11 +84,14 @@ def rack_places(gap: float | NDArray[np.float64], table: Table = POOL_TABLE) -> 
 
 
 def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:
-    """Simulate `scene` to its natural end; arguments as for `simulate`."""
+    """Simulate `scene` to its end; arguments as for `simulate`.
+
+    Raises `MeasurementError` if the run stops early.
+    """
     result = simulate(scene, record=record, no_skip=no_skip)
     if not result.status.complete:
         raise MeasurementError(
-            f'scene "{scene.name}" did not end by itself: {result.status.value}: {result.reason}. '
-            "Its time would mean nothing"
+            f'scene "{scene.name}" did not finish: {result.status.value}: {result.reason}. Only '
+            "finished runs can be measured"
         )
     return result

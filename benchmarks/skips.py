@@ -1,8 +1,8 @@
-"""The skips of our engine, off and on: what each saves, and that it changes no bit of the answer.
+"""Measure what the engine's skips save, and check that no skip changes a bit of a result.
 
-`ROUNDS` alone may round otherwise, and by how much is shown.
-
-Those that can't be switched off (`engine.running.skips.BUILT_IN`) aren't measured, and it says so.
+A skip is work that the engine leaves out where it can't affect the result. Each skip is switched
+off and on. The skips in `ROUNDING_SKIPS` may change a result by rounding; the change is shown.
+Skips that can't be switched off (`engine.running.skips.BUILT_IN`) aren't measured.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 import typer
 from rich.console import Group, RenderableType
 
-from benchmarks.frame import Repeats, benchmark, counted
-from benchmarks.measurements import Shown, table_of
+from benchmarks.commands import Repeats, benchmark, with_progress
+from benchmarks.measurements import BenchmarkMeasurement, table_of
 from benchmarks.scenes import run
 from ghostball.engine.running.skips import BUILT_IN, Skip, explain_skips
 from ghostball.model import Result, Scene
@@ -27,17 +27,18 @@ from ghostball.validation.scenes.gases import many_balls
 from ghostball.validation.scenes.library import select
 
 ROUNDING = 16.0
-"""Roundings by which the first event that differs may do so, where another formula gives the same
-root: those of the instant, and of the places over the fastest speed. What comes after depends on
-what the scene makes of that."""
+"""Largest time difference of the first different event, in roundings, for `ROUNDING_SKIPS`.
 
-ROUNDS = frozenset({Skip.ADVANCEMENT})
-"""Skips that are another formula for the same root, not work left out."""
+One rounding is that of the time, plus the rounding of a coordinate divided by the largest speed.
+Later events are not compared, because the scene amplifies the first difference."""
+
+ROUNDING_SKIPS = frozenset({Skip.ADVANCEMENT})
+"""Skips that use another formula for the same root, so that rounding may differ."""
 
 COUNTERS = ("bounds", "advancement_steps", "cell_moves")
-"""Work that skips save."""
+"""Work counters that skips reduce."""
 
-NOT_MEASURED = "it can't be switched off, so that what it saves isn't measured"
+NOT_MEASURED = "not measured, because it can't be switched off"
 
 Equality = Literal["same bits", "rounding", "differs"]
 EQUALITIES: tuple[Equality, ...] = get_args(Equality)
@@ -46,8 +47,10 @@ EQUALITIES: tuple[Equality, ...] = get_args(Equality)
 class SkipRow(Record):
     """One skip in one scene, off and on.
 
-    `seconds_on` and `seconds_off` are medians of the kernel's time [s], `work_on` and `work_off`
-    counters, by name; `detail` says where the answers part.
+    `seconds_on`, `seconds_off` [s]: median time of the kernel.
+    `work_on`, `work_off`: work counters, by name.
+    `equality`: how the two results compare.
+    `detail`: the first difference between the results, or "".
     """
 
     scene: str
@@ -60,8 +63,11 @@ class SkipRow(Record):
     detail: str = ""
 
 
-class SkipsMeasurement(Shown):
-    """What `python -m benchmarks skips` measured; `unused` has why a skip has no row, by scene."""
+class SkipsMeasurement(BenchmarkMeasurement):
+    """Measurement of `python -m benchmarks skips`.
+
+    `unused`: by scene and skip, why the skip has no row.
+    """
 
     kind: Literal["skips"] = "skips"
     rows: tuple[SkipRow, ...]
@@ -69,19 +75,19 @@ class SkipsMeasurement(Shown):
 
     @property
     def defects(self) -> tuple[SkipRow, ...]:
-        """Skips that change an answer."""
+        """Rows of the skips that change a result."""
         return tuple(row for row in self.rows if row.equality == "differs")
 
     @property
     def failure(self) -> str:
-        """How many answers a skip changes."""
+        """Message with the number of results that a skip changes, or ""."""
         count = len(self.defects)
-        return f"Answers that a skip changes: {count}; see above" if count else ""
+        return f"Results that a skip changes: {count}; see above" if count else ""
 
     @property
     def table(self) -> RenderableType:
-        """A row for each skip over all scenes; then each answer that a skip changes."""
-        heads = ("skip", "used in", *EQUALITIES, "off / on", "bounds, off / on", "it leaves out")
+        """Table with a row for each skip over all scenes, and a line for each changed result."""
+        heads = ("skip", "used in", *EQUALITIES, "off / on", "bounds, off / on", "skipped work")
         cells = []
         for skip in Skip:
             rows = [row for row in self.rows if row.skip == skip]
@@ -98,32 +104,32 @@ class SkipsMeasurement(Shown):
             for row in self.rows
             if row.equality != EQUALITIES[0]
         ]
-        return Group(table_of(heads, cells, left=("it leaves out",)), *parted)
+        return Group(table_of(heads, cells, left=("skipped work",)), *parted)
 
 
 Scenes = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="SCENE|TAG",
-        help="As of `validate` (default: all that are shipped, and two of 256 balls).",
+        help="Scenes, as for `validate` (default: all shipped scenes, and two with 256 balls).",
     ),
 ]
 
 
 @benchmark
 def skips(scenes: Scenes = None, repeats: Repeats = 5) -> SkipsMeasurement:
-    """Run scenes with each skip off and on; exit with 1 where one changes an answer."""
+    """Run scenes with each skip off and on; exit status 1 if a skip changes a result."""
     return measure_skips(select(scenes) if scenes else [*select(), *many_balls()], rounds=repeats)
 
 
 def measure_skips(scenes: Sequence[Scene], *, rounds: int) -> SkipsMeasurement:
-    """Run every scene with each skip off and on that it uses and that can be off, interleaved.
+    """Run every scene with each skip off and on, alternately, and compare the results.
 
-    And compare the answers.
+    Only skips that the scene uses and that can be switched off are measured.
     """
     rows: list[SkipRow] = []
     unused: dict[str, dict[str, str]] = {}
-    for scene in counted(scenes, lambda scene: scene.name):
+    for scene in with_progress(scenes, lambda scene: scene.name):
         uses = explain_skips(scene)
         measured = [use.skip for use in uses if use.used and use.skip not in BUILT_IN]
         rows += _rows(scene, measured, rounds)
@@ -136,7 +142,7 @@ def measure_skips(scenes: Sequence[Scene], *, rounds: int) -> SkipsMeasurement:
 
 
 def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
-    """Measure one scene: with all its skips on, and with each of them off."""
+    """Return the rows of one scene: with all skips on, and with each skip off."""
     kept = run(scene, record="events")
     found = interleave([_task("", scene), *(_task(skip, scene, skip) for skip in skips)], rounds)
     seconds = {name: median(values["seconds"]) for name, values in found.items()}
@@ -148,10 +154,10 @@ def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
     for skip in skips:
         answer = run(scene, record="events", no_skip=(skip,))
         if skip == Skip.RECORDS:
-            # Its answer is that of a run without a record: the log must not be in the way.
+            # This skip leaves out the log, so the result to compare is that of a run without one.
             answer = replace(run(scene), events=kept.events)
         equality, detail = compare_answers(kept, answer)
-        if equality == "rounding" and skip not in ROUNDS:
+        if equality == "rounding" and skip not in ROUNDING_SKIPS:
             equality = "differs"
         rows.append(
             SkipRow(
@@ -169,10 +175,10 @@ def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
 
 
 def _task(name: str, scene: Scene, *off: Skip) -> Task:
-    """Return the measurement of a scene without some skips, whose kernel is compiled beforehand.
+    """Return the timing of a scene, with some skips off, as a task that compiles beforehand.
 
-    Each sample begins with a run that isn't timed. The run before it may have used the other
-    kernel: then caches hold nothing of this one, and the first run is slower than the next.
+    Each sample starts with a run that isn't timed. The run before it may have used the other
+    kernel: then no cache holds this kernel, and its first run is slower than the next.
     """
 
     def sample() -> dict[str, float]:
@@ -188,15 +194,17 @@ def _task(name: str, scene: Scene, *off: Skip) -> Task:
 
 
 def compare_answers(on: Result, off: Result) -> tuple[Equality, str]:
-    """Return whether two runs of a scene have the same answer, and where they part.
+    """Return how two results of a scene compare, and their first difference as text.
 
-    `on`, `off`: of our engine, with events.
+    `on`, `off`: results of Ghostball's engine, with events.
 
-    Returns that, and a detail: "rounding" where the first event that differs does so by up to
-    `ROUNDING` roundings, and in nothing but its instant.
+    The comparison is "rounding" if the first different event differs only in its time, by at most
+    `ROUNDING` roundings.
+
+    Raises `ValueError` if a result has no events.
     """
     if on.events is None or off.events is None:
-        raise ValueError("both runs must have kept their events")
+        raise ValueError("both runs must have recorded their events")
     if on.events.tobytes() == off.events.tobytes():
         same = all(
             np.array_equal(a, b, equal_nan=True)
@@ -204,24 +212,24 @@ def compare_answers(on: Result, off: Result) -> tuple[Equality, str]:
         )
         if same and on.status is off.status and on.rest_time == off.rest_time:
             return "same bits", ""
-        return "differs", "the same events, but another state at the end"
+        return "differs", "the same events, but a different final state"
     count = min(len(on.events), len(off.events))
     a, b = on.events[:count], off.events[:count]
     unlike = np.flatnonzero(a != b)
     if len(unlike) == 0:
-        return "differs", f"{len(on.events)} events and {len(off.events)}"
+        return "differs", f"{len(on.events)} events with the skip, {len(off.events)} without it"
     first = unlike[0]
     what = ["kind", "a", "b"]
     rounding = np.spacing(a["t"][first]) + _time_rounding(on.scene)
     roundings = abs(a["t"][first] - b["t"][first]) / rounding
     said = f"event {first + 1} of {len(on.events)}: {roundings:.2g} roundings"
     if a[what][first] != b[what][first]:
-        return "differs", f"event {first + 1} of {len(on.events)}: another one"
+        return "differs", f"event {first + 1} of {len(on.events)}: a different event"
     return ("rounding" if roundings <= ROUNDING else "differs"), said
 
 
 def _time_rounding(scene: Scene) -> float:
-    """Return how long the fastest ball takes over the rounding of the largest coordinate [s]."""
+    """Return the rounding of the largest coordinate divided by the largest speed [s]."""
     speeds = np.linalg.norm(scene.velocities, axis=1)
     turning = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
     fastest = float(max(speeds.max(), turning.max()))

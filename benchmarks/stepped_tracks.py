@@ -2,7 +2,7 @@
 
 Balls move in steps of 0.1 ms. The laws are implemented independently: friction of the cloth,
 Coulomb friction between balls, and Han's cushion (Han 2005) with a nose height that can be chosen.
-The camera has other errors than the camera of `synthetic_tracks`: heavy-tailed noise that drifts,
+The errors of the camera differ from those in `synthetic_tracks`: heavy-tailed, correlated noise,
 and rounding to pixels.
 """
 
@@ -40,9 +40,11 @@ class SteppedTable:
 class Camera:
     """The errors of a camera.
 
-    `rate` [1/s]; `noise` [m], the standard deviation of a coordinate; `drift`, the correlation of
-    the noise of two pictures that follow each other; `pixel` [m]; `stale`, the share of pictures
-    that show a ball where it was in the picture before.
+    `rate` [1/s]: pictures per second.
+    `noise` [m]: standard deviation of a coordinate.
+    `drift`: correlation of the noise in successive pictures.
+    `pixel` [m]: size of a pixel.
+    `stale`: share of pictures that repeat the position of the picture before.
     """
 
     rate: float = 50.0
@@ -55,9 +57,9 @@ class Camera:
 def stepped_tracks(
     table: SteppedTable, surface: Surface, shots: int, seed: int, camera: Camera, *, side: float
 ) -> Shots:
-    """Return tracks of random shots among three balls, half of them aimed at one.
+    """Return tracks of random shots of three balls; half of the shots are aimed at a ball.
 
-    `side`: side spin of the shots, as of `start_of`.
+    `side`: standard deviation of the side spin, see `start_of`.
     """
     numbers = np.array(
         [
@@ -112,7 +114,7 @@ def start_of(shot: int, surface: Surface, seed: int, *, side: float) -> FloatArr
 
 
 def _seen(random: np.random.Generator, places: FloatArray, camera: Camera) -> FloatArray:
-    """Return the places (n, 2) as the camera gives them."""
+    """Return the positions (n, 2) [m] as the camera records them."""
     fresh = random.standard_t(4.0, places.shape) * camera.noise / math.sqrt(2.0)
     noise = np.empty_like(fresh)
     last = fresh[0]
@@ -129,7 +131,10 @@ def _seen(random: np.random.Generator, places: FloatArray, camera: Camera) -> Fl
 
 @njit(cache=False)
 def _play(state, numbers, every, pictures):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Simulate a shot in steps; take a picture every `every` steps; return how many."""
+    """Simulate a shot with time steps, and fill `pictures` every `every` steps; return the count.
+
+    `state` (3, 7) is modified in place; `numbers` are the coefficients and sizes.
+    """
     roll, slide, e_ball, mu_ball, e_cushion, mu_cushion, height, length, width, radius = numbers
     sine = (height - radius) / radius
     cosine = math.sqrt(1.0 - sine * sine)

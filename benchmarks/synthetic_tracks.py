@@ -1,4 +1,4 @@
-"""Tracks as a camera would bring them of tables whose physics is known."""
+"""Simulate camera tracks of shots with known physics, with Ghostball's engine."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ghostball.model.arrays import FloatArray
 from ghostball.validation.measured.tracks import Shots, Surface, Track, tracks_of
 
 POOL = Surface(2.54, 1.27, 0.028575)
-"""A table of nine feet."""
+"""A nine-foot table."""
 
-_APART = 0.1  # [m]: balls from each other and from cushions
-_AIMED = 0.04  # [m]: how far a shot that is aimed at a ball passes its centre, typically
+_SMALLEST_DISTANCE = 0.1  # [m]: between balls, and from balls to cushions
+_AIM_ERROR = 0.04  # [m]: standard deviation of the distance at which an aimed shot passes a ball
 
 
 def synthetic_tracks(
@@ -30,11 +30,13 @@ def synthetic_tracks(
     side: float = 0.0,
     resting: bool = True,
 ) -> Shots:
-    """Return tracks of random shots among three balls, half of them aimed at one.
+    """Return tracks of random shots of three balls; half of the shots are aimed at a ball.
 
-    `rate` [1/s] of the camera; `noise` [m], of each coordinate; `stale`: part of the samples that
-    show the place of the one before; `side` of the struck ball, typically. Where `resting` is
-    false, balls are left out while they rest, but for how they begin.
+    `rate` [1/s]: pictures per second.
+    `noise` [m]: standard deviation of a coordinate.
+    `stale`: share of samples that repeat the position of the sample before.
+    `side`: standard deviation of the side spin of the struck ball, R w_z / v.
+    `resting`: whether samples of resting balls are included; each ball's first sample always is.
     """
     random = np.random.default_rng(seed)
     found: Shots = {}
@@ -52,13 +54,14 @@ def _shot(random: np.random.Generator, physics: Physics, side: float) -> Scene:
     places: list[FloatArray] = []
     extent = np.array([POOL.length, POOL.width])
     while len(places) < 3:
-        place = random.uniform(_APART, extent - _APART)
-        if all(np.linalg.norm(place - other) > _APART for other in places):
+        place = random.uniform(_SMALLEST_DISTANCE, extent - _SMALLEST_DISTANCE)
+        if all(np.linalg.norm(place - other) > _SMALLEST_DISTANCE for other in places):
             places.append(place)
     way = places[1] - places[0]
     angle = random.uniform(0.0, 2.0 * math.pi)
     if random.random() < 0.5:
-        angle = math.atan2(way[1], way[0]) + random.normal() * _AIMED / float(np.linalg.norm(way))
+        error = random.normal() * _AIM_ERROR / float(np.linalg.norm(way))
+        angle = math.atan2(way[1], way[0]) + error
     speed, roll = random.uniform(0.5, 3.0), random.uniform(0.0, 1.0)
     vx, vy = speed * math.cos(angle), speed * math.sin(angle)
     spin = np.array([-roll * vy, roll * vx, side * random.normal() * speed]) / POOL.radius
@@ -91,7 +94,7 @@ def _seen(
 
 
 def write_tracks(path: Path, shots: Shots, heading: str) -> None:
-    """Write tracks as a CSV file that `ghostball fit` reads, to a tenth of a millimetre."""
+    """Write tracks as a CSV file for `ghostball fit`, rounded to 0.1 mm."""
     lines = [f"# {heading}", "shot,ball,t,x,y"]
     for shot, balls in shots.items():
         for ball, track in balls.items():
@@ -101,7 +104,7 @@ def write_tracks(path: Path, shots: Shots, heading: str) -> None:
 
 
 EXAMPLE = Path(__file__).resolve().parents[1] / "docs" / "examples" / "tracks.csv"
-"""The tracks that the documentation fits."""
+"""File of the tracks that the documentation fits."""
 
 EXAMPLE_PHYSICS = Physics(
     preset="pool",
@@ -113,7 +116,7 @@ EXAMPLE_PHYSICS = Physics(
     cushion_restitution_loss=0.06,
     cushion_friction=0.17,
 )
-"""The table that they are of."""
+"""Physics of the tracks that the documentation fits."""
 
 
 def write_example(path: Path = EXAMPLE) -> None:

@@ -1,4 +1,4 @@
-"""What `speed` times: each workload builds its scenes, and samples them once a round."""
+"""The workloads that `speed` times. Each workload is prepared once, and sampled in each round."""
 
 from __future__ import annotations
 
@@ -22,36 +22,36 @@ from ghostball.validation.scenes.gases import FRICTIONLESS, ball_at, packed_gas
 from ghostball.validation.scenes.library import find_scene
 
 SHIPPED = ("break-16", "break-16@8", "pool-break-9", "galperin-3")
-"""Shipped scenes whose times the documentation quotes; SCENE@SPEED sets the first ball's speed
-[m/s].
+"""Shipped scenes with run times that the documentation quotes; SCENE@SPEED sets the speed of the
+first ball [m/s].
 """
 
 RUNS = 15
-"""How often a sample runs a shipped scene: one run takes too short a time."""
+"""Number of runs of a shipped scene in a sample, because one run is too short to time."""
 
 SLIDES = 10_000
-"""Slides of one ball."""
+"""Number of slides of one ball."""
 
 DRAG = 0.0041
-"""k of a pool ball in air [1/m], as in the shipped `air-slides`."""
+"""Drag coefficient k of a pool ball in air [1/m], as in the shipped scene `air-slides`."""
 
 GAS_PACKING = 0.6
-"""The part of the area that balls of a gas cover."""
+"""Part of the area that the balls of a gas cover."""
 
-MELTING = 20.0
-"""Collisions of each ball after which nothing is left of the lattice of the start."""
-
+MELTING_COLLISIONS = 20.0
+"""Number of collisions of each ball after which the initial lattice has become a gas."""
 
 Prepare = Callable[[bool], Sampler]
-"""Builds a workload; True asks for tiny sizes, which test that it runs and time nothing."""
+"""Function that prepares a workload; True asks for tiny sizes, to test that it runs."""
 
 
 @dataclass(frozen=True)
 class Workload:
     """One workload.
 
-    `targets`: limits on medians, by quantity: at most so much, but for `speed.AT_LEAST`.
-    `most`: see `Task`.
+    `prepare`: returns the sampler.
+    `targets`: upper limits of medians, by quantity; lower limits for `speed.LARGER_IS_BETTER`.
+    `most`: largest number of samples, see `Task`.
     """
 
     name: str
@@ -66,7 +66,7 @@ WORKLOADS: dict[str, Workload] = {}
 def workload(
     name: str, targets: Mapping[str, float] | None = None, most: int | None = None
 ) -> Callable[[Prepare], Prepare]:
-    """Return what makes a workload of a function that prepares it."""
+    """Return a decorator that registers a function as the preparation of a workload."""
 
     def register(prepare: Prepare) -> Prepare:
         WORKLOADS[name] = Workload(name, prepare, targets or {}, most)
@@ -76,7 +76,7 @@ def workload(
 
 
 def shipped_scene(name: str) -> Scene:
-    """Return a shipped scene, its first ball sped up where the name says so."""
+    """Return a shipped scene by its name or by SCENE@SPEED; see `SHIPPED`."""
     name, _, speed = name.partition("@")
     scene = find_scene(name)
     if not speed:
@@ -88,7 +88,7 @@ def shipped_scene(name: str) -> Scene:
 
 
 def continued(scene: Scene) -> Scene:
-    """Return a scene of rolling balls as it is when it ends: a lattice is a gas by then."""
+    """Return a scene that starts with the final state of `scene`; all balls roll."""
     state = run(scene).final_state
     states = zip(
         scene.balls, state.positions[0].tolist(), state.velocities[0].tolist(), strict=True
@@ -98,15 +98,15 @@ def continued(scene: Scene) -> Scene:
 
 
 def seconds_of(what: Callable[[], object]) -> float:
-    """Return how long a call takes [s]."""
+    """Return the time of a call [s]."""
     began = time.perf_counter()
     what()
     return time.perf_counter() - began
 
 
 def sampler_of(scenes: Sequence[Scene], runs: int = 1) -> Sampler:
-    """Return what samples scenes: medians over them, each run so often."""
-    for scene in scenes:  # laid out, and whatever it needs compiled
+    """Return a sampler that runs each scene `runs` times; a sample has medians over all runs."""
+    for scene in scenes:  # so that the kernels are compiled and the layouts cached
         run(scene)
 
     def sample() -> dict[str, float]:
@@ -132,21 +132,21 @@ def sampler_of(scenes: Sequence[Scene], runs: int = 1) -> Sampler:
 
 @workload("loose-racks", {"kernel": 30e-6, "per_event": 280e-9, "call_extra": 8e-6})
 def prepare_racks(fast: bool) -> Sampler:
-    """Prepare breaks of loose racks with all of pool's physics."""
+    """Prepare breaks of loose racks with the full physics of pool."""
     return sampler_of([random_rack(2 * k) for k in range(2 if fast else 100)])
 
 
 def prepare_gas(count: int, fast: bool) -> Sampler:
-    """Prepare a melted elastic gas.
+    """Prepare an elastic gas of `count` balls that starts as a lattice and is run until it melts.
 
-    How long it runs hangs on how often a ball meets another: Enskog's rate of hard discs,
+    The duration follows from the collision rate of hard discs (Enskog),
     2 sqrt(pi) n D g sqrt(k T / m), with the contact value g = (1 - 7 x / 16) / (1 - x)^2 of
-    Henderson (1975), x the part covered, at 1 m/s for each component of a velocity.
+    Henderson (1975). x is the covered part of the area, and each velocity component is 1 m/s (rms).
     """
     contact = (1.0 - 7.0 * GAS_PACKING / 16.0) / (1.0 - GAS_PACKING) ** 2
     rate = 4.0 * GAS_PACKING * contact / (math.sqrt(math.pi) * POOL_BALL_RADIUS)  # [1/s]
-    lasts = (2.0 if fast else MELTING) / rate
-    gas = packed_gas(min(count, 20) if fast else count, GAS_PACKING, FRICTIONLESS, t_max=lasts)
+    duration = (2.0 if fast else MELTING_COLLISIONS) / rate
+    gas = packed_gas(min(count, 20) if fast else count, GAS_PACKING, FRICTIONLESS, t_max=duration)
     return sampler_of([continued(gas)])
 
 
@@ -164,7 +164,7 @@ SCENE_TARGETS = {
 
 @workload("scenes", SCENE_TARGETS, most=5)
 def prepare_building(fast: bool) -> Sampler:
-    """Prepare scenes to be made: of 16 balls, and of 100 000 until their simulation has begun."""
+    """Prepare the building of scenes: with 16 balls, and with 100 000 balls and a short run."""
     rack = random_rack(0)
     large = 100 if fast else 100_000
     apart, columns = 3.0 * POOL_BALL_RADIUS, math.ceil(math.sqrt(large))
@@ -203,7 +203,7 @@ def prepare_building(fast: bool) -> Sampler:
 
 @workload("air", {"over_no_air": 6.0})
 def prepare_air(fast: bool) -> Sampler:
-    """Prepare slides of one ball in air, and the same without: all by one call of the kernel."""
+    """Prepare slides of one ball with and without air drag; one kernel call runs all slides."""
     chance, number = np.random.default_rng(0), 3 if fast else SLIDES
     velocities, places = np.zeros((number, 1, 3)), np.zeros((number, 1, 3))
     velocities[:, 0, 0] = chance.uniform(0.5, 8.0, number)

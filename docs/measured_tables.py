@@ -11,7 +11,7 @@ import pymunk
 
 from benchmarks.board import HEADS, BoardMeasurement
 from benchmarks.fits import FitsMeasurement
-from benchmarks.made import MadeMeasurement
+from benchmarks.made_balls import MadeBallsMeasurement
 from benchmarks.measurements import measured
 from benchmarks.rebounds import ReboundsMeasurement
 from docs.recipes import pymunk_recipe
@@ -156,9 +156,9 @@ def rebounds(engine: str = "") -> str:
     return table(heads, rows) if rows else ""
 
 
-def made() -> str:
+def made_balls() -> str:
     """Return how often a break pockets a ball."""
-    stored = measured(MadeMeasurement)
+    stored = measured(MadeBallsMeasurement)
     return table(("result of a break", f"{stored.breaks} simulated", "published"), stored.rows)
 
 
@@ -167,4 +167,4 @@ def fits() -> str:
     stored = measured(FitsMeasurement)
     heads = ("field", "tables", "within 1.96 standard errors", "largest")
     rows = ((f"`{name}`", *cells) for name, *cells in stored.rows)
-    return f"{table(heads, rows)}\n\n{stored.extent} {stored.sought}"
+    return f"{table(heads, rows)}\n\n{stored.extent} {stored.law_searches}"

@@ -1,1 +1,1 @@
-"""The pictures that the README and the documentation show, remade by `make gallery`."""
+"""Draw the pictures of the README and the documentation; `make gallery` writes them."""

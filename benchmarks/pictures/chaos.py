@@ -1,4 +1,7 @@
-"""How neighbouring shots part, and that the tangent map says so beforehand (the paper, 4.2)."""
+"""Draw how the distance of neighbouring shots grows, and its prediction by the tangent map.
+
+Section 4.2 of the paper describes this sensitivity.
+"""
 
 from __future__ import annotations
 
@@ -22,19 +25,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-SIZES = (1e-4, 1e-7, 1e-10, 1e-13)
-"""By how much the fastest ball of a neighbouring shot is faster [m/s]. The first is the paper's
+SPEED_CHANGES = (1e-4, 1e-7, 1e-10, 1e-13)
+"""Added speeds of the fastest ball in the neighbouring shots [m/s]. The first is the paper's
 (section 4.2): changes as small as .0001 vastly change the final resting state."""
 
 COLOURS = (style.VERMILLION, style.BLUE, style.GREEN, style.PURPLE)
-"""Of the sizes."""
+"""Colours of the neighbouring shots."""
 
 WIDTH, HEIGHT = 9.6, 4.6
 
-_UNIFORM, _LIMIT = 200, 600  # instants: on a grid, and at most
+_UNIFORM, _LIMIT = 200, 600  # number of sampled times on a uniform grid, and in all at most
 
 _LOWEST = 1e-16
-"""Least distance that is drawn [m]."""
+"""Smallest distance in the picture [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +45,12 @@ class Neighbours:
     """A shot with its neighbours.
 
     `times` (k,) float64 [s].
-    `growth` (k,) float64 [m]: the largest `Result.sensitivity` of a ball; nan where no derivative
+    `growth` (k,) float64 [m]: the largest `Result.sensitivity` of a ball; NaN where no derivative
         exists.
-    `distance` (sizes, k) float64 [m]: the largest distance of a ball in a neighbour from where it
-        is in the shot.
-    `predicted` (sizes, k) float64 [m]: that by the tangent map of the shot; nan where no derivative
-        exists.
+    `distance` (neighbours, k) float64 [m]: the largest distance between the positions of a ball in
+        the neighbour and in the shot.
+    `predicted` (neighbours, k) float64 [m]: the same distance from the tangent map of the shot; NaN
+        where no derivative exists.
     """
 
     times: FloatArray
@@ -57,7 +60,7 @@ class Neighbours:
 
 
 def neighbours_of(scene: Scene) -> Neighbours:
-    """Compare a shot with those whose fastest ball is faster by `SIZES`."""
+    """Compare a shot with shots in which the fastest ball is faster by `SPEED_CHANGES`."""
     result = run_ours(scene)
     times = union_times(result.rest_time, events_of(result)["t"], uniform=_UNIFORM, limit=_LIMIT)
     fastest = int(np.argmax(np.linalg.norm(scene.velocities, axis=1)))
@@ -68,18 +71,19 @@ def neighbours_of(scene: Scene) -> Neighbours:
     parting = _finite(np.max(np.linalg.norm(tangent, axis=2), axis=1))
     places = result.sample(times).positions
     neighbours = [
-        run_ours(_faster(scene, fastest, size * along)).sample(times).positions for size in SIZES
+        run_ours(_faster(scene, fastest, change * along)).sample(times).positions
+        for change in SPEED_CHANGES
     ]
     return Neighbours(
         times,
         _finite(np.max(result.sensitivity(times), axis=1)),
         np.array([np.linalg.norm(there - places, axis=2).max(axis=1) for there in neighbours]),
-        np.outer(SIZES, parting),
+        np.outer(SPEED_CHANGES, parting),
     )
 
 
 def _faster(scene: Scene, ball: int, by: FloatArray) -> Scene:
-    """Return the scene with more velocity for a ball; one that rolls rolls on."""
+    """Return the scene with a velocity added to a ball; a rolling ball still rolls."""
     balls = [one.model_dump(exclude_unset=True) for one in scene.balls]
     velocity = scene.velocities[ball].copy()
     velocity[:2] += by
@@ -93,36 +97,39 @@ def _faster(scene: Scene, ball: int, by: FloatArray) -> Scene:
 
 
 def _finite(values: FloatArray) -> FloatArray:
-    """Return the values with nan for what isn't finite."""
+    """Return the values with NaN for infinite values."""
     finite: FloatArray = np.where(np.isfinite(values), values, np.nan)
     return finite
 
 
 def draw_chaos(results: Results) -> Figure:
-    """Draw the distance of neighbouring shots against time, in each scene that is chaotic."""
+    """Draw the distance of neighbouring shots against time, for each scene with the tag "chaos".
+
+    Raises `GhostballError` if the results have no such scene.
+    """
     cases = {case.scene: case for case in results.cases if "chaos" in case.tags}
     if not cases:
         raise GhostballError(
-            f'{results.path}: a picture needs the scenes with the tag "chaos", which these results '
-            "lack. Run the full suite"
+            f'{results.path}: the picture "chaos" needs scenes with the tag "chaos", but the '
+            "results have none. Run the full suite"
         )
     figure = style.new_figure(WIDTH, HEIGHT)
     panels = figure.subplots(1, len(cases), sharey=True, squeeze=False)[0]
     for axes, case in zip(panels, cases.values(), strict=True):
         _draw_panel(axes, neighbours_of(case.load_scene()), case.shot_horizon)
         axes.set_title(case.scene, fontsize=9)
-    panels[0].set_ylabel("largest distance of a ball from its twin [m]")
+    panels[0].set_ylabel("largest distance of a ball in the two shots [m]")
     legend = panels[0].get_legend_handles_labels()
     figure.legend(*legend, loc="outside lower center", ncols=3, fontsize=8)
     style.set_title(
-        figure, "Shots that begin almost alike: measured, and by the tangent map (dotted)"
+        figure, "Shots with almost equal starts: distances, and their tangent map (dotted)"
     )
     return figure
 
 
 def _draw_panel(axes: Axes, shot: Neighbours, horizon: float | None) -> None:
     for size, distance, predicted, colour in zip(
-        SIZES, shot.distance, shot.predicted, COLOURS, strict=True
+        SPEED_CHANGES, shot.distance, shot.predicted, COLOURS, strict=True
     ):
         label = f"{size:g} m/s faster"
         axes.plot(shot.times, _shown(distance), color=colour, linewidth=1.5, label=label)
@@ -135,7 +142,7 @@ def _draw_panel(axes: Axes, shot: Neighbours, horizon: float | None) -> None:
         color=style.FAINT,
         alpha=0.6,
         linewidth=0.0,
-        label="within 32 roundings of our engine",
+        label="32 roundings of Ghostball's engine",
     )
     axes.axhline(TOLERANCE, color=style.GREY, linewidth=0.8, linestyle=(0.0, (4.0, 2.0)))
     if horizon is not None:
@@ -154,5 +161,5 @@ def _draw_panel(axes: Axes, shot: Neighbours, horizon: float | None) -> None:
 
 
 def _shown(distances: Any) -> Any:
-    """Return distances with nothing where there is none: a logarithm has no 0."""
+    """Return distances with NaN for 0, which a logarithmic axis can't show."""
     return np.where(distances > 0.0, distances, np.nan)

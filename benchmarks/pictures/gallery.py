@@ -1,4 +1,4 @@
-"""The few pictures that the README shows, made from one results folder by one command."""
+"""Write the pictures of the README and the documentation from results and measurements."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERO_SCENES = ("pocket-break-9", "break-16", "break-7")
-"""The first of these that is stored is the hero's break."""
+"""Scenes for the README's first picture, the hero; the first stored one is drawn."""
 
 HERO_ENGINES = ("ghostball", "pymunk:contact_steps=exact", "pymunk", "pybullet")
 """Engines of the hero's panels, in rows of two."""
@@ -39,11 +39,11 @@ HERO_ENGINES = ("ghostball", "pymunk:contact_steps=exact", "pymunk", "pybullet")
 HERO_COLUMNS = 2
 
 EXACT = 1e-17
-"""Where an error of exactly 0 is drawn [m]: left of every rounding error."""
+"""Position of an error of exactly 0 on the axis [m], left of every rounding error."""
 
 
 def draw_hero(results: Results) -> Figure:
-    """Draw what the project is about: one break on several engines, above all engines' errors."""
+    """Draw one break on several engines, and below it the errors of all engines."""
     stored = [name for name in HERO_SCENES if name in results.scene_names]
     shot, _ = our_shot(results, (stored or HERO_SCENES)[0])
     errors = {label: independent_errors(results, label) for label in results.labels}
@@ -72,7 +72,7 @@ def draw_hero(results: Results) -> Figure:
 
 
 def draw_accuracy_on(axes: Axes, errors: Mapping[str, Sequence[float]]) -> None:
-    """Draw the rest errors of each engine, by label, on given axes."""
+    """Draw the rest position errors of each engine, by label, on axes."""
     axes.set_xscale("log")
     for row, (label, found) in enumerate(errors.items()):
         _draw_dots(axes, row, label, found)
@@ -87,15 +87,15 @@ def draw_accuracy_on(axes: Axes, errors: Mapping[str, Sequence[float]]) -> None:
     axes.minorticks_off()
     _write_right(axes, -0.75, "median (scenes)")
     axes.grid(True, axis="x")
-    axes.set_xlabel("largest rest error of a scene (dot), median of the scenes (bar)")
+    axes.set_xlabel("largest rest position error in a scene (dot), median of the scenes (bar)")
     count = max(len(found) for found in errors.values())
-    axes.set_title(f"How far from the exact solution the balls rest, {count} closed-form scenes")
+    axes.set_title(f"Rest position errors in {count} scenes with a closed form")
 
 
 def _draw_dots(axes: Axes, row: int, label: str, found: Sequence[float]) -> None:
     look = style.engine_style(label)
     for i, error in enumerate(sorted(found)):
-        # Neighbours in size lie on different heights, so that equal errors don't hide each other.
+        # Successive errors are at different heights, so that equal errors are visible.
         height = row + 0.13 * ((i % 3) - 1)
         axes.plot(
             max(error, EXACT),
@@ -114,7 +114,7 @@ def _draw_dots(axes: Axes, row: int, label: str, found: Sequence[float]) -> None
 
 
 def _write_right(axes: Axes, row: float, text: str) -> None:
-    """Write right of the axes, at the height of a row."""
+    """Write a text to the right of the axes, at the height of a row."""
     axes.annotate(
         text,
         (1.0, row),
@@ -128,7 +128,7 @@ def _write_right(axes: Axes, row: float, text: str) -> None:
 
 
 def independent_errors(results: Results, label: str) -> list[float]:
-    """Return an engine's largest rest error in each scene of independent truth [m]."""
+    """Return an engine's largest rest position error in each scene with a closed form [m]."""
     found = []
     for case in results.cases:
         error = metric_of(case, "rest_error_max")
@@ -146,7 +146,7 @@ GALLERY: Mapping[str, Callable[[Results], Figure]] = {
 
 
 def draw_committed() -> Iterator[tuple[str, Figure, str]]:
-    """Draw the committed measurements; each with the revision that it is of."""
+    """Yield name, picture and revision of each committed measurement that is drawn."""
     precision = measured(PrecisionMeasurement)
     racks, rebounds = measured(RacksMeasurement), measured(ReboundsMeasurement)
     for name, figure, of in (
@@ -159,7 +159,7 @@ def draw_committed() -> Iterator[tuple[str, Figure, str]]:
 
 
 def revision_of(environment: Mapping[str, Any]) -> str:
-    """Return at which revision something was computed, and whether with changes."""
+    """Return the revision in an environment, and whether there were uncommitted changes."""
     git = environment.get("git") or {"revision": "unknown", "dirty": False}
     return f"{git['revision']}{', with changes' if git['dirty'] else ''}"
 
@@ -167,11 +167,15 @@ def revision_of(environment: Mapping[str, Any]) -> str:
 def write_gallery(
     results_dir: str | Path, gallery_dir: str | Path, *, sections_dir: str | Path | None = None
 ) -> list[Path]:
-    """Write the pictures of the README and the documentation, as PNG; return the files written.
+    """Write the pictures of the README and the documentation as PNG; return the written files.
 
-    Those of the paper's section 6 are drawn from `sections_dir`, whose results may have engines
-    that the suite leaves out; without it they are left out. Each picture carries, as its
-    description, the revision at which what it shows was computed.
+    `results_dir`: results of the full suite.
+    `sections_dir`: results for the pictures of the paper's section 6, which may have engines that
+        the suite doesn't run; None leaves these pictures out.
+
+    The description in each PNG file names the revision that computed the data.
+
+    Raises `GhostballError` if results are missing, or if the folder can't be written.
     """
     results = Results.open(results_dir)
     folder = Path(gallery_dir)

@@ -1,7 +1,8 @@
-"""The paper's Figures 1 to 4 again, from stored motions: what it showed, now exact.
+"""Draw Figures 1 to 4 of the paper from stored motions.
 
-Figure 1: a break of 7 at four instants. Figure 2: two examples of clipping, beside the same
-instants on our engine. Figure 3: a cushion collision. Figure 4: head-on against slightly skewed.
+Figure 1: a break of 7 balls at four times. Figure 2: two examples of overlapping balls ("clipping"
+in the paper), beside the same times on Ghostball's engine. Figure 3: a cushion collision. Figure 4:
+a head-on collision and a slightly skewed one.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ WIDTH = 8.8
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two balls inside each other: when, which, and by how much [m]."""
+    """Overlap of balls `a` and `b` at time `t` [s]; `length` [m] is its depth."""
 
     t: float
     a: int
@@ -64,7 +65,7 @@ class Overlap:
 
 
 def draw_figure_1(results: Results) -> Figure:
-    """Draw the break of 7 at four instants."""
+    """Draw the break of 7 balls at four times."""
     shot, ours = our_shot(results, BREAK)
     motion = motion_of_run(ours)
     struck = _first_time(motion, EventKind.BALL_BALL)
@@ -87,7 +88,7 @@ def draw_figure_1(results: Results) -> Figure:
 
 
 def draw_figure_2(results: Results) -> Figure:
-    """Draw two clipped instants of the paper's first algorithm, and ours at the same instants."""
+    """Draw two overlaps on the paper's first algorithm, and Ghostball's engine at those times."""
     examples = _clippings(results)
     figure = style.new_figure(WIDTH, 3.3 * len(examples) + 0.5)
     grid = figure.subplots(len(examples), 2, squeeze=False)
@@ -103,7 +104,7 @@ def draw_figure_2(results: Results) -> Figure:
 
 
 def draw_figure_3(results: Results) -> Figure:
-    """Draw the cushion collision at three instants."""
+    """Draw the cushion collision at three times."""
     shot, ours = our_shot(results, WALL)
     motion = motion_of_run(ours)
     contact = _first_time(motion, EventKind.BALL_CUSHION)
@@ -121,12 +122,12 @@ def draw_figure_3(results: Results) -> Figure:
         draw_scale_bar(axes, view, 0.1, "0.1 m")
         axes.set_title(f"{letter} {t:.2f} s: {what}", fontsize=9)
     style.set_title(figure, f"Figure 3 of the paper: a ball meets a cushion, {ours.style.name}")
-    _set_note(figure, "Arrows: velocity after the instant. Lines: the path so far.")
+    _set_note(figure, "Arrows: velocity just after that time. Lines: the path up to that time.")
     return figure
 
 
 def draw_figure_4(results: Results) -> Figure:
-    """Draw head-on and slightly skewed, before and after."""
+    """Draw the head-on and the slightly skewed collision, before and after."""
     found = [our_shot(results, name) for name in (HEAD_ON, SKEWED)]
     views = []
     for _, ours in found:
@@ -149,7 +150,7 @@ def draw_figure_4(results: Results) -> Figure:
             _draw_instant(axes, shot, motion, contact + dt, trail=0.5, arrows=0.35)
             draw_scale_bar(axes, view, 0.1, "0.1 m")
             axes.set_title(f"{letter} {what}: {abs(dt):g} s {when} the collision", fontsize=9)
-    change = f"what {offset} off centre changes"
+    change = f"the effect of an offset of {offset}"
     style.set_title(figure, f"Figure 4 of the paper: {change}, {found[0][1].style.name}")
     _set_note(figure, "Arrows: velocity. Lines: the last 0.5 s of each path.")
     return figure
@@ -164,7 +165,7 @@ PAPER_FIGURES: dict[str, Callable[[Results], Figure]] = {
 
 
 def overlaps(shot: Shot, motion: Motion) -> list[Overlap]:
-    """Return every stored instant at which two balls are inside each other, the largest first."""
+    """Return all overlaps of two balls at the stored times, the largest first."""
     found = [
         Overlap(float(t), a, b, length)
         for t, centres in zip(motion.times, motion.positions, strict=True)
@@ -174,7 +175,7 @@ def overlaps(shot: Shot, motion: Motion) -> list[Overlap]:
 
 
 def _overlaps_at(radii: FloatArray, centres: FloatArray) -> Iterator[tuple[int, int, float]]:
-    """Yield each two balls that are inside each other, and by how much [m]."""
+    """Yield the indices of each pair of overlapping balls, and the depth of the overlap [m]."""
     first, second = np.triu_indices(len(radii), k=1)
     distance = np.linalg.norm(centres[first] - centres[second], axis=1)
     length = radii[first] + radii[second] - distance
@@ -183,9 +184,9 @@ def _overlaps_at(radii: FloatArray, centres: FloatArray) -> Iterator[tuple[int, 
 
 
 def _clippings(results: Results) -> list[tuple[Shot, Run, Run, Overlap]]:
-    """Return two large overlaps of different pairs, from different breaks where there are two.
+    """Return two large overlaps of different pairs, from different breaks if both are stored.
 
-    Each with its shot, the run that clips, and ours.
+    Each comes with its shot, the run with the overlap, and the run of Ghostball's engine.
     """
     found = []
     for name in (name for name in (BREAK, BIG_BREAK) if name in results.scene_names):
@@ -229,7 +230,7 @@ def _draw_close_up(axes: Axes, shot: Shot, run: Run, overlap: Overlap) -> None:
 
 
 def _draw_lens(axes: Axes, a: FloatArray, b: FloatArray, radius_a: float, radius_b: float) -> None:
-    """Fill what two overlapping discs share."""
+    """Fill the intersection of two overlapping discs."""
     from matplotlib.patches import Circle  # noqa: PLC0415
 
     clip = Circle((float(a[0]), float(a[1])), radius_a, transform=axes.transData)
@@ -249,7 +250,10 @@ def _draw_lens(axes: Axes, a: FloatArray, b: FloatArray, radius_a: float, radius
 def _draw_instant(
     axes: Axes, shot: Shot, motion: Motion, t: float, *, trail: float, arrows: float = 0.0
 ) -> None:
-    """Draw the balls at an instant, the last `trail` seconds of path, and velocities x `arrows`."""
+    """Draw the balls at a time, the last `trail` [s] of their paths, and velocities as arrows.
+
+    `arrows` [s]: length of an arrow divided by the speed; 0 draws none.
+    """
     centres = _positions_at(motion, t)
     since = (motion.times > t - trail) & (motion.times < t)
     start = _positions_at(motion, max(0.0, t - trail))
@@ -292,13 +296,13 @@ def _first_time(motion: Motion, kind: EventKind) -> float:
 
 
 def _positions_at(motion: Motion, t: float) -> FloatArray:
-    """Return the centres at t, (n, 3) [m]."""
+    """Return the centres at time t, (n, 3) [m]."""
     centres: FloatArray = recorded(motion).sample(np.array([t])).positions[0]
     return centres
 
 
 def _velocities_after(motion: Motion, t: float) -> FloatArray:
-    """Return the velocities at the first stored instant at or after t, (n, 3) [m/s]."""
+    """Return the velocities at the first stored time from t on, (n, 3) [m/s]."""
     index = min(int(np.searchsorted(motion.times, t)), len(motion.times) - 1)
     velocities: FloatArray = motion.velocities[index]
     return velocities

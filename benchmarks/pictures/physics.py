@@ -1,8 +1,9 @@
-"""Two laws of the game, from stored sweeps of whole shots, over their closed forms.
+"""Draw two effects of cut shots from stored sweeps, with their closed forms.
 
-The 30 degree rule: where a rolling cue ball goes after it has cut another. Throw: how far friction
-between the balls turns the object ball off the line of centres, against cut angle and side spin. A
-sweep is a scene of many shots side by side: balls 0 and 1, balls 2 and 3, and so on.
+The 30 degree rule: the direction of a rolling cue ball after a cut. Throw: the angle between the
+path of the object ball and the line of centres, caused by friction between the balls, against cut
+angle and side spin. A sweep is a scene with many shots side by side: balls 0 and 1, balls 2 and 3,
+and so on.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ THROW_BY_SPIN = "throw-by-spin"
 THREE_QUARTER_BALL, HALF_BALL, QUARTER_BALL = (
     math.degrees(math.asin(1.0 - fraction)) for fraction in (0.75, 0.5, 0.25)
 )
-"""Cut angles of shots that cover this much of the object ball [deg]."""
+"""Cut angles of shots in which the cue ball covers 3/4, 1/2 and 1/4 of the object ball [deg]."""
 
 PUBLISHED_DEFLECTIONS = (
     (10.0, 21.681),
@@ -54,24 +55,24 @@ NAMED_DEFLECTIONS = (
     (HALF_BALL, "half ball", (8, -15), "left"),
     (QUARTER_BALL, "1/4 ball", (10, 3), "left"),
 )
-"""Cut angle [deg], name, and where it is written: an offset in points, and which end is there."""
+"""Cut angle [deg], name, offset of the name [points], and end of the name at the point."""
 
 MPH = 0.44704  # [m/s]
 WIDTH = 8.8
 SMALLEST = 1e-15
-"""Differences below this are drawn at it [deg]: a double near 30 resolves 4e-15."""
+"""Smallest difference in the picture [deg]; the rounding of a number near 30 is 4e-15."""
 
 
 @dataclass(frozen=True)
 class Cut:
     """One shot of a sweep on one engine.
 
-    `cut` [deg]: angle between the cue ball's path and the line of centres, by the scene's geometry.
-    `speed` [m/s]: of the cue ball at the collision, where it has no horizontal spin left then; by
-        formula.
-    `spin`: r wz at the collision, over that speed, positive for outside english; by formula.
-    `cue`, `target` [deg]: where each ball goes in the end: the angle from the cue ball's path, the
-        object ball's positive to its side, the cue ball's positive to the other.
+    `cut` [deg]: angle between the cue ball's path and the line of centres, from the scene.
+    `speed` [m/s]: speed of the cue ball at the collision, from a formula that assumes that it has
+        no horizontal spin then.
+    `spin`: r wz at the collision, divided by `speed`, positive for outside english; from a formula.
+    `cue`, `target` [deg]: final directions of cue ball and object ball, as angles from the cue
+        ball's path. They are positive to opposite sides, the object ball's to its own side.
     """
 
     cut: float
@@ -87,12 +88,13 @@ class Cut:
 
 
 def natural_deflection(cut: FloatArray) -> FloatArray:
-    """Return the deflection of a rolling cue ball once it rolls again [rad].
+    """Return the deflection of a rolling cue ball, after it rolls again [rad].
 
     `cut` (k,) float64 [rad].
 
-    atan(s c / (s^2 + 2/5)), s and c of the cut angle: without friction between the balls, elastic
-    (Wallace and Schroeder 1988, Am. J. Phys. 56 815; Alciatore, proof 3.3).
+    It is atan(s c / (s^2 + 2/5)), with sine s and cosine c of the cut angle, for an elastic
+    collision without friction between the balls (Wallace and Schroeder 1988, Am. J. Phys. 56 815;
+    Alciatore, proof 3.3).
     """
     sin, cos = np.sin(cut), np.cos(cut)
     angle: FloatArray = np.arctan2(sin * cos, sin**2 + 0.4)
@@ -102,13 +104,14 @@ def natural_deflection(cut: FloatArray) -> FloatArray:
 def throw_angle(scene: Scene, cut: FloatArray, speed: FloatArray, spin: FloatArray) -> FloatArray:
     """Return the throw of an elastic collision with a cue ball without horizontal spin [rad].
 
-    `scene`: whose friction between the balls acts.
+    `scene`: the scene with the friction between the balls.
     `cut` (k,) float64 [rad].
     `speed` (k,) float64 [m/s].
-    `spin` (k,) float64: r wz over the speed.
+    `spin` (k,) float64: r wz divided by the speed.
 
-    tan = min(mu, |U| / (7 v c)) against the slip U = v s - R wz of the surfaces (Alciatore, proof
-    A.14). "alciatore": mu = 9.951e-3 + 0.108 exp(-1.088 |U|), U in m/s.
+    The tangent of the throw is min(mu, |U| / (7 v c)), with the slip U = v s - R wz of the surfaces
+    (Alciatore, proof A.14). The friction "alciatore" is mu = 9.951e-3 + 0.108 exp(-1.088 |U|), with
+    U in m/s.
     """
     slip = speed * (np.sin(cut) - spin)
     friction: Any = scene.physics.ball_friction
@@ -120,7 +123,7 @@ def throw_angle(scene: Scene, cut: FloatArray, speed: FloatArray, spin: FloatArr
 
 
 def cuts_of(scene: Scene, motion: Motion) -> list[Cut]:
-    """Return the shots of a sweep in which the balls of a pair met, in the order of the scene."""
+    """Return the shots of a sweep in which the two balls collide, in the order of the scene."""
     found = []
     for cue in range(0, len(scene.balls) - 1, 2):
         if _met(motion, cue):
@@ -154,7 +157,7 @@ def draw_deflection(results: Results) -> Figure:
     _finish_differences(below)
     below.set_xlabel("cut angle [deg]")
     figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    style.set_title(figure, "30 degree rule: where a rolling cue ball goes after a cut")
+    style.set_title(figure, "30 degree rule: the direction of a rolling cue ball after a cut")
     return figure
 
 
@@ -187,7 +190,7 @@ def draw_throw(results: Results) -> Figure:
     figure.legend(*legend, loc="outside lower center", ncols=6)
     friction: Any = by_angle.scene.physics.ball_friction
     law = ", falling with speed," if friction == "alciatore" else f" of {friction:g}"
-    style.set_title(figure, f"Throw: friction between the balls{law} turns the object ball aside")
+    style.set_title(figure, f"Throw: friction between the balls{law} deflects the object ball")
     return figure
 
 
@@ -208,7 +211,7 @@ _PUBLISHED: dict[str, Any] = {
 
 
 def _runs(shot: Shot) -> Iterator[tuple[Run, list[Cut]]]:
-    """Yield each engine that has a motion, with its shots; ours last, above the others."""
+    """Yield each engine with a motion, and its shots; Ghostball's last, so that it is on top."""
     for run in sorted(shot.drawn, key=lambda run: run.style.ours):
         cuts = cuts_of(shot.scene, run.motion) if run.motion is not None else []
         if cuts:
@@ -216,7 +219,7 @@ def _runs(shot: Shot) -> Iterator[tuple[Run, list[Cut]]]:
 
 
 def _met(motion: Motion, cue: int) -> bool:
-    """Whether ball `cue` and the next one collided."""
+    """Return whether ball `cue` and the next ball collided."""
     of_balls = motion.events[motion.events["kind"] == EventKind.BALL_BALL]
     pairs = np.sort(np.stack([of_balls["a"], of_balls["b"]], axis=1), axis=1)
     return bool(np.any(np.all(pairs == [cue, cue + 1], axis=1)))
@@ -229,7 +232,7 @@ def _cut_of(scene: Scene, motion: Motion, cue: int) -> Cut:
     offset = _cross(path, target - start)
     side = 1.0 if offset >= 0.0 else -1.0
     radius, reach = scene.radii[cue], scene.radii[cue] + scene.radii[cue + 1]
-    # Friction of the cloth leaves v + (2/5) R (w x z) as it is; without horizontal spin that is v.
+    # Cloth friction conserves v + (2/5) R (w x z); without horizontal spin this is v.
     start_speed = float(np.hypot(*velocity))
     speed = start_speed + 0.4 * radius * _cross(path, angular_velocity[:2])
     slide = (start_speed - speed) / (scene.sliding_frictions[cue] * scene.physics.gravity)
@@ -244,9 +247,10 @@ def _cut_of(scene: Scene, motion: Motion, cue: int) -> Cut:
 
 
 def _direction(motion: Motion, ball: int, path: FloatArray) -> float:
-    """Return the angle from `path` to a ball's last motion, counter-clockwise [deg].
+    """Return the angle from `path` to a ball's final velocity, counter-clockwise [deg].
 
-    The last instant at which it has a tenth of its speed: before rest takes the direction away.
+    The final velocity is taken at the last stored time with a tenth of the largest speed, because a
+    ball at rest has no direction.
     """
     velocities = motion.velocities[:, ball, :2]
     speeds = np.hypot(velocities[:, 0], velocities[:, 1])
@@ -259,7 +263,7 @@ def _cross(a: FloatArray, b: FloatArray) -> float:
 
 
 def _draw_throw_curves(axes: Axes, shot: Shot, varies: str) -> None:
-    """Draw the closed form for each speed of the sweep, and write the speed at its curve."""
+    """Draw the closed form for each speed of the sweep, and write the speed beside its curve."""
     cuts = next(iter(_runs(shot)))[1]
     speeds = sorted({round(cut.speed, 3) for cut in cuts})
     lines = ("-", (0.0, (6.0, 2.0)), (0.0, (2.0, 1.5)), "-.")
@@ -307,7 +311,7 @@ def _size(differences: FloatArray) -> FloatArray:
 
 
 def _finish_differences(axes: Axes) -> None:
-    """Label a logarithmic axis of differences in degrees."""
+    """Scale and label a logarithmic axis of differences [deg]."""
     axes.set_yscale("log")
     axes.set_ylim(SMALLEST / 3.0, 30.0)
     exponents = (-15, -10, -5, 0)

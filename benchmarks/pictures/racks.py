@@ -1,4 +1,4 @@
-"""How the times of random racks are distributed, from a stored measurement."""
+"""Draw the distribution of the run times of random racks, from a committed measurement."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 8.8, 4.6
 
 MARKERS = {"median": "o", "mean": "D", "p99": "^", "greatest": "s"}
-NAMES = {"p99": "99th percentile", "greatest": "slowest"}
+FIGURE_NAMES = {"p99": "99th percentile", "greatest": "slowest"}
 
 
 def draw_racks(measured: RacksMeasurement) -> Figure:
-    """Draw which part of the racks takes at most how long, engine by engine."""
+    """Draw the cumulative distribution of the run times of each engine."""
     figure = style.new_figure(WIDTH, HEIGHT)
     axes = figure.subplots()
     for one in measured.engines:
@@ -28,19 +28,24 @@ def draw_racks(measured: RacksMeasurement) -> Figure:
             _draw(axes, one)
     for name, marker in MARKERS.items():
         axes.plot(
-            [], [], linestyle="", marker=marker, color=style.GREY, label=NAMES.get(name, name)
+            [],
+            [],
+            linestyle="",
+            marker=marker,
+            color=style.GREY,
+            label=FIGURE_NAMES.get(name, name),
         )
     axes.set(xscale="log", ylim=(0.0, 1.05))
-    axes.set(xlabel="time of the simulation of a rack [s]", ylabel="part of the racks [1]")
+    axes.set(xlabel="run time of a rack [s]", ylabel="part of the racks [1]")
     axes.grid(visible=True)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    title = "Random racks, half of them frozen: part that takes no longer"
+    title = "Run times of random racks, half of them frozen: cumulative distribution"
     style.set_title(figure, f"{title} ({measured.where})")
     return figure
 
 
 def _draw(axes: Axes, one: RackTimes) -> None:
-    """Draw the cumulative distribution of an engine, its figures marked and written beside."""
+    """Draw the distribution of an engine, with median, mean, 99th percentile and maximum."""
     figures = one.figures
     look = style.engine_style(one.engine)
     seconds = np.sort(one.seconds)
@@ -55,7 +60,7 @@ def _draw(axes: Axes, one: RackTimes) -> None:
         axes.annotate(
             style.format_time(value),
             (value, height),
-            xytext=(-7.0, 3.0) if name == "p99" else (7.0, -9.0),  # the slowest is beside it
+            xytext=(-7.0, 3.0) if name == "p99" else (7.0, -9.0),  # away from the slowest
             textcoords="offset points",
             ha="right" if name == "p99" else "left",
             fontsize=7.5,

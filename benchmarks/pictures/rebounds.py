@@ -1,4 +1,4 @@
-"""How near engines come to rebounds of a real table, from the committed search."""
+"""Draw measured rebounds and the best fit of each engine, from a committed measurement."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WIDTH, HEIGHT = 8.8, 4.4
 
 
 def best_of_each(measured: ReboundsMeasurement) -> list[BestRebounds]:
-    """Return of each engine the law and the coefficients that come nearest."""
+    """Return the best cushion law and coefficients of each engine."""
     engines = dict.fromkeys(one.engine for one in measured.best)
     return [
         min((one for one in measured.best if one.engine == engine), key=lambda one: one.typical)
@@ -26,7 +26,7 @@ def best_of_each(measured: ReboundsMeasurement) -> list[BestRebounds]:
 
 
 def draw_rebounds(measured: ReboundsMeasurement) -> Figure:
-    """Draw what was measured with bars of two standard errors, and the best of each engine."""
+    """Draw the measurements with bars of two standard errors, and the best fit of each engine."""
     rows = facts_of("cushion-carom").rows
     at = np.array([row.place for row in rows])
     value = np.array([row.value for row in rows])
@@ -35,7 +35,7 @@ def draw_rebounds(measured: ReboundsMeasurement) -> Figure:
     axes = figure.subplots()
     for one in best_of_each(measured):
         look = style.engine_style(one.engine)
-        falls = "falls with speed" if one.falls else "is one number"
+        falls = "falls with speed" if one.falls else "is constant"
         axes.plot(
             at,
             value + np.array(one.errors_off[0]) * error,
@@ -56,8 +56,8 @@ def draw_rebounds(measured: ReboundsMeasurement) -> Figure:
         label="measured, two standard errors",
         zorder=0,
     )
-    axes.set(xlabel="speed towards the cushion [m/s]", ylabel="part of it that is left [1]")
+    axes.set(xlabel="approach speed [m/s]", ylabel="separation speed / approach speed [1]")
     axes.grid(visible=True)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    style.set_title(figure, "Rebounds of a three-cushion table, and engines as they come nearest")
+    style.set_title(figure, "Rebounds on a three-cushion table, and the best fit of each engine")
     return figure

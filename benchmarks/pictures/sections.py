@@ -1,7 +1,7 @@
-"""What the paper's section 6 wished for, from stored motions: each wish a shot, on every engine.
+"""Draw shots with the future work of the paper's section 6, on every engine, from stored motions.
 
-6.1: how balls turn, with the paper's own rule beside the quaternion. 6.2: balls that slip. 6.3: air
-and restitution. 6.4: balls that fly. Below each, what every engine makes of the shot.
+6.1: orientations of balls, by the paper's own rule and by quaternions. 6.2: sliding balls. 6.3: air
+drag and restitution. 6.4: balls in flight. Below each picture is the verdict on every engine.
 """
 
 from __future__ import annotations
@@ -31,52 +31,53 @@ AIR, RESTITUTION = "air-rolls", "restitution-bounce"
 FLIGHT = "flight-jump"
 
 ABOUT = {AIR: "no air drag", RESTITUTION: "restitution", FLIGHT: "leave the cloth"}
-"""What a scene is about: of several reasons why an engine can't play it, that is said."""
+"""Feature that a scene tests. If an engine doesn't support the scene, this reason is shown."""
 
 FRAME = 0.02
-"""The paper's frame [s]."""
+"""The paper's time step [s]."""
 
 RULES: dict[str, dict[str, Any]] = {
     "the paper's rule, r = v × k": {"color": style.BLACK, "linestyle": (0.0, (1.0, 1.0))},
     "the same about k × v": {"color": style.BROWN, "linestyle": (0.0, (4.0, 2.0))},
 }
-"""The paper's rule as it is printed, which turns balls backwards, and about the other axis."""
+"""The paper's rule as printed, which turns balls backwards, and the rule about the other axis."""
 
 SMALLEST_TURN = 1e-9
-"""Where the axis of angles begins [rad]."""
+"""Smallest angle on the axis [rad]."""
 
 WIDTH, HEIGHT, ROW_HEIGHT = 10.0, 3.4, 0.19
-"""Of a figure, of its panels, and of an engine's row beneath them [inch]."""
+"""Width of a figure, height of its panels, and height of an engine's row below them [inch]."""
 
 
 def draw_turning(results: Results) -> Figure:
-    """Draw how far the paper's rule, and each engine's spins, turn a ball off.
+    """Draw the error of the first ball's orientation, by the paper's rule and on each engine.
 
-    Against our own motion, whose orientation is exact to rounding.
+    The reference is the motion of Ghostball's engine; its orientation is exact to rounding.
     """
     stored = [our_shot(results, name) for name in TURNING]
     shots = [shot for shot, _ in stored]
     turns = [turned_off(shot, ours) for shot, ours in stored]
     ends = [{label: float(off[-1]) for label, (_, off) in turn.items()} for turn in turns]
-    figure, panels = _new_figure("6.1: how balls turn", shots, ends)
+    figure, panels = _new_figure("6.1: orientations of balls", shots, ends)
     for axes, shot, turn in zip(panels, shots, turns, strict=True):
         looks = {run.label: _look(run) for run in shot.drawn} | RULES
         for label, (times, off) in turn.items():
             look = {"label": label, **looks[label]}
             axes.plot(times, np.maximum(off, SMALLEST_TURN), **look)
         axes.set(yscale="log", xlabel="time [s]", ylim=(SMALLEST_TURN, 6.0))
-        axes.set_title(f"{shot.scene.name}: its first ball, off our quaternion", fontsize=9)
+        axes.set_title(f"{shot.scene.name}: orientation of the first ball", fontsize=9)
         axes.grid(visible=True)
-    panels[0].set_ylabel("turned off by [rad]")
-    # There is room where the first ball of a massé is off by little, and all are in both panels.
+    panels[0].set_ylabel("orientation error [rad]")
+    # The errors in the massé are small, so its panel has room for the legend of both panels.
     panels[1].legend(*panels[0].get_legend_handles_labels(), fontsize=6.5, loc=(0.55, 0.05))
     return figure
 
 
 def turned_off(shot: Shot, ours_run: Run) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Return when [s] and how far [rad] the first ball is turned off, by engine and by rule.
+    """Return times [s] and orientation errors [rad] of the first ball, by engine and by rule.
 
-    Against our own motion, whose spins are straight lines between its stored instants.
+    The reference is the motion of Ghostball's engine, with spins that are linear between its stored
+    times.
     """
     ours = motion_of_run(ours_run)
     times = np.linspace(0.0, ours.times[-1], 301)[1:]
@@ -86,7 +87,7 @@ def turned_off(shot: Shot, ours_run: Run) -> dict[str, tuple[FloatArray, FloatAr
         for run in shot.drawn
         if not run.style.ours
     }
-    frames = np.arange(FRAME, ours.times[-1], FRAME)  # the first one ends there
+    frames = np.arange(FRAME, ours.times[-1], FRAME)  # the ends of the time steps
     velocities = recorded(ours).sample(frames).velocities[:, :1]
     at_frames = _orientation(ours, frames)
     for label, sign in zip(RULES, (1.0, -1.0), strict=True):
@@ -96,9 +97,9 @@ def turned_off(shot: Shot, ours_run: Run) -> dict[str, tuple[FloatArray, FloatAr
 
 
 def draw_slipping(results: Results) -> Figure:
-    """Draw a ball that slips along its parabola, and its slip."""
+    """Draw the parabolic path of a sliding ball, and its slip speed."""
     shot, _ = our_shot(results, SLIPPING)
-    figure, (path, slip) = _new_figure("6.2: a ball that slips", [shot])
+    figure, (path, slip) = _new_figure("6.2: a sliding ball", [shot])
     radius = float(shot.scene.radii[0])
     for run in shot.drawn:
         motion = motion_of_run(run)
@@ -110,44 +111,46 @@ def draw_slipping(results: Results) -> Figure:
     start, velocity = shot.scene.positions[0], shot.scene.velocities[0]
     way = float(velocity @ velocity) / (2.0 * shot.scene.physics.rolling_friction * 9.81)
     end = start + way * velocity / np.linalg.norm(velocity)
-    path.plot(*zip(start[:2], end[:2], strict=True), color=style.GREY, ls=":", label="the paper's")
+    path.plot(*zip(start[:2], end[:2], strict=True), color=style.GREY, ls=":", label="the paper")
     path.set(xlabel="x [m]", ylabel="y [m]")
-    path.set_title("its path; dotted: a ball that always rolls, as the paper's", fontsize=9)
+    path.set_title("path; dotted: a ball that always rolls, as in the paper", fontsize=9)
     slip.set(xlabel="time [s]", xlim=(0.0, 1.0))
-    slip.set_title("how fast its lowest point slips [m/s]", fontsize=9)
+    slip.set_title("slip speed of the lowest point [m/s]", fontsize=9)
     path.legend(fontsize=7.5)
     return figure
 
 
 def draw_air(results: Results) -> Figure:
-    """Draw how much less far balls roll in air, and a bounce that loses speed."""
+    """Draw the distances of balls that roll with air drag, and an inelastic rebound."""
     rolls, bounce = (our_shot(results, name)[0] for name in (AIR, RESTITUTION))
-    figure, (ways, speeds) = _new_figure("6.3: air, and restitution", [rolls, bounce])
+    figure, (ways, speeds) = _new_figure("6.3: air drag and restitution", [rolls, bounce])
     physics = rolls.scene.physics
     a, b = physics.rolling_friction * physics.gravity, 5.0 / 7.0 * physics.air_drag
     v = np.linspace(0.7, 11.0, 300)
-    ways.plot(v, v**2 / (2.0 * a), color=style.GREY, ls="--", label="without air, v² / (2 μ g)")
-    ways.plot(v, np.log1p(b * v**2 / a) / (2.0 * b), color=style.BLACK, label="closed form in air")
+    without = "without air drag, v² / (2 μ g)"
+    ways.plot(v, v**2 / (2.0 * a), color=style.GREY, ls="--", label=without)
+    closed = np.log1p(b * v**2 / a) / (2.0 * b)
+    ways.plot(v, closed, color=style.BLACK, label="closed form with air drag")
     for run in rolls.drawn:
         motion = motion_of_run(run)
         gone = np.linalg.norm(motion.positions[-1] - motion.positions[0], axis=1)
         at = np.linalg.norm(motion.velocities[0], axis=1)
         ways.plot(at, gone, **_look(run) | {"linestyle": "none", "marker": run.style.marker})
-    ways.set(xlabel="speed at the start [m/s]", ylabel="rolls [m]", yscale="log", xscale="log")
-    ways.set_title("how far a ball rolls with k = 0.0041 / m", fontsize=9)
+    ways.set(xlabel="initial speed [m/s]", ylabel="distance [m]", yscale="log", xscale="log")
+    ways.set_title("distance of a rolling ball with k = 0.0041 / m", fontsize=9)
     ways.legend(fontsize=7.5)
     for run in bounce.drawn:
         motion = motion_of_run(run)
         speeds.plot(motion.times, np.linalg.norm(motion.velocities[:, 0], axis=1), **_look(run))
     speeds.set(xlabel="time [s]", ylabel="speed [m/s]")
-    speeds.set_title("a cushion that takes speed: restitution-bounce", fontsize=9)
+    speeds.set_title("an inelastic cushion: restitution-bounce", fontsize=9)
     return figure
 
 
 def draw_flight(results: Results) -> Figure:
-    """Draw a jump shot from the side on every engine that plays it."""
+    """Draw a jump shot from the side, on every engine that supports it."""
     shot, ours_run = our_shot(results, FLIGHT)
-    figure, (side, off) = _new_figure("6.4: a ball that flies", [shot])
+    figure, (side, off) = _new_figure("6.4: a ball in flight", [shot])
     draw_side(side, shot, _look)
     side.legend(fontsize=7.5, loc="upper right")
     ours = motion_of_run(ours_run)
@@ -159,9 +162,9 @@ def draw_flight(results: Results) -> Figure:
         place = recorded(ours).sample(motion.times).positions
         distance = np.linalg.norm(motion.positions - place, axis=2).max(axis=1)
         off.plot(motion.times, np.maximum(distance, 1e-7), **_look(run))
-    off.set(yscale="log", xlabel="time [s]", ylabel="from ours, in space [m]")
+    off.set(yscale="log", xlabel="time [s]", ylabel="distance from ghostball [m]")
     off.axvspan(0.0, end, color=style.FAINT, alpha=0.5)
-    off.set_title("largest distance of a ball; grey: while one flies", fontsize=9)
+    off.set_title("largest distance of a ball; grey: while a ball is in flight", fontsize=9)
     return figure
 
 
@@ -176,9 +179,9 @@ SECTION_FIGURES: Mapping[str, Callable[[Results], Figure]] = {
 def _new_figure(
     title: str, shots: Any, turned: Sequence[Mapping[str, float]] = ()
 ) -> tuple[Figure, Any]:
-    """Return a figure with its two panels, and a row for each engine beneath them.
+    """Return a figure with two panels, and a row for each engine below them.
 
-    `turned` says, shot by shot, how far each engine and rule is turned off at the end [rad].
+    `turned`: for each shot, the final orientation error of each engine and rule [rad].
     """
     rows = _rows(shots, turned)
     beneath = ROW_HEIGHT * (len(rows) + 1)
@@ -205,7 +208,7 @@ def _new_figure(
 
 
 def _rows(shots: list[Shot], turned: Sequence[Mapping[str, float]]) -> list[list[str]]:
-    """Return for each engine its name, and what it makes of each shot."""
+    """Return a row for each engine: its name, and the verdict on each shot."""
     labels = list(dict.fromkeys(run.label for shot in shots for run in shot.runs))
     wide = 120 if len(shots) == 1 else 62
     rows = []
@@ -215,7 +218,7 @@ def _rows(shots: list[Shot], turned: Sequence[Mapping[str, float]]) -> list[list
             run = next((run for run in shot.runs if run.label == label), None)
             text = "" if label in RULES else _verdict(run, ABOUT.get(shot.scene.name, ""))
             if turned and label in turned[k]:
-                text += f"{', ' if text else ''}turned off by {turned[k][label]:.2g} rad"
+                text += f"{', ' if text else ''}orientation error {turned[k][label]:.2g} rad"
             row.append(shorten(text, wide, placeholder=" ..."))
         rows.append(row)
     return rows
@@ -223,7 +226,7 @@ def _rows(shots: list[Shot], turned: Sequence[Mapping[str, float]]) -> list[list
 
 def _verdict(run: Run | None, about: str) -> str:
     if run is None or run.case is None:
-        return "not asked for"
+        return "not run"
     if run.case.outcome == "ran":
         return accuracy_text(run.case)
     reasons = run.case.reason.split("; no ")
@@ -247,13 +250,13 @@ def _look(run: Run) -> dict[str, Any]:
 
 
 def _orientation(motion: Motion, times: FloatArray) -> FloatArray:
-    """Return how the first ball is turned, (k, 4): stored spins are straight between instants."""
+    """Return the orientation of the first ball, (k, 4); spins are linear between stored times."""
     return recorded(motion, slice(1)).orientation(times)[:, 0]
 
 
 def _angle(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return by how much one orientation is turned off another, (k,) [rad]."""
-    # From the difference: the cosine says nothing of small angles.
+    """Return the angle between two orientations, (k,) [rad]."""
+    # From the difference of the quaternions: the cosine is inaccurate for small angles.
     near = np.minimum(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))
     angle: FloatArray = 4.0 * np.arcsin(np.minimum(0.5 * near, 1.0))
     return angle

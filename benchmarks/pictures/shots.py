@@ -1,4 +1,4 @@
-"""What the pictures share: a stored shot with our engine's motion, and words beside a point."""
+"""Functions for several pictures: load a stored shot, sample a motion, write beside a point."""
 
 from __future__ import annotations
 
@@ -14,19 +14,22 @@ if TYPE_CHECKING:
 
 
 def our_shot(results: Results, name: str) -> tuple[Shot, Run]:
-    """Return a stored scene and our engine's run of it, which has a motion."""
+    """Return a stored shot, and its run on Ghostball's engine, with a motion.
+
+    Raises `GhostballError` if the results have none.
+    """
     if name in results.scene_names:
         shot = load_shot(results, name)
         if shot.ours is not None:
             return shot, shot.ours
     raise GhostballError(
-        f'{results.path}: a picture needs our engine\'s motion in scene "{name}", which these '
-        "results lack. Run the full suite on every engine"
+        f'{results.path}: a picture needs the motion of scene "{name}" on Ghostball\'s engine, but '
+        "the results have none. Run the full suite on every engine"
     )
 
 
 def recorded(motion: Motion, balls: slice = slice(None)) -> SampledTrajectory:
-    """Return a stored motion of some balls, with straight lines between its instants."""
+    """Return a stored motion of some balls as a trajectory, linear between the stored times."""
     return SampledTrajectory(
         motion.times,
         motion.positions[:, balls],
@@ -43,7 +46,11 @@ def write_at(
     end: str,
     colour: str = style.GREY,
 ) -> None:
-    """Write a text at a point, `offset` points from it; `end` is which end of the text is there."""
+    """Write a text beside a point.
+
+    `offset`: distance from the point [points].
+    `end`: the end of the text at the point, "left" or "right".
+    """
     axes.annotate(
         text,
         at,

@@ -46,12 +46,12 @@ def test_the_number_of_tables_stands_beside_that_of_a_whole_measurement():
 
 
 def test_what_became_of_the_laws_is_said():
-    said = MEASURED.sought
+    said = MEASURED.law_searches
     assert "In 3 more fits it was fitted, too: 1 found only the true law; " in said
     assert "1 found several laws that can't be distinguished, " in said
     assert "at most 20 s" in said
     given = FitsMeasurement(tables=[table(3, -1.9, [])])
-    assert given.sought == "The cushion law was given."
+    assert given.law_searches == "The cushion law was given."
 
 
 @pytest.mark.slow

@@ -6,11 +6,11 @@ import pytest
 from commands import refused
 from typer.testing import CliRunner
 
-from benchmarks import accuracy, doors, frame, skips, speed
+from benchmarks import accuracy, commands, doors, skips, speed
 from benchmarks.__main__ import app
 from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.doors import DoorsMeasurement
-from benchmarks.racks import Player, RacksMeasurement
+from benchmarks.racks import RacksMeasurement, TimedEngine
 from benchmarks.skips import SkipsMeasurement
 from benchmarks.speed import TargetsMeasurement
 from benchmarks.workloads import Workload
@@ -49,11 +49,13 @@ def test_targets_are_tabled_and_written(bench, tmp_path):
 
 def test_racks_prints_its_figures_and_who_could_not(bench, tmp_path, monkeypatch):
     fakes = {
-        "fake": Player("fake", "1.0", lambda _: 0.25),
-        "gone": Player("gone", "", lambda _: 0.0, "get it"),
+        "fake": TimedEngine("fake", "1.0", lambda _: 0.25),
+        "gone": TimedEngine("gone", "", lambda _: 0.0, "get it"),
     }
-    monkeypatch.setattr("benchmarks.racks.peer_of", fakes.get)
-    monkeypatch.setattr("benchmarks.racks.our_player", lambda: Player("ours", "", lambda _: 1.0))
+    monkeypatch.setattr("benchmarks.racks.timed_peer", fakes.get)
+    monkeypatch.setattr(
+        "benchmarks.racks.timed_ghostball", lambda: TimedEngine("ours", "", lambda _: 1.0)
+    )
     result = bench("racks", "--peer", "fake", "--peer", "gone", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     (line,) = (line for line in result.stdout.splitlines() if line.strip().startswith("fake"))
@@ -69,7 +71,7 @@ def test_shots_are_graded_and_a_fault_is_the_exit_status(bench, monkeypatch, tmp
     assert result.exit_code == 0, result.output
     assert "measuring: 10 of 10 done" in result.stderr
     assert "10 shots from number 7" in result.stdout
-    assert "0 not found, 0 invented" in result.stdout
+    assert "0 missed, 0 in another order; 0 wrong events" in result.stdout
     measured = AccuracyMeasurement.load(tmp_path / "accuracy.json")
     assert measured.shots == 10
     assert sum(measured.endings.values()) == sum(measured.extents.values()) == 10
@@ -88,7 +90,7 @@ def test_shots_are_graded_and_a_fault_is_the_exit_status(bench, monkeypatch, tmp
     monkeypatch.setattr(accuracy, "MAX_EVENTS", 1)
     result = bench(*arguments)
     assert result.exit_code == 1
-    assert "Shots that break a limit" in result.stderr
+    assert "Shots that fail a common limit" in result.stderr
     measured = AccuracyMeasurement.load(tmp_path / "accuracy.json")
     assert measured.missing > 0
     row = measured.faulty[0]
@@ -102,9 +104,9 @@ def test_a_process_that_crashes_names_the_shot(monkeypatch):
     def dying(tasks, jobs, work):
         yield Done(tasks[0], None, "its process ended with signal 9", "")
 
-    monkeypatch.setattr(frame, "run_tasks", dying)
+    monkeypatch.setattr(commands, "run_tasks", dying)
     with pytest.raises(MeasurementError, match=r"^the measurement of shot 17: its process ended"):
-        [*frame.in_processes([17], 1, str, "shot")]
+        [*commands.in_processes([17], 1, str, "shot")]
 
 
 def test_doors_compares_ways_to_compile(bench, monkeypatch, tmp_path):

@@ -17,7 +17,7 @@ MEASURED = RacksMeasurement(engines=(RackTimes(engine="ghostball", seconds=(1e-5
 def test_it_reads_back_from_the_folder_of_the_machine(tmp_path, monkeypatch):
     monkeypatch.setattr(measurements, "STORE", tmp_path)
     assert committed(RacksMeasurement) is None
-    with pytest.raises(MeasurementError, match=r"holds no racks\.json"):
+    with pytest.raises(MeasurementError, match=r"no folder has a racks\.json"):
         measured(RacksMeasurement)
     path = MEASURED.save(machine_folder())
     assert path.parent.parent == tmp_path

@@ -9,8 +9,14 @@ from typer.testing import CliRunner
 from benchmarks import breaks, racks
 from benchmarks.__main__ import app
 from benchmarks.breaks import BreaksMeasurement, starts_of
-from benchmarks.made import break_of, made
-from benchmarks.racks import Player, RacksMeasurement, measure_racks, our_player, peer_of
+from benchmarks.made_balls import break_of, made_balls
+from benchmarks.racks import (
+    RacksMeasurement,
+    TimedEngine,
+    measure_racks,
+    timed_ghostball,
+    timed_peer,
+)
 from benchmarks.scenes import POOL_TABLE, random_rack
 from ghostball.engine import simulate
 from ghostball.model import (
@@ -28,7 +34,7 @@ from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas
 # Fails where a rack's time is lost or another's, or one that can't is asked on or not reported
 
 
-class Counting(Player):
+class Counting(TimedEngine):
     """Takes longer each time that it is asked, and fails when it was asked too often."""
 
     def __init__(self, name, fails_at=None, error=None):
@@ -45,7 +51,7 @@ class Counting(Player):
 @pytest.fixture
 def ours(monkeypatch):
     """Another engine in the place of ours."""
-    monkeypatch.setattr(racks, "WARMING", 1)
+    monkeypatch.setattr(racks, "WARM_UP_RACKS", 1)
     monkeypatch.setattr(racks, "PEER_RACKS", 2)
     return Counting("ghostball")
 
@@ -79,7 +85,7 @@ def test_a_peer_that_fails_is_asked_no_more_and_says_why(ours, fails_at, error):
 
 
 def test_our_engine_plays_and_its_numbers_are_read_back(tmp_path):
-    measured = measure_racks(our_player(), rounds=1, racks=2)
+    measured = measure_racks(timed_ghostball(), rounds=1, racks=2)
     (mine,) = measured.engines
     assert (mine.engine, len(mine.seconds)) == ("ghostball", 2)
     assert min(mine.seconds) > 0.0
@@ -96,7 +102,7 @@ def played_by(monkeypatch):
     def make(simulate):
         engine = make_engine("paper-discrete")
         monkeypatch.setattr(type(engine), "simulate", lambda _, scene, **__: simulate(scene))
-        return peer_of("paper-discrete")
+        return timed_peer("paper-discrete")
 
     return make
 
@@ -127,14 +133,14 @@ def test_a_run_that_broke_off_is_no_measurement(played_by):
 def test_an_adapter_whose_package_is_missing_is_absent(monkeypatch, ours):
     engine = type(make_engine("pymunk"))
     monkeypatch.setattr(engine, "unavailable", classmethod(lambda _: "pip install pymunk"))
-    absent = measure_racks(ours, [peer_of("pymunk")], rounds=1, racks=2).engines[1]
+    absent = measure_racks(ours, [timed_peer("pymunk")], rounds=1, racks=2).engines[1]
     assert "pip install pymunk" in absent.detail
 
 
 @pytest.mark.parametrize(("name", "message"), [("pymnk", "pymunk"), ("pymunk:step=1", "step")])
 def test_an_unknown_peer_or_setting_is_refused(name, message):
     with pytest.raises(GhostballError, match=message):
-        peer_of(name)
+        timed_peer(name)
 
 
 # Breaks drawn as arrays are those that scenes have, and their counts are of all of them
@@ -162,7 +168,7 @@ def test_racks_stand_as_those_of_scenes():
 
 
 def test_counts_are_of_all_breaks_and_as_scenes_have_them(monkeypatch):
-    monkeypatch.setattr(breaks, "AT_ONCE", 3)
+    monkeypatch.setattr(breaks, "BATCH_SIZE", 3)
     measured = breaks.breaks(5)
     one_by_one = [
         simulate(scene_of(*start))
@@ -194,7 +200,7 @@ def test_a_number_is_a_break():
 
 
 def test_counts_are_of_all_breaks():
-    measured = made(6)
+    measured = made_balls(6)
     fell = []
     for number in range(6):
         events = simulate(break_of(number), record="events").events

@@ -39,8 +39,8 @@ def later_by(events, ulps, row=1):
     [
         (lambda e: later_by(e, 1), ("rounding", "event 2 of 3: 0.67 roundings")),
         (lambda e: later_by(e, 1.5 * ROUNDING + 1.5), ("differs", "event 2 of 3: 17 roundings")),
-        (lambda e: e["b"].__setitem__(0, 3), ("differs", "event 1 of 3: another one")),
-        (lambda e: e["kind"].__setitem__(2, 2), ("differs", "event 3 of 3: another one")),
+        (lambda e: e["b"].__setitem__(0, 3), ("differs", "event 1 of 3: a different event")),
+        (lambda e: e["kind"].__setitem__(2, 2), ("differs", "event 3 of 3: a different event")),
     ],
 )
 def test_an_event_that_moved_is_seen(shot, change, verdict):

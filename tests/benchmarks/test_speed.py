@@ -2,7 +2,13 @@
 
 import pytest
 
-from benchmarks.speed import MEANINGS, Row, TargetsMeasurement, chosen_workloads, measure_targets
+from benchmarks.speed import (
+    MEANINGS,
+    TargetRow,
+    TargetsMeasurement,
+    chosen_workloads,
+    measure_targets,
+)
 from benchmarks.workloads import WORKLOADS, Workload, shipped_scene
 from ghostball.validation.results.measurement import MeasurementError
 
@@ -37,7 +43,7 @@ def test_a_shot_at_another_speed_changes_nothing_else():
     ],
 )
 def test_met_and_by_how_much(name, quantity, value, verdict):
-    assert Row.of(WORKLOADS[name], quantity, [value]).cells[-1] == verdict
+    assert TargetRow.of(WORKLOADS[name], quantity, [value]).cells[-1] == verdict
 
 
 def test_workloads_are_chosen_by_pattern():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from benchmarks.pictures import gallery
-from benchmarks.pictures.chaos import SIZES, neighbours_of
+from benchmarks.pictures.chaos import SPEED_CHANGES, neighbours_of
 from benchmarks.pictures.gallery import write_gallery
 from benchmarks.pictures.paper import PAPER_FIGURES, overlaps
 from benchmarks.pictures.racks import draw_racks
@@ -26,7 +26,7 @@ def test_neighbouring_shots_part_as_the_tangent_map_says_while_they_are_near():
         assert np.all((ratio > 0.8) & (ratio < 1.25))
         assert distance[0] == 0.0
     # The paper's 1e-4 changes everything.
-    assert SIZES[0] == 1e-4
+    assert SPEED_CHANGES[0] == 1e-4
     assert known.distance[0, -1] > 1.0
 
 
@@ -146,5 +146,5 @@ def test_our_run_is_found_and_its_lack_is_named(small_folder):
         results.environment,
     )
     for lacking, name in ((results, "break-7"), (others, "stop")):
-        with pytest.raises(GhostballError, match=f'our engine\'s motion in scene "{name}"'):
+        with pytest.raises(GhostballError, match=f'the motion of scene "{name}" on Ghostball'):
             our_shot(lacking, name)

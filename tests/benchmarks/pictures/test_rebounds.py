@@ -40,5 +40,5 @@ def test_curves_are_off_by_what_was_searched():
     lines = {line.get_label(): line.get_ydata() for line in axes.lines}
     ours = lines["ghostball: restitution falls with speed"]
     assert ours == pytest.approx([row.value - row.error for row in rows])
-    other = lines["pybullet: restitution is one number"]
+    other = lines["pybullet: restitution is constant"]
     assert np.all(other > ours)

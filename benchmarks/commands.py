@@ -1,12 +1,12 @@
-"""The frame of all benchmarks: options, progress, the table that is printed, the file that is kept.
+"""Make commands from benchmark functions: options, progress, printed tables, stored files.
 
 A benchmark is a function that returns a measurement; its parameters are the options of its command.
 
-Times that are compared are sampled in turns, round by round (`runs.interleave`), since a machine
-that others share is slower for minutes at a time. pytest-benchmark takes all rounds of a function
-before it begins the next one (`BenchmarkFixture._raw`), and pyperf all processes of a benchmark
-(`Manager.create_runs`), so neither can time in turns. asv interleaves processes, but a benchmark
-returns one number there, where a sample of ours has several, and a process costs more than a shot.
+Times that are compared are sampled alternately, round by round (`runs.interleave`), because a
+shared machine can be slow for minutes. pytest-benchmark runs all rounds of one function before the
+next function (`BenchmarkFixture._raw`), and pyperf runs all processes of one benchmark
+(`Manager.create_runs`), so neither can alternate. asv alternates processes, but its benchmarks
+return one number (a sample here has several), and starting a process takes longer than a shot.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Annotated, Any, Never, TypeVar
 import typer
 from typer.models import ArgumentInfo
 
-from benchmarks.measurements import Shown, machine_folder
+from benchmarks.measurements import BenchmarkMeasurement, machine_folder
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.terminal import command, say, stdout
 from ghostball.validation.exit_status import ExitStatus
@@ -30,7 +30,7 @@ from ghostball.validation.results.measurement import MeasurementError, make_fold
 
 T = TypeVar("T")
 R = TypeVar("R")
-M = TypeVar("M", bound=Callable[..., Shown])
+M = TypeVar("M", bound=Callable[..., BenchmarkMeasurement])
 
 app = typer.Typer(
     name="benchmarks",
@@ -41,28 +41,28 @@ app = typer.Typer(
 )
 
 Repeats = Annotated[
-    int, typer.Option(min=1, help="Rounds: how often each is measured; slow ones less often.")
+    int, typer.Option(min=1, help="Number of rounds; slow measurements have fewer.")
 ]
-Count = Annotated[int, typer.Option(min=1, help="How many breaks, shots or tables.")]
+Count = Annotated[int, typer.Option(min=1, help="Number of breaks, shots or tables.")]
 Out = Annotated[
     Path | None,
-    typer.Option("--out", "-o", metavar="DIR", help="Write the measurement there, as JSON."),
+    typer.Option("--out", "-o", metavar="DIR", help="Write the measurement to DIR, as JSON."),
 ]
 Store = Annotated[
     bool,
     typer.Option(
-        "--store", help="Write it to benchmarks/results/MACHINE of the checkout, to be committed."
+        "--store", help="Write the measurement to benchmarks/results/MACHINE, to be committed."
     ),
 ]
 
-_ALWAYS_WHOLE = ("repeats", "jobs")
-"""Options that leave a measurement whole."""
+_ALLOWED_WITH_STORE = ("repeats", "jobs")
+"""Options with which a measurement is still complete."""
 
 _progress: ContextVar[Progress[str]] = ContextVar("progress")
 
 
 def benchmark(measure: M) -> M:
-    """Make a command of a function that returns a measurement; the function stays as it is."""
+    """Make a command from a function that returns a measurement, and return the function."""
 
     def run(*, out: Out = None, store: Store = False, **options: Any) -> None:
         if store:
@@ -86,41 +86,45 @@ def benchmark(measure: M) -> M:
     own, kept = (signature(one, eval_str=True).parameters for one in (measure, run))
     run.__signature__ = Signature([*own.values(), kept["out"], kept["store"]])  # type: ignore[attr-defined]
     run.__doc__ = measure.__doc__
-    app.command(measure.__name__)(command(run))
+    name, first_line = (
+        measure.__name__.replace("_", "-"),
+        (measure.__doc__ or "").partition("\n")[0],
+    )
+    app.command(name, short_help=first_line)(command(run))  # otherwise click cuts the line
     return measure
 
 
 def _refuse_parts(parameters: Any, options: dict[str, Any]) -> None:
-    """Raise an error if an option makes a measurement smaller, or another one."""
+    """Raise `MeasurementError` if an option makes the measurement incomplete, or another one."""
     given: list[str] = []
     for name, one in parameters.items():
-        if name not in _ALWAYS_WHOLE and one.default not in (one.empty, options[name]):
+        if name not in _ALLOWED_WITH_STORE and one.default not in (one.empty, options[name]):
             (info,) = one.annotation.__metadata__
             given.append(str(info.metavar) if isinstance(info, ArgumentInfo) else f"`--{name}`")
     if given:
         raise MeasurementError(
-            f"`--store` keeps whole measurements only: leave out {' and '.join(given)}, or use "
+            f"`--store` stores only complete measurements. Remove {' and '.join(given)}, or use "
             "`--out DIR`"
         )
 
 
-def report(done: int, planned: int, last: str, /) -> None:
-    """Show how far the benchmark has come; nothing where no command runs it."""
+def report_progress(done: int, planned: int, last: str, /) -> None:
+    """Show the progress of the benchmark, if it runs as a command."""
     if (progress := _progress.get(None)) is not None:
         progress(done, planned, last)
 
 
-def counted(items: Sequence[T], name: Callable[[T], str]) -> Iterator[T]:
-    """Yield items; each is reported by its name when the next one is asked for."""
+def with_progress(items: Sequence[T], name: Callable[[T], str]) -> Iterator[T]:
+    """Yield items, and report each as done, with its name, when the next one is requested."""
     for done, item in enumerate(items, start=1):
         yield item
-        report(done, len(items), name(item))
+        report_progress(done, len(items), name(item))
 
 
 def in_processes(
     numbers: Sequence[int], jobs: int, work: Callable[[int], R], name: str
 ) -> Iterator[R]:
-    """Yield what `work` returns of each number, in the order in which processes end.
+    """Yield the result of `work` for each number, computed in processes, in order of completion.
 
     Raises `MeasurementError` with the name and the number if a process crashes.
     """
@@ -131,4 +135,4 @@ def in_processes(
     with closing(run_tasks(numbers, jobs, work)) as answers:
         for count, done in enumerate(answers, start=1):
             yield done.or_else(crashed)
-            report(count, len(numbers), f"{name} {done.task}")
+            report_progress(count, len(numbers), f"{name} {done.task}")
