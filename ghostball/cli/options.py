@@ -106,11 +106,9 @@ def out_option(text: str, metavar: str = "DIR") -> typer.models.OptionInfo:
     return option
 
 
-def plot_option(text: str) -> typer.models.OptionInfo:
+def plot_option(text: str, endings: str = ".png, .svg or .pdf") -> typer.models.OptionInfo:
     """Return the option `--plot`, with its help text; `check_plot` checks the value."""
-    option: typer.models.OptionInfo = typer.Option(
-        metavar="FILE", help=f"{text} (.png, .svg or .pdf)."
-    )
+    option: typer.models.OptionInfo = typer.Option(metavar="FILE", help=f"{text} ({endings}).")
     return option
 
 
@@ -186,7 +184,7 @@ ClusterAddress = Annotated[
         metavar="ADDRESS",
         help="The scheduler of a Dask cluster, such as tcp://10.0.0.1:8786. Its workers run the "
         "tasks, each in its own process, and must have the same code. --jobs then limits only the "
-        "tasks that stay here. Needs: pip install '.[cluster]' in a clone of Ghostball.",
+        "tasks on this machine. Needs: pip install '.[cluster]' in a clone of Ghostball.",
     ),
 ]
 

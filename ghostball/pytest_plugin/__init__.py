@@ -1,23 +1,23 @@
-"""`pytest --ghostball`: anyone's engine through the suite, one test for each scene and metric.
+"""`pytest --ghostball`: check an engine, with one test for each scene and metric.
 
     pytest --ghostball --ghostball-engine my_engine:simulate
     pytest 'ghostball::half-ball-cut::overlap_max' --ghostball-engine my_engine:simulate
 
-A test is called `ghostball::SCENE::METRIC`; the first of a scene, `completes`, asks that the run
-ends by itself with finite numbers. Tests can be named on the command line like any other;
-`ghostball::` is all of them, and none of yours. A scene runs once for all its tests, also under
-pytest-xdist, and in another process: an engine that crashes or hangs fails its scene alone.
+The name of a test is `ghostball::SCENE::METRIC`. The first test of a scene, `completes`, requires
+that the run finishes with finite numbers. The names can be used on the command line; `ghostball::`
+selects all tests of Ghostball, and no other tests. A scene runs once for all its tests, even with
+pytest-xdist. It runs in another process, so an engine that crashes or hangs fails only that scene.
 
-What `[tool.ghostball]` in `pyproject.toml` says of engines, scenes and baselines holds here too.
-Where the engine has accepted baselines (`ghostball regress`, `ghostball accept`), each scene that
-has one is compared with it, in the test `baseline`.
+The settings `[tool.ghostball]` in `pyproject.toml` for engines, scenes and baselines apply. A scene
+with an accepted baseline (`ghostball regress`, `ghostball accept`) is compared with the baseline,
+in the test `baseline`.
 
 The limits are those of `ghostball validate` for any engine (`validation.checks.requirements`), and
-those in the file of `--ghostball-criteria`. A scene that an engine doesn't support is skipped, and
-so is the end of a shot that errors of its size make unpredictable.
+those in the file of `--ghostball-criteria`. Tests are skipped if the engine doesn't support the
+scene, or if its errors make the quantity unpredictable.
 
-Every pytest in the environment loads this module: without the option it does nothing, and it
-imports nothing but pytest.
+Every pytest in the environment loads this module. Without the option it does nothing, and it
+imports only pytest.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _PICKED = pytest.StashKey[Sequence[str]]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare the options; those beside `--ghostball` may stand in `addopts`."""
+    """Declare the options; all except `--ghostball` can be set in `addopts` permanently."""
     group = parser.getgroup("ghostball", "Ghostball: checks of billiards engines")
     group.addoption(
         "--ghostball",
@@ -85,14 +85,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Take a test of ours on the command line for `--ghostball`."""
+    """Set `--ghostball` if a test of Ghostball is named on the command line."""
     if any(argument.startswith(PREFIX) for argument in config.args):
         config.option.ghostball = True
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection(session: pytest.Session) -> None:
-    """Take tests of ours out of the arguments, which pytest takes for files."""
+    """Remove the tests of Ghostball from the arguments, because pytest expects files."""
     config = session.config
     config.stash[_PICKED] = [one for one in config.args if one.startswith(PREFIX)]
     config.args[:] = [one for one in config.args if not one.startswith(PREFIX)]
@@ -102,7 +102,7 @@ def pytest_collection(session: pytest.Session) -> None:
 def pytest_collection_modifyitems(
     session: pytest.Session, config: pytest.Config, items: list[pytest.Item]
 ) -> None:
-    """Add the tests, before `-k` and its like choose among all."""
+    """Add the tests of Ghostball, before `-k` and similar options select tests."""
     if config.option.ghostball:
         from ghostball.pytest_plugin.items import collect  # noqa: PLC0415
 
@@ -111,7 +111,7 @@ def pytest_collection_modifyitems(
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling | None:
-    """Keep the tests of a scene together, so that it runs once, where xdist would spread them."""
+    """Run all tests of a scene in one process of xdist, so that the scene runs once."""
     if not config.option.ghostball or config.getvalue("dist") != "load":
         return None
     from ghostball.pytest_plugin.scheduling import SceneScheduling  # noqa: PLC0415
@@ -121,7 +121,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeSch
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
-    """End with the status of "not judged" if no shot was judged, as the commands do."""
+    """Set the exit status NOT_JUDGED if no shot was judged, as the commands do."""
     config = session.config
     terminal = config.pluginmanager.get_plugin("terminalreporter")
     if not config.option.ghostball or exitstatus != pytest.ExitCode.OK or terminal is None:
@@ -134,7 +134,7 @@ def pytest_sessionfinish(session: pytest.Session, exitstatus: int) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say what the rest errors were, which are measured also where no limit judges them."""
+    """Print the rest position errors, which are measured even without a limit."""
     if terminalreporter.config.option.ghostball:
         from ghostball.pytest_plugin.items import summary_lines  # noqa: PLC0415
 

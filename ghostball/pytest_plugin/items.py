@@ -1,4 +1,4 @@
-"""The tests that `pytest --ghostball` adds: which there are, what they run, what they say."""
+"""The tests of `pytest --ghostball`: collect them, run the scenes, report the results."""
 
 from __future__ import annotations
 
@@ -50,25 +50,27 @@ from ghostball.validation.suite.plan import criteria_beside_paths, shipped_crite
 DEFAULT_SCENES = "smoke"
 
 _UNJUDGED = "ghostball_unjudged"
-"""Name of the test property that holds why a shot was not judged; "" if it was judged."""
+"""Name of the test property with the reason why a shot was not judged; "" if it was judged."""
 
 BASELINE = "baseline"
-"""The test that compares a scene with what was accepted of it."""
+"""Name of the test that compares a scene with its baseline."""
 
 
 def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]:
     """Return the tests; no engine runs.
 
-    `picked`: tests on the command line, `ghostball::SCENE::METRIC`, or a part of that; empty is
-    all.
+    `picked`: tests on the command line, such as `ghostball::SCENE::METRIC` or the start of such a
+        name; empty selects all tests.
+
+    Raises `pytest.UsageError` if an option or a name is invalid.
     """
     config = session.config
-    # As the commands do, after all others: `my_engine:simulate` is found where pytest is started.
+    # At the end of the path, as the commands do: pytest finds `my_engine:simulate` here.
     for folder in (config.invocation_params.dir, config.rootpath):
         if str(folder) not in sys.path:
             sys.path.append(str(folder))
     try:
-        plan = _Plan.of(config, picked)
+        plan = _TestPlan.of(config, picked)
         config.add_cleanup(plan.process.close)
         root = _Node.from_parent(session, name="ghostball", nodeid="ghostball")
         nodes = [
@@ -84,7 +86,7 @@ def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]
 
 
 def _collected(node: _SceneNode) -> Iterable[pytest.Item]:
-    """Collect as pytest does, so that whoever counts and reports what is collected hears of it."""
+    """Return the tests of a node, with the hooks that other plugins need to count them."""
     node.ihook.pytest_collectstart(collector=node)
     report = node.ihook.pytest_make_collect_report(collector=node)
     node.ihook.pytest_collectreport(report=report)
@@ -93,7 +95,7 @@ def _collected(node: _SceneNode) -> Iterable[pytest.Item]:
 
 
 def summary_lines(reports: Iterable[Any]) -> list[str]:
-    """Return what the rest errors were, from the reports of tests that ran, in any process."""
+    """Return lines about the rest position errors, from the reports of all processes."""
     errors: dict[str, float] = {}
     found = list(reports)
     for report in found:
@@ -122,7 +124,10 @@ def unjudged(reports: Iterable[Any]) -> str:
 
 
 def _pick(nodes: Sequence[_SceneNode], picked: Sequence[str]) -> None:
-    """Leave the scenes no tests but those that are picked, where any are."""
+    """Keep only the picked tests of each scene; with none picked, keep all.
+
+    Raises `pytest.UsageError` if there is no such test.
+    """
     if not picked:
         return
     wanted: dict[str, set[str]] = {node.name: set() for node in nodes}
@@ -141,22 +146,31 @@ def _pick(nodes: Sequence[_SceneNode], picked: Sequence[str]) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Plan:
-    """What the options ask for, checked."""
+class _TestPlan:
+    """Engine, scenes and limits of the tests, from the checked options.
+
+    `own`: limits by scene name.
+    `for_all`: limits of `--ghostball-criteria`, or None.
+    `options`: options of the command that repeats one of the tests.
+    `time_limit` [s]: for a scene; None is no limit, and the engine runs in this process.
+    `gate`: the baselines of the engine.
+    `process`: closes the engine's process.
+    `printed`: what the engine printed in the current scene.
+    """
 
     engine: EngineUnderTest
     scenes: tuple[Scene, ...]
-    own: dict[str, Criteria]  # by scene name
+    own: dict[str, Criteria]
     for_all: Criteria | None
-    options: tuple[str, ...]  # of the command that runs one of these tests again
-    time_limit: float | None  # of a scene [s]; None: none, and in this process
+    options: tuple[str, ...]
+    time_limit: float | None
     gate: Gate
     fail_on: FailOn
     process: ExitStack = field(default_factory=ExitStack)
     printed: list[str] = field(default_factory=list)
 
     @classmethod
-    def of(cls, config: pytest.Config, picked: Sequence[str]) -> _Plan:
+    def of(cls, config: pytest.Config, picked: Sequence[str]) -> _TestPlan:
         option, project = config.option, load_config(config.invocation_params.dir)
         spec = option.ghostball_engine or _only_engine(project.engines)
         engine = engine_under_test(spec, option.ghostball_as)
@@ -212,27 +226,30 @@ class _Plan:
 
     @cached_property
     def _first(self) -> str:
-        if is_ours(self.engine.spec):  # our tests ask that of the engines that are shipped
+        if is_ours(self.engine.spec):  # Ghostball's own tests check the shipped engines
             return ""
         return first_played(self.engine.make(), self.scenes)
 
     @cached_property
     def _player(self) -> ReferenceEngine:
-        """The engine in a process of its own, one for all scenes; it ends with `process`."""
+        """The engine in its own process, one for all scenes; `process` closes it."""
         engine = self.engine.make()
         return self.process.enter_context(
             in_other_process(engine, self.time_limit, self.printed.append)
         )
 
     def commands(self, nodeid: str, scene: Scene) -> Iterator[str]:
-        """Yield what runs a test again, and what shows where the shot parts from the true one."""
+        """Yield the command that repeats a test, and the one that explains the error."""
         yield shlex.join(["pytest", nodeid, *self.options])
         if scene.name in scene_names():
             yield shlex.join(["ghostball", "explain", scene.name, "--engine", self.engine.spec])
 
 
 def _only_engine(engines: Sequence[str]) -> str:
-    """Return the engine that a project names, ours where it names none."""
+    """Return the only engine of the project, or Ghostball's engine if it names none.
+
+    Raises `GhostballError` if the project names several engines.
+    """
     if len(engines) > 1:
         raise GhostballError(
             f"`[tool.ghostball]` names several engines: {', '.join(engines)}. Choose one with "
@@ -242,7 +259,7 @@ def _only_engine(engines: Sequence[str]) -> str:
 
 
 def _asked_scenes(text: str | None, project: Sequence[str], picked: Sequence[str]) -> list[str]:
-    """Return names, tags and paths; tests that are picked name their scenes themselves."""
+    """Return names, tags and paths of the scenes, from the option, the tests, or the project."""
     if text is None:
         named = list(dict.fromkeys(pick.split("::")[1] for pick in picked))
         if named and all(named) and (not project or set(named) <= set(scene_names())):
@@ -252,27 +269,27 @@ def _asked_scenes(text: str | None, project: Sequence[str], picked: Sequence[str
 
 
 class _Node(pytest.Collector):
-    """What holds the tests in pytest's tree: they are in no file."""
+    """Node for the tests in pytest's tree, because no file contains them."""
 
     def collect(self) -> Iterable[pytest.Item | pytest.Collector]:
         return ()
 
 
 class _SceneNode(_Node):
-    """A scene: it runs when the first of its tests does, and once."""
+    """A scene, which runs once, with the first of its tests."""
 
-    def __init__(self, *, plan: _Plan, scene: Scene, **node: Any) -> None:
+    def __init__(self, *, plan: _TestPlan, scene: Scene, **node: Any) -> None:
         super().__init__(**node)
         self.plan, self.scene = plan, scene
         self.asked = plan.asked(scene)
         self.metrics = what_is_asked(plan.engine, scene, self.asked)
         if plan.gate.guards(scene.name):
             self.metrics += (BASELINE,)
-        self.failure_reported = False  # of the engine in this scene, which all its tests have
+        self.failure_reported = False  # whether one test has reported that the engine failed
 
     @cached_property
     def outcome(self) -> SceneRun:
-        """What came of the scene."""
+        """The run of the scene, with its checks."""
         return self.plan.run(self.scene, self.asked)
 
     def collect(self) -> list[pytest.Item]:
@@ -288,7 +305,7 @@ class MetricItem(pytest.Item):
     parent: _SceneNode
 
     def runtest(self) -> None:
-        """Pass, fail or skip as the metric was found."""
+        """Pass, fail or skip the test, as the metric requires."""
         outcome = self.parent.outcome
         if self.name == COMPLETES:
             self._report_all(outcome)
@@ -308,7 +325,7 @@ class MetricItem(pytest.Item):
             pytest.fail(self._message(outcome, finding), pytrace=False)
 
     def _compare(self, outcome: SceneRun) -> None:
-        """Compare what the engine did with what was accepted of it."""
+        """Compare the run with its baseline."""
         if outcome.motion is None:
             pytest.skip(harmless(f"there is nothing to compare: {outcome.record.reason}"))
         plan = self.parent.plan
@@ -322,11 +339,11 @@ class MetricItem(pytest.Item):
             pytest.fail(harmless(f"{words}\n  more      {command}"), pytrace=False)
 
     def reportinfo(self) -> tuple[Path, None, str]:
-        """Return how reports call the test."""
+        """Return the name of the test in reports."""
         return self.path, None, f"{self.parent.scene.name}: {self.name}"
 
     def _report_all(self, outcome: SceneRun) -> None:
-        """Note every metric, for `--junitxml` and the summary."""
+        """Store every metric as a test property, for `--junitxml` and the summary."""
         record = outcome.record
         self.user_properties += [("ghostball_scene", record.scene), ("engine", record.label)]
         self.user_properties.append((_UNJUDGED, not_judged([record])))

@@ -1,7 +1,7 @@
-"""What the plugin's modules share, in a module of its own: so none of them imports the plugin."""
+"""Constants of the plugin's modules, here so that they need not import the plugin itself."""
 
 PREFIX = "ghostball::"
-"""What the ids of all these tests begin with."""
+"""Start of the ids of all tests of Ghostball."""
 
 TIME_LIMIT = 600.0
-"""Seconds that a scene may take, unless another limit is given; as in `ghostball validate`."""
+"""Default time limit for a scene [s], as in `ghostball validate`."""

@@ -1,4 +1,4 @@
-"""How pytest-xdist hands out tests: those of a scene to one process."""
+"""Scheduling for pytest-xdist: one process runs all tests of a scene."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ghostball.pytest_plugin.names import PREFIX
 
 
 class SceneScheduling(LoadScopeScheduling):  # type: ignore[misc]  # xdist has no types
-    """Our tests scene by scene, every other test by itself."""
+    """Schedule the tests of Ghostball by scene, and all other tests one by one."""
 
     def _split_scope(self, nodeid: str) -> str:
         return nodeid.rpartition("::")[0] if nodeid.startswith(PREFIX) else nodeid

@@ -32,9 +32,9 @@ class RegressOptions(SuiteOptions):
     Runs the scenes as `validate` does, into the same folder, and compares each with its baseline. A
     scene is unchanged, changed by rounding only, better, worse, has wrong collisions, or changed in
     a way that no reference result judges. The first event that differs is named. Exit status 1 if a
-    scene or a work counter changed, unless `--fail-on` is more lenient; changes by rounding only
-    fail for Ghostball's own engine alone. Exit status 4 if a scene can't be compared, for example
-    because it has no baseline.
+    scene or a work counter changed, unless `--fail-on` is more lenient. A change by rounding only
+    is a failure of Ghostball's own engine, but not of other engines. Exit status 4 if a scene can't
+    be compared, for example because it has no baseline.
     """
 
     scenes: SceneNames = None
@@ -76,7 +76,7 @@ class AcceptOptions:
     scenes: Annotated[
         list[str] | None,
         scene_argument(
-            "SCENE", "Accept only these, by name or pattern such as 'break-*' (default: all)."
+            "SCENE", "Scenes to accept: names, or patterns such as 'break-*' (default: all)."
         ),
     ] = None
     engine: GuardedEngines = None
@@ -89,8 +89,8 @@ class AcceptOptions:
         bool,
         typer.Option(
             "--even-though-limits-fail",
-            help="Accept even results that fail a limit on the error, and so are wrong, and "
-            "results that no limit judges.",
+            help="Also accept results that fail a limit on the error, and results that no limit "
+            "judges.",
         ),
     ] = False
 
@@ -100,8 +100,8 @@ class AcceptOptions:
 class DiffOptions:
     """Compare two runs, or two engines, scene by scene.
 
-    Changes have the same names as in `regress`. Exit status 1 if a case of B is less accurate by a
-    class, or fails although that of A does not.
+    Changes have the same names as in `regress`. Exit status 1 if a case has a worse accuracy class
+    in B than in A, or fails only in B.
     """
 
     first: Annotated[str, typer.Argument(metavar="A", help="Results folder or engine.")]

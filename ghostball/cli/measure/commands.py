@@ -48,7 +48,11 @@ class RunOptions(ShotOptions):
         ),
     ] = None
     plot: Annotated[
-        Path | None, plot_option("Draw the paths of the balls; .gif or .mp4 makes an animation")
+        Path | None,
+        plot_option(
+            "Draw the paths of the balls, or write an animation",
+            ".png, .svg or .pdf; for an animation .gif or .mp4",
+        ),
     ] = None
     expect_hash: Annotated[
         str | None,
@@ -128,10 +132,10 @@ class ValidateOptions(SuiteOptions):
 class ExplainOptions(ShotOptions):
     """Find the cause of an engine's error and the first wrong collision.
 
-    Causes are a coefficient, such as a friction, with its factor; the time step, if the error
-    shrinks with a shorter one; and different physics. The reference is certified if possible. Exit
-    status 0, even if collisions are wrong; 1 if the engine does not finish (exception, crash, time
-    limit).
+    The cause is a wrong coefficient, such as a friction that is 5/7 of the right one; the time
+    step, if the error shrinks with a shorter one; or different physics. The reference is certified
+    if possible. Exit status 0, even if collisions are wrong; 1 if the engine does not finish
+    (exception, crash, time limit).
     """
 
     scene: Annotated[
@@ -229,11 +233,10 @@ class FitOptions(ShotOptions):
 class StressOptions(SuiteOptions):
     """Generate extreme shots; show where each engine fails.
 
-    The limits for every engine apply to generated shots, too, and so do limits on values that are
-    known for each shot. The first shot that fails on an engine is saved as a scene. `ghostball
-    report out` writes a report with a section about the shots. The exit status is the same as for
-    `validate`; it depends on the engines that `--engine` names, or on Ghostball's own if none is
-    named.
+    Each shot has the limits that apply to every engine, and limits on values that are known for the
+    shot. The first shot that fails on an engine is saved as a scene. `ghostball report out` writes
+    a report with a section about the shots. The exit status is the same as for `validate`; it
+    depends on the engines that `--engine` names, or on Ghostball's own if none is named.
     """
 
     only: Annotated[

@@ -73,7 +73,7 @@ class ScenesOptions:
         scene_argument(
             "NAME|TAG",
             "Scenes to list: names, tags or files, as for `validate` (default: all shipped "
-            "scenes).",
+            "scenes). A single scene is printed as TOML.",
         ),
     ] = None
     schema: Annotated[
@@ -150,7 +150,7 @@ class EnginesOptions:
             "--scene",
             metavar="SCENE|TAG",
             help="For --steps: a scene with a closed form, or one certified to the end; "
-            "repeatable (default: six closed forms).",
+            "repeatable (default: six scenes with a closed form).",
             autocompletion=complete_scene,
         ),
     ] = None
@@ -158,8 +158,8 @@ class EnginesOptions:
         int,
         typer.Option(
             min=1,
-            help="For --steps: number of rounds, each with another phase of the time step; the "
-            "shortest run time counts. Slow shots get two rounds.",
+            help="For --steps: number of rounds, each with a different phase of the time step; the "
+            "shortest run time counts. Slow shots have two rounds.",
         ),
     ] = 4
     out: Annotated[
