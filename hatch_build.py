@@ -1,8 +1,8 @@
-"""Builds the wheel with the engine's kernels in it, compiled: who installs it compiles nothing.
+"""Build hook that adds the engine's compiled kernels to the wheel.
 
-Only where GHOSTBALL_BUILD_KERNELS=1 is in the environment, as for the wheels of a release: all of
-them take ten minutes of the processor. Without, a wheel has none, and is for every platform; each
-kernel is then compiled where it is first needed, by the extra `compiler`.
+It acts only if the environment has GHOSTBALL_BUILD_KERNELS=1, as for the wheels of a release:
+compiling all kernels takes ten minutes of processor time. Otherwise the wheel has no kernels, and
+suits every platform. Each kernel is then compiled on first use, which needs the extra `compiler`.
 """
 
 from __future__ import annotations
@@ -18,38 +18,39 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-ASKED = "GHOSTBALL_BUILD_KERNELS"
+SWITCH = "GHOSTBALL_BUILD_KERNELS"
+"""Environment variable that switches the hook on."""
 
-IMPORTED = ("numpy", "pydantic", "tomli-w", "platformdirs", "filelock", "lazy-loader")
-"""What the modules of the kernels import, of what ghostball depends on."""
+KERNEL_DEPENDENCIES = ("numpy", "pydantic", "tomli-w", "platformdirs", "filelock", "lazy-loader")
+"""Dependencies of ghostball that the modules of the kernels import."""
 
-INSIDE = "ghostball/engine/library/shipped"
-"""Where the libraries lie in the wheel."""
+LIBRARY_FOLDER = "ghostball/engine/library/shipped"
+"""Folder of the libraries in the wheel."""
 
 
 class KernelHook(BuildHookInterface[Any]):
-    """Compiles each kernel that a scene may need, and adds its library to the wheel."""
+    """Hook that compiles each kernel that a scene may need, and adds its library to the wheel."""
 
     def dependencies(self) -> list[str]:
-        """Return what compiling needs in the environment in which the wheel is built."""
+        """Return the packages that compiling needs in the build environment."""
         if not self.is_asked:
             return []
         project = self.metadata.core
-        imported = [one for one in project.dependencies if one.startswith(IMPORTED)]
+        imported = [one for one in project.dependencies if one.startswith(KERNEL_DEPENDENCIES)]
         return [*imported, *project.optional_dependencies["compiler"]]
 
     @property
     def is_asked(self) -> bool:
-        """Whether the wheel gets kernels."""
-        return os.environ.get(ASKED, "0") not in ("", "0")
+        """Whether the environment asks for kernels in the wheel."""
+        return os.environ.get(SWITCH, "0") not in ("", "0")
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile, and say for which platform the wheel is."""
-        if version == "editable" or not self.is_asked:  # edits would set them aside
+        """Compile the kernels, and set the platform tag of the wheel."""
+        if version == "editable" or not self.is_asked:  # edits would make the kernels outdated
             return
         if os.environ.get("GHOSTBALL_BUILD_FOR"):
             raise RuntimeError(
-                "a wheel is built on the machine it is for: unset GHOSTBALL_BUILD_FOR"
+                "a wheel with kernels must be built on its own platform: unset GHOSTBALL_BUILD_FOR"
             )
         folder = Path(self.directory, "kernels")
         shutil.rmtree(folder, ignore_errors=True)
@@ -59,24 +60,31 @@ class KernelHook(BuildHookInterface[Any]):
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{platform_tag()}"
         for path in folder.iterdir():
-            build_data["force_include"][str(path)] = f"{INSIDE}/{path.name}"
+            build_data["force_include"][str(path)] = f"{LIBRARY_FOLDER}/{path.name}"
 
 
 def compile_into(folder: Path) -> None:
-    """Put a library of each kernel in a folder, and the manifest beside them."""
-    from ghostball.engine.needed_kernels import every_kernel  # noqa: PLC0415 - of the sources here
+    """Write a library of each kernel, and the manifest, into a folder."""
+    from ghostball.engine.needed_kernels import every_kernel  # noqa: PLC0415 - from these sources
     from ghostball.reference_adapters.stepping.kernels import KERNELS  # noqa: PLC0415
 
     put_into(folder, [*every_kernel(), *(one for kernels in KERNELS.values() for one in kernels())])
 
 
 def put_into(folder: Path, needed: list[Any]) -> None:
-    """Put the libraries of some kernels, `Needed`, in a folder, and the manifest beside them."""
+    """Write the libraries of the kernels in `needed`, and the manifest, into a folder.
+
+    Raises `RuntimeError` if the environment has variables that change kernels, or if there is no C
+    compiler.
+    """
     from ghostball.engine.library import load, shipped  # noqa: PLC0415
     from ghostball.engine.library.entry import make_all  # noqa: PLC0415
 
     if shipped.flags():
-        raise RuntimeError(f"a wheel's kernels need the environment without {[*shipped.flags()]}")
+        raise RuntimeError(
+            "kernels for a wheel must be compiled without the environment variables "
+            f"{', '.join(shipped.flags())}"
+        )
 
     folder.mkdir(parents=True, exist_ok=True)
     make_all(needed, os.cpu_count() or 1)
@@ -85,7 +93,7 @@ def put_into(folder: Path, needed: list[Any]) -> None:
         kernel = one.kernel.function
         path = load.find(kernel, one.kinds)
         if path is None or path.suffix != ".so":
-            raise RuntimeError("a C compiler is needed to link the kernels; name it in CC")
+            raise RuntimeError("linking the kernels needs a C compiler: set CC to its name")
         shutil.copy(path, folder)
         files[shipped.key_of(kernel, one.kinds)] = path.name
     text = json.dumps(shipped.manifest(files), indent=1)
@@ -93,11 +101,11 @@ def put_into(folder: Path, needed: list[Any]) -> None:
 
 
 def platform_tag() -> str:
-    """Return the platform of the wheel, in the words of wheels.
+    """Return the platform tag of the wheel.
 
-    The libraries take nothing of Linux's C library but functions of mathematics that any version
-    has, so that no older one is too old; of another C library than glibc nothing is promised. A
-    Python for both machines of macOS compiles for one of them.
+    On Linux the libraries use only mathematical functions that every version of glibc has, so the
+    tag is that of an old glibc. With another C library, the tag promises nothing. On macOS a
+    universal Python compiles only for the processor of this machine.
     """
     system, _, rest = sysconfig.get_platform().partition("-")
     if system == "macosx":
