@@ -95,7 +95,7 @@ def test_shots_are_graded_and_a_fault_is_the_exit_status(bench, monkeypatch, tmp
     assert measured.missing > 0
     row = measured.faulty[0]
     assert any("events_missing" in fault for fault in row.faults)
-    assert any("stopped early" in fault for fault in row.faults)
+    assert any("did not finish" in fault for fault in row.faults)
     kept = json.loads((tmp_path / "accuracy.json").read_text("utf-8"))["faulty"][0]["scene"]
     assert Scene.model_validate(kept) == accuracy.shot_of(row.number)
 

@@ -185,7 +185,7 @@ def test_what_is_graded_may_be_nested_as_deeply_as_one_likes(tmp_path, text):
     (tmp_path / "runs.json").write_text(text)
     status, output = run("grade", tmp_path / "runs.json")
     assert status == 1
-    assert output.startswith(f"did not finish {tmp_path / 'runs.json'}")
+    assert output.startswith(f"did not finish: {tmp_path / 'runs.json'}")
     assert "Traceback" not in output
 
 

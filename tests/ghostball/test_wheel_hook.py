@@ -77,7 +77,7 @@ def test_a_wheel_is_not_built_where_its_kernels_are_not_linked(monkeypatch, tmp_
     monkeypatch.setattr(cache, "directory", lambda: tmp_path / "cache")
     (tmp_path / "cache").mkdir()
     monkeypatch.setenv("CC", "nowhere/cc")
-    with pytest.raises(RuntimeError, match="a C compiler is needed to link the kernels"):
+    with pytest.raises(RuntimeError, match="linking the kernels needs a C compiler"):
         sys.modules["hatch_build"].put_into(tmp_path / "kernels", cloth.needed()[:1])
     assert "`nowhere/cc` can't be run: No such file or directory" in caplog.text
 

@@ -50,6 +50,12 @@ def _sides(first: str, second: str, folder: Path) -> tuple[Results, Results, Map
                 f"{other}: not a results folder, but {one} is one. Give two results folders or two "
                 "engines"
             )
+    if not folder.exists():
+        raise GhostballError(
+            f"{first}: not a results folder, and {folder}, which would have the results of an "
+            "engine with this name, doesn't exist. Give two results folders, or choose the folder "
+            "of two engines with `--out`"
+        )
     results = Results.open(folder)
     for one in (first, second):
         if one not in results.labels:

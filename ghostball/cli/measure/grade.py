@@ -61,7 +61,7 @@ def run(asked: GradeOptions) -> ExitStatus:
         stdout().print(table_of(heads, rows))
     for line in (
         *failure_lines(cases),
-        *(f"[bold red]did not finish[/] {escape(one)}" for one in lost),
+        *(f"[bold red]did not finish:[/] {escape(one)}" for one in lost),
     ):
         stdout().print(line, soft_wrap=True)
     for label in dict.fromkeys(case.label for case in cases):

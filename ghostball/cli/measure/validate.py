@@ -142,7 +142,7 @@ def _plan(asked: ValidateOptions) -> _ValidationPlan:
     """Return the plan of a run; raises an error if an option, engine or scene is invalid."""
     if asked.ensemble_size is not None and asked.ensemble is None:
         raise typer.BadParameter(
-            "needs --ensemble K: how many times each scene is perturbed",
+            "needs --ensemble K, the number of perturbed initial states",
             param_hint="--ensemble-size",
         )
     config = load_config()

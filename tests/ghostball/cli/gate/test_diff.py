@@ -68,7 +68,10 @@ def test_two_engines_of_one_folder_are_compared_scene_by_scene(here):
     [
         (["a", "none"], "none: not a results folder, but a is one"),
         (["ghostball", "pymonk", "--out", "a"], "pymonk: neither a results folder nor an engine"),
-        (["ghostball", "pymunk", "--out", "none"], "none: no such results folder"),
+        (
+            ["ghostball", "pymunk", "--out", "none"],
+            "ghostball: not a results folder, and none, which",
+        ),
     ],
 )
 def test_bad_input_is_refused(here, arguments, said):
