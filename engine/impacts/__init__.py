@@ -1,5 +1,5 @@
-"""What impacts do: on the cloth (`impact`), where balls may fly (`in_space`), several at once.
+"""Impacts: on the cloth (`impact`), in scenes with flight (`in_space`), and several at once.
 
-Several that share a ball at one instant are `simultaneous`; `contact_solver` finds their impulses,
-and the forces of contacts that last, too. `laws` has what a single impact on the cloth does.
+`simultaneous` resolves simultaneous impacts that share a ball; `contact_solver` computes their
+impulses, and the forces of resting contacts. `laws` has the laws of a single impact on the cloth.
 """

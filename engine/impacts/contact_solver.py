@@ -1,13 +1,14 @@
-"""The one solver of contacts that act together: how strongly each pushes, so that none approaches.
+"""The solver for contacts that act together: the impulses or forces with which none approaches.
 
-None pulls, and one that doesn't push may open: a linear complementarity problem. Joint impacts
-(`impacts.simultaneous`) and the approach that is left where a resting contact starts
-(`resting_contact.capture`) pose it for impulses, from the rates of the gaps; resting contacts
-(`resting_contact.forces`) for forces, from how fast those rates change.
+No contact pulls, and a contact that doesn't push may open: a linear complementarity problem.
+Simultaneous impacts (`impacts.simultaneous`) and the approach that is left at the start of a
+resting contact (`resting_contact.capture`) use it for impulses, from the rates of the gaps. Resting
+contacts (`resting_contact.forces`) use it for forces, from the second derivatives of the gaps.
 
-A choice of contacts that push is improved until it fits; the equations of each choice are solved by
-conjugate gradients. All contacts are treated alike, and sums over them don't depend on their order:
-so the result has the symmetry of the scene to the last bit, whatever the numbering of the balls.
+The set of pushing contacts is improved until it is consistent; the equations for each set are
+solved by conjugate gradients. All contacts are treated alike, and sums over them don't depend on
+their order. So the result has the symmetry of the scene to the last bit, for any numbering of the
+balls.
 """
 
 from __future__ import annotations
@@ -27,42 +28,43 @@ _FORCE, _RATE, _PRODUCT, _DIRECTION, _RESIDUAL, _SCALED = (
 )
 
 PUSH_X, PUSH_Y = column_of(ContactRow, "push_x"), column_of(ContactRow, "push_y")
-"""Columns for `add_up`."""
+"""Columns of contacts, for `add_up`."""
 
 _ROUNDS = 96
-"""Most choices of the contacts that have to push; two or three mostly do."""
+"""Largest number of sets of pushing contacts that are tried; two or three are usually enough."""
 
 _BLOCK_ROUNDS = 16
-"""From then on only the worst contact changes sides: all at once may go round in circles."""
+"""Rounds after which only the worst contact changes sides: changing all may cycle."""
 
 _STEPS_PER_CONTACT = 4
-"""Most steps of conjugate gradients, in units of the contacts; one each does but for rounding."""
+"""Largest number of conjugate-gradient steps per contact; without rounding, one is enough."""
 
 _RESIDUE = 64.0 * EPS
-"""Approach, in units of the fastest, that rounding leaves a contact that doesn't push, at least."""
+"""Least approach, relative to the fastest, that rounding may leave in a contact without a push."""
 
 _ENDED = 8.0 * EPS
-"""Approach, in the same units, at which the search for the impulses ends: its own rounding."""
+"""Approach, relative to the fastest, at which the iteration for the impulses ends: its rounding."""
 
 _NULL = 2.0**-40
-"""Curvature, in units of the largest of a contact alone, that is rounding.
+"""Curvature, relative to the largest of a single contact, that counts as rounding.
 
-Where more contacts push than needed, as on balls between two cushions, some impulses do nothing.
-Continuing along those made them, and then everything, arbitrarily large.
+If more contacts push than needed, as for balls between two cushions, some combinations of impulses
+have no effect. Steps along these made them, and then all impulses, arbitrarily large.
 """
 
 _UNSOLVED = 2.0**-30
-"""Approach left, in the same units, at which impulses are no solution."""
+"""Remaining approach, relative to the fastest, above which the impulses are no solution."""
 
 
 @kernel
 def end_approach(contacts: Contacts, count: int, noise: float) -> bool:
-    """Find the impulses [N s] after which no contact approaches, and none where one parts.
+    """Compute the impulses [N s] after which no contact approaches; none where a contact parts.
 
-    Or, of accelerations of gaps, the forces [N]. In FORCE is their size; `gain_of` returns
-    what they give a ball. Contacts that would have to pull are left out, and come back
-    if they approach without; one whose rate is inf stays out. False where some approach is left; if
-    that is more than `noise`, in units of the rates, the impulses take energy, as far as they can.
+    With accelerations of gaps as RATE, it computes forces [N]. The sizes are in FORCE; `gain_of`
+    returns the effect on a ball. Contacts that would have to pull are left out, and are included
+    again if they approach without a force; a contact with an infinite rate stays out. The result is
+    False if some approach is left; if it is more than `noise`, in the units of the rates, the
+    impulses remove as much energy as they can.
 
     Contract: the contacts are the first `count` of `contacts.ends`, with NX, NY and RATE set, and
     EFFECTIVE_MASS of each of their balls.
@@ -93,14 +95,14 @@ def end_approach(contacts: Contacts, count: int, noise: float) -> bool:
 
 @kernel
 def _end_one(contacts: Contacts) -> None:
-    """`end_approach` of a contact alone."""
+    """Do the work of `end_approach` for a single contact."""
     contacts.forces[0].force = max(0.0, -contacts.forces[0].rate) * _reduced_mass(contacts, 0)
     spread(contacts, 1, _FORCE)
 
 
 @kernel
 def _leave_out(contacts: Contacts, count: int, turn: int) -> bool:
-    """Leave out contacts that would have to pull, if any: all, or later those that would most."""
+    """Leave out contacts that would have to pull: all, or later the worst only; True if any."""
     worst = 0.0
     for c in range(count):
         worst = min(worst, contacts.forces[c].force)
@@ -113,10 +115,10 @@ def _leave_out(contacts: Contacts, count: int, turn: int) -> bool:
 
 @kernel
 def _leave_out_parting(contacts: Contacts, count: int, turn: int, fastest: float) -> bool:
-    """Leave out contacts that push and part, if any: all, or later those that part fastest.
+    """Leave out contacts that push and part: all, or in later rounds the fastest; True if any.
 
-    Where others approach on: two contacts all but parallel, as with a rail and with a jaw at its
-    end, push as one (see `_NULL`), whatever each of them needs.
+    For the case that other contacts still approach: two nearly parallel contacts, for example with
+    a rail and with a jaw at its end, push as one (see `_NULL`), whatever each of them needs.
     """
     best = 0.0
     for c in range(count):
@@ -133,10 +135,11 @@ def _leave_out_parting(contacts: Contacts, count: int, turn: int, fastest: float
 
 @kernel
 def _take_back(contacts: Contacts, count: int, turn: int, fastest: float, noise: float) -> bool:
-    """Take back contacts that approach, if any: all, or later those that do it fastest.
+    """Include contacts that approach again: all, or in later rounds the fastest; True if any.
 
-    By more than rounding, which is at least what is left of the rates that should be 0. Later by
-    more than counts: to take the rest from a ball all but wedged, it would have to be stopped.
+    Their approach must be larger than rounding, which is at least the remainder of the rates that
+    should be 0. In later rounds it must be larger than `_UNSOLVED`: to remove the rest from a ball
+    that is nearly wedged, the ball would have to be stopped.
     """
     residue = max(_RESIDUE * fastest if turn < _BLOCK_ROUNDS else _UNSOLVED * fastest, noise)
     for c in range(count):
@@ -155,7 +158,7 @@ def _take_back(contacts: Contacts, count: int, turn: int, fastest: float, noise:
 
 @kernel
 def _worst_approach(contacts: Contacts, count: int, active: float) -> float:
-    """Return the least rate of the active contacts, or of the others, after the impulses; or 0."""
+    """Return the smallest rate of contacts that are active, or aren't, after the impulses; or 0."""
     worst = 0.0
     for c in range(count):
         if contacts.forces[c].active == active:
@@ -165,7 +168,7 @@ def _worst_approach(contacts: Contacts, count: int, active: float) -> float:
 
 @kernel
 def _take_energy(contacts: Contacts, count: int) -> None:
-    """Scale impulses, none of which may pull, so that they take as much energy as they can."""
+    """Set negative impulses to 0, and scale all so that they remove as much energy as they can."""
     for c in range(count):
         contacts.forces[c].force = max(0.0, contacts.forces[c].force)
     _apply(contacts, count, _FORCE, _PRODUCT)
@@ -184,13 +187,13 @@ def scale(contacts: Contacts, count: int, factor: float) -> None:
 
 @kernel
 def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) -> None:
-    """Find in FORCE the impulses that take the RATE of just the active contacts away.
+    """Compute in FORCE the impulses that cancel the RATE of the active contacts.
 
-    A part of the rates up to `noise` stays. In a row between two cushions no impulses can take the
-    part that all contacts share; impulses that tried to became arbitrarily large.
+    A part of the rates up to `noise` stays. In a row between two cushions no impulses can cancel
+    the part that all contacts have in common; impulses that tried became arbitrarily large.
 
-    Conjugate gradients (Hestenes and Stiefel 1952), scaled by each contact's own mass: few steps
-    whatever the masses.
+    Conjugate gradients (Hestenes and Stiefel 1952), scaled with each contact's own mass, so that
+    few steps are enough for any masses.
     """
     most = 0.0
     for c in range(count):
@@ -234,7 +237,7 @@ def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) 
 
 @kernel
 def _apply(contacts: Contacts, count: int, column: int, result: int) -> None:
-    """Put in `result` how impulses in `column` change each contact's rate."""
+    """Put the change of each contact's rate by the impulses in `column` into `result`."""
     spread(contacts, count, column)
     for c in range(count):
         a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
@@ -248,7 +251,7 @@ def _apply(contacts: Contacts, count: int, column: int, result: int) -> None:
 
 @kernel
 def take_back_gains(contacts: Contacts, count: int) -> None:
-    """Take from each contact's RATE what the FORCE of all does to it."""
+    """Subtract from each contact's RATE the effect of the FORCE of all contacts."""
     _apply(contacts, count, _FORCE, _PRODUCT)
     for c in range(count):
         contacts.forces[c].rate -= contacts.forces[c].product
@@ -256,7 +259,7 @@ def take_back_gains(contacts: Contacts, count: int) -> None:
 
 @kernel
 def spread(contacts: Contacts, count: int, column: int) -> None:
-    """Let `impulse_on` return of each ball what the impulses in `column` add up to."""
+    """Add up the impulses in `column` for each ball, so that `impulse_on` returns the sum."""
     forces = contacts.forces
     for c in range(count):
         forces[c].push_x = contacts.columns[c, column] * forces[c].nx
@@ -266,12 +269,12 @@ def spread(contacts: Contacts, count: int, column: int) -> None:
 
 @kernel
 def add_up(contacts: Contacts, count: int, column_x: int, column_y: int, on_first: float) -> None:
-    """Let `impulse_on` return of each ball the sums of two columns over its contacts.
+    """Add up two columns over the contacts of each ball, so that `impulse_on` returns the sums.
 
-    Where the ball is the first of a contact, the terms count `on_first` times. The sums don't
-    depend on the order of the contacts: each term is split into two parts, both multiples of a
-    number such that adding them is exact (Demmel and Nguyen 2013, Fast reproducible floating-point
-    summation). What is left out is below 2^-80 of the largest term.
+    Terms of contacts whose first ball it is count `on_first` times. The sums don't depend on the
+    order of the contacts: each term is split into two parts, both multiples of a number with which
+    adding them is exact (Demmel and Nguyen 2013, Fast reproducible floating-point summation). The
+    neglected part is below 2^-80 of the largest term.
     """
     motion = contacts.motion
     most = 0.0
@@ -301,14 +304,14 @@ def add_up(contacts: Contacts, count: int, column_x: int, column_y: int, on_firs
 
 @kernel(inline=True)
 def impulse_on(contacts: Contacts, k: int) -> tuple[float, float]:
-    """Return what impulses on ball k add up to [N s], along x and y."""
+    """Return the sum of impulses on ball k [N s], along x and y."""
     row = contacts.motion[k]
     return row.impulse_x + row.small_x, row.impulse_y + row.small_y
 
 
 @kernel(inline=True)
 def gain_of(contacts: Contacts, k: int) -> tuple[float, float]:
-    """Return the velocity that these impulses give ball k [m/s], along x and y."""
+    """Return the change of ball k's velocity by these impulses [m/s], along x and y."""
     x, y = impulse_on(contacts, k)
     mass = contacts.motion[k].effective_mass
     return x / mass, y / mass
@@ -316,9 +319,9 @@ def gain_of(contacts: Contacts, k: int) -> tuple[float, float]:
 
 @kernel(inline=True)
 def _grids(most: float, count: int) -> tuple[float, float]:
-    """Return what makes sums of `count` terms up to `most` exact; and of what that leaves of them.
+    """Return two arguments of `_rounded` that make sums of `count` terms up to `most` exact.
 
-    Both for `_rounded`.
+    The first is for the terms, the second for their remainders.
     """
     large = 4.0 * count * most
     return large, 2.0**-50 * count * large
@@ -326,14 +329,14 @@ def _grids(most: float, count: int) -> tuple[float, float]:
 
 @kernel(inline=True)
 def _rounded(term: float, large: float) -> float:
-    """Return the term as a multiple of the spacing of doubles at `large`; alike for both signs."""
+    """Return the term as a multiple of the spacing of doubles at `large`; symmetric in its sign."""
     size = (large + abs(term)) - large
     return size if term > 0.0 else -size
 
 
 @kernel
 def _reduced_mass(contacts: Contacts, c: int) -> float:
-    """Reduced mass [kg] of what responds at contact c; 0 where nothing does."""
+    """Return the reduced mass [kg] of the bodies at contact c; 0 if neither can move."""
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     mass_a = contacts.motion[a].effective_mass
     mass_b = contacts.motion[b].effective_mass if b >= 0 else math.inf
@@ -346,9 +349,9 @@ def _reduced_mass(contacts: Contacts, c: int) -> float:
 
 @kernel
 def _dot(contacts: Contacts, count: int, column: int, other: int) -> float:
-    """Return the sum of the products of two columns, as `add_up`, but for 2^-40 of the largest.
+    """Return the sum of the products of two columns, like `add_up`, within 2^-40 of the largest.
 
-    What stays out of one has no part in the sum, whatever the other holds.
+    A contact with 0 in the first column doesn't contribute, whatever the second contains.
     """
     most = 0.0
     for c in range(count):
@@ -365,7 +368,7 @@ def _dot(contacts: Contacts, count: int, column: int, other: int) -> float:
 
 @kernel
 def gap_rate(world: World, c: int) -> float:
-    """Rate of the gap of contact c [m/s]: negative where the two approach."""
+    """Return the rate of the gap of contact c [m/s]: negative if the contact approaches."""
     balls, contacts = world.balls, world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     vx, vy = -balls.state[a].vx, -balls.state[a].vy

@@ -1,9 +1,9 @@
-"""One impact on the cloth: two balls, or a ball and a cushion, by the law that the scene chose.
+"""One impact on the cloth: two balls, or a ball and a cushion, by the law of the scene.
 
-Here the state is turned into the frame of the contact and back; what the impact does is the law's
-(`impacts.laws`). Its impulse up turns a ball and never lifts it: the cloth takes that. Impacts in
-scenes whose balls may leave the cloth are in `impacts.in_space`, which comes here for those that
-are too slow to lift one. A `cushion` is any row of `Laws.obstacles`.
+Here the state is transformed to the frame of the contact and back; `impacts.laws` has the effect of
+the impact. An upward impulse turns a ball but never lifts it: the cloth takes the impulse. For
+scenes in which balls may leave the cloth see `impacts.in_space`, which uses this module for impacts
+that are too slow to lift a ball. A `cushion` is any row of `Laws.obstacles`.
 """
 
 from __future__ import annotations
@@ -28,51 +28,51 @@ from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import facing
 
 _MOST_REBOUNDS = 128
-"""Impacts of a ball at one instant after which those that follow don't throw it back.
+"""Impacts of a ball at one time after which further impacts don't throw it back.
 
-Where impacts take energy, infinitely many may follow each other in a finite time (inelastic
-collapse: McNamara and Young 1992): in the end, balls lie against each other or a cushion. The clock
-stands still long before, and the rest of these impacts may be any number. No usual shot comes to
-so many: a ball in a frozen line has at most about one for each ball of the line. Elastic impacts,
-which keep what they have, always throw a ball back.
+With inelastic impacts, infinitely many impacts may follow each other in a finite time (inelastic
+collapse: McNamara and Young 1992), until the balls lie against each other or a cushion. The clock
+stands still long before, and the number of remaining impacts is unbounded. Usual shots stay below
+this limit: a ball in a frozen line has at most about one impact for each ball of the line. Elastic
+impacts, which lose no energy, always throw a ball back.
 """
 
 _MOST_WITHOUT_FRICTION = 24
-"""The same where nothing slows balls.
+"""The same limit if nothing slows balls.
 
-Those that lie together then collapse again after each impact on one of them: 400 balls at
-restitution 0.2 took more than 1e7 events where 128 impacts were followed, and 4e6 where 24 are.
+Balls that lie together then collapse again after each impact on one of them: 400 balls with
+restitution 0.2 took more than 1e7 events with a limit of 128 impacts, and 4e6 with 24.
 """
 
 MOST_IN_CORNER = 512
-"""Bounces of a ball at one instant in a corner: more than one of 0.4 degrees returns it by.
+"""Bounces of a ball at one time in a corner, enough for a corner of 0.4 degrees to return it.
 
-Those of a sharper corner, whose cushions take so little that it returns the ball too, are several
-events of one instant.
+The bounces in a sharper corner that also returns the ball, because its cushions take little energy,
+become several events at one time.
 """
 
 _UNSETTLED = 32
-"""Bounces in a corner in which friction may still change how a ball turns there."""
+"""Number of bounces in a corner during which friction may still change how the spin develops."""
 
 _E_FOLDS_TO_ROUNDING = 36.0
-"""ln(2^52): so many times a speed falls by the factor e until it is at its rounding."""
+"""ln(2^52): the number of e-folds after which a decaying speed is below its rounding."""
 
 _WORK_OF_BOUNCE = 4
 _WORK_OF_INTEGRATION = 4096
-"""Units of work of a bounce off a cushion; and of an impact whose law integrates over it."""
+"""Units of work of a bounce off a cushion, and of an impact whose law integrates over it."""
 
 
 @kernel(inline=True)
 def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     """Collide balls i and j by the scene's law.
 
-    Contract: both balls are advanced to the instant of the impact and approach each other.
+    Contract: both balls are advanced to the time of the impact and approach each other.
 
-    With the unit normal, which is exact along an axis, and shares that are exactly 1/2 for equal
-    masses, a straight collision along an axis stops a ball exactly.
+    The unit normal is exact along an axis, and the shares are exactly 1/2 for equal masses. So a
+    head-on collision along an axis stops a ball exactly.
     """
     if not laws.slides:
-        # No law that is left acts on spin: the paper's section 4.2, times (1 + e) / 2.
+        # Only laws without spin remain: the paper's section 4.2, times (1 + e) / 2.
         nx, ny = contact_normal(balls, i, j)
         vx, vy = balls.state[j].vx - balls.state[i].vx, balls.state[j].vy - balls.state[i].vy
         exchange = -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)
@@ -86,8 +86,8 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     longer = excess_length(nx, ny)
     _exchange(balls, i, j, nx, ny, impulse.normal - impulse.normal * longer)
     if impulse.along != 0.0 or impulse.up != 0.0:
-        # The same impulse along the contact, to and fro, and the turn that it gives: R / I is
-        # 5 / (2 m R), so that a turn is 5/2 of the velocity over the radius.
+        # The tangential impulse, with opposite signs on the two balls, and its change of spin: R/I
+        # is 5 / (2 m R), so a change of spin is 5/2 of the change of velocity over the radius.
         tx, ty = -ny, nx
         _exchange(balls, i, j, tx, ty, impulse.along - impulse.along * longer)
         to_i, to_j = _shares(balls, i, j)
@@ -102,9 +102,9 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 
 @kernel(inline=True)
 def has_collapsed(balls: Balls, i: int, laws: Laws) -> bool:
-    """Whether ball i had so many impacts at its epoch that no more of them throw it back.
+    """Return whether ball i had so many impacts at its epoch that no further one throws it back.
 
-    By the numbers of the ball and the scene alone, so that no skip changes it.
+    This depends only on the numbers of the ball and the scene, so no skip changes it.
     """
     ball = balls.state[i]
     slowed = ball.roll_slowing > 0.0 or (laws.slides and ball.slide_slowing > 0.0)
@@ -114,7 +114,7 @@ def has_collapsed(balls: Balls, i: int, laws: Laws) -> bool:
 
 @kernel
 def contact_normal(balls: Balls, i: int, j: int) -> tuple[float, float]:
-    """Return the unit normal from ball i to ball j, both at one instant."""
+    """Return the unit normal from ball i to ball j, both at the same time."""
     rx, ry = balls.state[j].x - balls.state[i].x, balls.state[j].y - balls.state[i].y
     distance = math.sqrt(rx * rx + ry * ry)
     return rx / distance, ry / distance
@@ -122,15 +122,16 @@ def contact_normal(balls: Balls, i: int, j: int) -> tuple[float, float]:
 
 @kernel
 def excess_length(nx: float, ny: float) -> float:
-    """Return by how much the square of a rounded unit normal's length exceeds 1, to some 32 digits.
+    """Return |n|^2 - 1 for a rounded unit normal n, to about 32 digits.
 
     An impulse along such a normal changes energy by this part too much. Balls that touch have the
-    same distance each time, rounded the same way, so it isn't made up for: 10^7 collisions of a gas
-    gained 3e-13 of the energy. Along an axis it is 0.
+    same distance each time, rounded in the same way, so the errors don't cancel: 10^7 collisions of
+    a gas gained 3e-13 of the energy. Along an axis the result is 0.
 
-    Squares by halves (Dekker 1971), and their sum with its rounding error (Knuth 1969): the same
-    for (ny, nx), so that mirrored impacts stay so to the bit. Without them, (nx^2 - 1/2) +
-    (ny^2 - 1/2) left a third of the gain; (nx^2 - 1) + ny^2 isn't symmetric.
+    It uses the squares of both halves (Dekker 1971), and the rounding error of their sum (Knuth
+    1969). The result is the same for (ny, nx), so mirrored impacts stay mirrored to the bit. A
+    simpler form, (nx^2 - 1/2) + (ny^2 - 1/2), left a third of the gain; (nx^2 - 1) + ny^2 isn't
+    symmetric.
     """
     xx, yy = nx * nx, ny * ny
     total = xx + yy
@@ -141,7 +142,7 @@ def excess_length(nx: float, ny: float) -> float:
 
 @kernel
 def _lost_by_square(a: float, square: float) -> float:
-    """Return what rounding took from the square of a, |a| < 1."""
+    """Return the rounding error of the square of a, for |a| < 1."""
     scaled = 134_217_729.0 * a  # 2^27 + 1: splits off the upper 26 bits
     upper = scaled - (scaled - a)
     lower = a - upper
@@ -150,9 +151,9 @@ def _lost_by_square(a: float, square: float) -> float:
 
 @kernel
 def _shares(balls: Balls, i: int, j: int) -> tuple[float, float]:
-    """Return what part of a change of their relative velocity balls i and j take; 1 in all.
+    """Return the parts of a change of their relative velocity that balls i and j take; sum 1.
 
-    The larger is what the smaller leaves.
+    The larger part is 1 minus the smaller.
     """
     total = balls.state[i].mass + balls.state[j].mass
     if balls.state[i].mass >= balls.state[j].mass:
@@ -166,9 +167,9 @@ def _shares(balls: Balls, i: int, j: int) -> tuple[float, float]:
 def _exchange(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: float) -> None:
     """Change the velocity of ball j relative to ball i by `exchange` [m/s] along (nx, ny).
 
-    The larger share is what the smaller leaves of the exchange: as a quotient near 1 its rounding
-    would be the same in each collision of the two, and add up (31 415 collisions of Galperin's
-    balls: 1e-12 of the energy).
+    The larger part is the exchange minus the smaller part. If it were computed from a quotient near
+    1, its rounding would be the same in each collision of the two balls, and accumulate (31 415
+    collisions of Galperin's balls: 1e-12 of the energy).
     """
     total = balls.state[i].mass + balls.state[j].mass
     if balls.state[i].mass >= balls.state[j].mass:
@@ -208,7 +209,7 @@ def _to_contact_frame(balls: Balls, i: int, j: int, nx: float, ny: float) -> Bal
 
 @kernel
 def _rub_cloth(balls: Balls, k: int, nx: float, ny: float, along_n: float, along_t: float) -> None:
-    """Give ball k the cloth's impulse at its lowest point, over its mass [m/s]."""
+    """Apply the cloth's impulse at the lowest point of ball k, over its mass [m/s]."""
     if along_n == 0.0 and along_t == 0.0:
         return
     cx, cy = along_n * nx - along_t * ny, along_n * ny + along_t * nx
@@ -223,10 +224,10 @@ def _rub_cloth(balls: Balls, k: int, nx: float, ny: float, along_n: float, along
 def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     """Bounce ball i off a cushion by the scene's law.
 
-    Contract: the ball is advanced to the instant of the impact. It leaves the cushion whatever the
-    sign that rounding gave to a vanishing approach. One that would leave it by no more than the
-    rounding of its velocity, now or before the impulses of this instant, goes along it: between two
-    noses without room it would bounce for ever.
+    Contract: the ball is advanced to the time of the impact. It leaves the cushion whatever sign
+    rounding gave to a vanishing approach. If it would leave the cushion by no more than the
+    rounding of its velocity, now or before the impulses at this time, it moves along the cushion:
+    between two noses without space it would bounce endlessly.
     """
     inward_x, inward_y, _ = facing(laws, cushion, balls.state[i].x, balls.state[i].y)
     nx, ny = -inward_x, -inward_y
@@ -282,8 +283,8 @@ def _from_contact_frame(n: float, t: float, nx: float, ny: float) -> tuple[float
 def _shortened_sum(a: float, b: float, longer: float) -> float:
     """Return (a + b) (1 - longer), where longer is about the rounding of a double.
 
-    The smaller summand is shortened by all of it: the sum alone, or the larger summand, would
-    round the difference away.
+    The whole correction is applied to the smaller summand; in the sum, or in the larger summand, it
+    would be rounded away.
     """
     shorter = (a + b) * longer
     if abs(a) < abs(b):
@@ -297,12 +298,12 @@ def bounce_in_corner(
 ) -> tuple[int, bool]:
     """Bounce ball i off two cushions that it touches, off each in turn, until it leaves both.
 
-    Return how often it bounces, and whether it jams there. In a corner of 45 degrees it bounces
-    four times. Where it meets both `at_once`, rounding would decide which of them is first; so it
-    gets the mean of both orders, with the mean of their energies. Where both come to the same, as
-    in a corner that a whole number of times makes two right angles, what is lost is what the law
-    takes; the mean of two bounces alone, as it was once, stopped a ball there. Where it meets only
-    `cushion`, that is the first.
+    Return the number of bounces, and whether the ball jams in the corner. In a corner of 45 degrees
+    it bounces four times. If it reaches both cushions `at_once`, rounding would decide which is
+    first; so it gets the mean of both orders, with the mean of their energies. If both orders give
+    the same velocity, as in a corner whose angle divides two right angles, only the law removes
+    energy. (An earlier version took the mean of two single bounces, which stopped a ball there.)
+    If it reaches only `cushion`, that is the first.
     """
     if laws.slides:
         keep_spin(balls, i)
@@ -335,11 +336,11 @@ def _bounce_until_off(
 ) -> tuple[int, bool]:
     """Bounce ball i off two cushions in turn until it approaches neither, or jams.
 
-    Return how often it bounces, at most `MOST_IN_CORNER` times, and whether it jams: its speed is
-    below the rounding of what it was, or will be before its direction, which no longer changes from
-    one bounce off a cushion to the next, could turn it back. So an inelastic ball comes to rest in
-    a corner that is too sharp for its cushions, after infinitely many bounces in a finite time.
-    Between parallel cushions it goes on along them.
+    Return the number of bounces, at most `MOST_IN_CORNER`, and whether the ball jams: its speed is
+    below the rounding of its initial speed, or will be before the ball turns back. The latter is
+    decided when its direction changes steadily from one bounce to the next. So an inelastic ball
+    comes to rest in a corner that is too sharp for its cushions, after infinitely many bounces in a
+    finite time. Between parallel cushions it moves along them.
     """
     near, far = first, second
     nx, ny, _ = facing(laws, near, balls.state[i].x, balls.state[i].y)
@@ -365,9 +366,9 @@ def _bounce_until_off(
 
 @kernel
 def _slows_before_it_turns(vx: float, vy: float, to_vx: float, to_vy: float) -> bool:
-    """Whether a change from (vx, vy) to (to_vx, to_vy), again and again, stops a ball first.
+    """Return whether repeating a change from (vx, vy) to (to_vx, to_vy) stops a ball first.
 
-    That is, to the rounding of its speed before it has turned by one radian.
+    That is, its speed is at its rounding before its direction has turned by one radian.
     """
     before, after = speed_of(vx, vy), speed_of(to_vx, to_vy)
     turned = abs(vx * to_vy - vy * to_vx)

@@ -1,25 +1,26 @@
-"""Impacts at one instant that share a ball, resolved together.
+"""Simultaneous impacts that share a ball, resolved together.
 
-One after the other, in whatever order, a collision with two touching balls would favour one of
-them. So all contacts of the group act at once.
+If a ball hits two touching balls, resolving one impact after the other, in any order, would favour
+one of the balls. Therefore all contacts of the group act at once.
 
 The normal impulses are (1 + e) times those that would just end every approach, e the restitution
-(Moreau 1988). For e = 1 that is one generalised reflection of Smith, Kaufman, Vouga, Tamstorf and
-Grinspun (2012, section 4): energy is kept, nothing approaches, and what the impulses make approach
-next, as in a cradle, is the next impact of the same instant. So a row of touching balls, along
-which impacts follow one another, answers like a row with vanishing gaps. Impacts that coincide
-don't: a rack that touches is hit at once, but gaps, however small, put its impacts in an order.
+(Moreau 1988). For e = 1 this is one generalised reflection of Smith, Kaufman, Vouga, Tamstorf and
+Grinspun (2012, section 4): energy is conserved, and no contact approaches. Contacts that approach
+because of these impulses, as in a cradle, are the next impacts at the same time. So a row of
+touching balls, along which impacts follow one another, behaves like a row with vanishing gaps. For
+impacts that coincide this doesn't hold: the balls of a touching rack are hit at once, but gaps,
+however small, put the impacts of a rack in an order.
 
-Friction acts against the mean of the slips before and after the normal impulses, which reverse it
-where they throw a ball back. The normal impulses are then found again, so that every contact parts
-at e times its approach, friction included: what friction does against that mean is then all that
-it changes of the energy, and a loss. It is found with every ball split among its contacts (mass
-splitting: Tonge, Benevolenski and Voroshilov 2012): each contact sees its part of the mass, all act
-on the same state, and the parts are averaged. The result has the symmetry of the scene to the last
-bit, and doesn't depend on the order of the balls (see `impacts.contact_solver`).
+Friction acts against the mean of the slips before and after the normal impulses, which reverse the
+slip if they throw a ball back. The normal impulses are then computed again, so that every contact
+parts at e times its approach speed, with friction. The work of friction against that mean slip is
+then its whole effect on the energy, and a loss. Friction is computed with every ball split among
+its contacts (mass splitting: Tonge, Benevolenski and Voroshilov 2012): each contact has its part of
+the mass, all act on the same state, and the parts are averaged. The result has the symmetry of the
+scene to the last bit, and doesn't depend on the order of the balls (see `impacts.contact_solver`).
 
-A group's friction is Coulomb's, whatever the scene's law for two balls. Each group is counted in
-`work["joint_impacts"]`.
+The friction of a group is Coulomb's, whatever the scene's law for two balls. Each group is counted
+in `work["joint_impacts"]`.
 """
 
 from __future__ import annotations
@@ -52,11 +53,11 @@ _TURN_X, _TURN_Y, _TURN_Z = (
 
 @kernel
 def collide_together(world: World, count: int) -> bool:
-    """Resolve the first `count` contacts of `contacts.ends` together; False where some approach on.
+    """Resolve the first `count` contacts of `contacts.ends` together; False if some still approach.
 
-    Contract: all their balls are advanced to the instant of the impact and marked in
-    `balls.touched`, all contacts approach, and DEGREE in `contacts.motion` holds how many of the
-    contacts each ball has.
+    Contract: all their balls are advanced to the time of the impact and marked in `balls.touched`,
+    all contacts approach, and `degree` in `contacts.motion` is the number of these contacts of each
+    ball.
     """
     balls, laws, contacts = world.balls, world.laws, world.contacts
     for m in range(1, balls.touched[0] + 1):
@@ -64,10 +65,10 @@ def collide_together(world: World, count: int) -> bool:
         if contacts.motion[k].degree > 0.0:
             contacts.motion[k].effective_mass = balls.state[k].mass
             if laws.slides:
-                keep_spin(balls, k)  # before anything asks how it turns
+                keep_spin(balls, k)  # before any code reads the angular velocity
     for c in range(count):
-        # No account of the rounded normal's length, as one impact alone needs: impulses are found
-        # here for the very rates along it.
+        # No correction for the length of the rounded normal, unlike in a single impact: the
+        # impulses are computed here for the rates along the rounded normal.
         nx, ny = contact_normal(balls, contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND])
         contacts.forces[c].nx = nx
         contacts.forces[c].ny = ny
@@ -88,7 +89,7 @@ def collide_together(world: World, count: int) -> bool:
 
 @kernel
 def _push(world: World) -> None:
-    """Give every ball of the group the velocity that the impulses give it."""
+    """Change the velocity of every ball of the group by its impulses."""
     balls = world.balls
     for m in range(1, balls.touched[0] + 1):
         k = balls.touched[m]
@@ -100,7 +101,7 @@ def _push(world: World) -> None:
 
 @kernel
 def _split_mass(world: World, c: int) -> float:
-    """Reduced mass [kg] of contact c, of those parts of its two balls that are its own."""
+    """Return the reduced mass [kg] of contact c, from the parts of its balls' masses."""
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     part_a = world.balls.state[a].mass / contacts.motion[a].degree
@@ -110,10 +111,10 @@ def _split_mass(world: World, c: int) -> float:
 
 @kernel
 def _find_friction(world: World, count: int) -> None:
-    """Put each contact's friction in PUSH_X and PUSH_Y, and how it turns both balls in TURN_*.
+    """Set each contact's friction, `push_x` and `push_y`, and its turning impulse, `turn_...`.
 
-    The latter as an impulse [N s]: 5 / (2 m R) times it is the change of angular velocity. On
-    entry, FORCE holds the normal impulses, which `gain_of` knows, too.
+    The turning impulse [N s] times 5 / (2 m R) is the change of angular velocity. On entry, `force`
+    holds the normal impulses, and `gain_of` returns their effect.
     """
     contacts = world.contacts
     for c in range(count):
@@ -136,7 +137,7 @@ def _find_friction(world: World, count: int) -> None:
 
 @kernel
 def _rub(world: World, count: int) -> None:
-    """Give every ball of the group the friction of its contacts, which moves it and turns it."""
+    """Apply the friction of its contacts to every ball of the group: to velocity and spin."""
     balls, contacts = world.balls, world.contacts
     add_up(contacts, count, PUSH_X, PUSH_Y, -1.0)
     _push(world)
@@ -156,7 +157,7 @@ def _rub(world: World, count: int) -> None:
 
 @kernel
 def _slip(world: World, c: int) -> tuple[float, float]:
-    """Velocity of a's surface over b's at contact c [m/s]: along t = (-ny, nx), and up."""
+    """Return the slip of a's surface over b's at contact c [m/s]: along t = (-ny, nx), and up."""
     balls, contacts = world.balls, world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     nx, ny = contacts.forces[c].nx, contacts.forces[c].ny

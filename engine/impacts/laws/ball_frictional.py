@@ -10,8 +10,11 @@ from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
 
 STICKING = 2.0 / 7.0
-"""Impulse over the reduced mass that ends a slip of 1: a solid sphere's surface is moved 7/2 times
-as far as its centre."""
+"""Impulse, over the reduced mass, that ends a slip of 1.
+
+An impulse at the surface of a solid sphere changes the velocity of the surface 7/2 times as much as
+that of the centre.
+"""
 
 
 @kernel(inline=True)
@@ -21,18 +24,18 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
     `impact`: the balls just before, approaching each other.
     `laws`: `ball_restitution`, and `ball_friction` or `speed_dependent` are used.
 
-    Returns over the reduced mass [m/s]; the cloth takes no part.
+    Returns impulses over the reduced mass [m/s]; the cloth takes no part.
 
     Wallace and Schroeder (1988, Am. J. Phys. 56, 815); Alciatore, technical proof A.14: the normal
-    impulse is (1 + e) times the speed of approach, and friction acts against the slip of the
-    surfaces, with mu times the normal impulse or with the 2/7 of the slip that end it, whichever is
-    less. The coefficient mu is that of the slip before the impact.
+    impulse is (1 + e) times the approach speed, and friction acts against the slip of the surfaces.
+    It is mu times the normal impulse, or 2/7 of the slip, which ends it, whichever is smaller. The
+    coefficient mu is that of the slip before the impact.
 
     Vertical slip is ended as if the balls were free to rise. Their vertical velocities are dropped
-    after the impact, which takes energy and never gives any; 2/7 of a vertical slip that ended is
+    after the impact, which removes energy and never adds any; 2/7 of a vertical slip that ended is
     then left.
 
-    Contract: no allocation. Without friction the tangential parts are 0.
+    Contract: no allocation. Without friction the tangential components are 0.
     """
     normal = (1.0 + laws.ball_restitution) * (impact.a_vn - impact.b_vn)
     slip_along, slip_up = contact_slip(impact)
@@ -45,7 +48,7 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
 
 @kernel
 def contact_slip(impact: BallImpact) -> tuple[float, float]:
-    """Return the slip of a's surface over b's where they touch, along t and up [m/s]."""
+    """Return the slip of a's surface over b's at the contact, along t and up [m/s]."""
     along = (impact.a_vt - impact.b_vt) + (
         impact.a_radius * impact.a_wz + impact.b_radius * impact.b_wz
     )

@@ -3,11 +3,11 @@
 Mathavan, Jackson and Parkin (2014), "Numerical simulations of the frictional collisions of solid
 balls on a rough surface", Sports Engineering 17, doi 10.1007/s12283-014-0158-y.
 
-Friction between the balls pushes one of them onto the cloth, the one whose surface goes up against
-the other's; the cloth's friction then acts on that ball while the impact lasts. The other ball is
-lifted, and its vertical velocity counts in the slip between the balls. Which ball that is can't
-change during an impact: the vertical slip shrinks in proportion to itself. So the equations are
-written once, for b as the ball on the cloth.
+Friction between the balls presses one of them onto the cloth: the ball whose surface moves up
+against the other's. The cloth's friction acts on this ball during the impact. The other ball is
+lifted, and its vertical velocity contributes to the slip between the balls. The two balls can't
+exchange these roles during an impact, because the vertical slip decreases in proportion to itself.
+So the equations are written once, with b as the ball on the cloth.
 """
 
 from __future__ import annotations
@@ -21,45 +21,46 @@ from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
 from ghostball.engine.impacts.laws.two_contacts import Model, Slips
 
 NEGLIGIBLE = 2.0**-56
-"""Approach in units of all the speeds, or friction, so small that rounding hides the cloth."""
+"""Approach speed relative to all speeds, or friction, below which rounding hides the cloth."""
 
 
 @kernel
 def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
-    """Return the impulses of an impact during which the ball on the cloth rubs on it.
+    """Return the impulses of an impact with friction between the cloth and the ball on it.
 
     `impact`: the balls just before, approaching each other.
     `laws`: `ball_restitution`, and `ball_friction` or `speed_dependent`, are used; the cloth's
         coefficients are the balls' own.
 
-    Returns within 1e-7 of the speed of approach, and of the rounding of the other speeds.
+    The error is below 1e-7 of the approach speed, plus the rounding of the other speeds.
 
-    Mathavan, Jackson and Parkin (2014), generalised to balls of different radii and masses. Over
-    each element of the normal impulse friction acts against the slip between the balls, and the
-    cloth against the slip of the ball on it. Compression ends when the balls no longer approach;
-    restitution ends when the normal force has returned e^2 of the work that it stored (Stronge).
+    Mathavan, Jackson and Parkin (2014), generalised to balls of different radii and masses. During
+    each element of the normal impulse, friction acts against the slip between the balls, and the
+    cloth's friction against the slip of the ball on it. Compression ends when the balls no longer
+    approach; restitution ends when the normal force has returned e^2 of the work that it stored
+    (Stronge).
 
-    As in the paper, the slip between the balls has the vertical velocity of the lifted one in it.
-    Codes of this law often leave it out, which turns the object ball of the paper's shots 0.02
+    As in the paper, the slip between the balls includes the vertical velocity of the lifted ball.
+    Implementations of this law often omit it, which turns the object ball of the paper's shots 0.02
     degrees away from the printed angles.
 
-    Three details are ours:
+    Three details differ from other implementations:
 
     - The slip on the cloth is that of the lowest point, v + w x (-R z). The algorithm is usually
-      written with the slip of the highest, (v_x + R w_y, v_y - R w_x), on which friction could feed
-      the ball. The printed numbers can't distinguish the two.
+      written with the slip of the highest point, (v_x + R w_y, v_y - R w_x), with which friction
+      could add energy to the ball. The printed numbers can't distinguish the two.
     - Slip between the balls that reaches zero stays zero.
-    - A coefficient between the balls that depends on the speed is that of the slip before the
-      impact, for which the curve was fitted.
+    - A speed-dependent coefficient between the balls is that of the slip before the impact, for
+      which the curve was fitted.
 
-    The cloth keeps the ball on it from moving down, so that between equal masses vertical slip
-    ends after an impulse of 1/3 of it, not 2/7. What the lifted ball has of vertical velocity is
-    dropped after the impact, as in `frictional`, which takes energy and never gives any. Without
-    vertical slip, or without friction, the cloth takes no part: this is then `frictional`.
+    The cloth keeps the ball on it from moving down, so between equal masses vertical slip ends
+    after an impulse of 1/3 of the slip, not 2/7. The vertical velocity of the lifted ball is
+    dropped after the impact, as in `frictional`, which removes energy and never adds any. Without
+    vertical slip, or without friction, the cloth has no effect, and the law equals `frictional`.
 
     Contract: coefficients within the limits in `model.impact_laws`; no allocation; a bounded
-    number of steps. Turning the frame by half a turn and exchanging the balls gives the same bits,
-    and so does the mirror image.
+    number of steps. The results are bit-identical if the balls are exchanged and the frame is
+    turned by half a turn, and in the mirror image.
     """
     approach = impact.a_vn - impact.b_vn
     slip_along, slip_up = contact_slip(impact)
@@ -104,12 +105,12 @@ def _turned(impact: BallImpact) -> BallImpact:
 def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImpulse:
     """Return the impulses of an impact in which b is the ball on the cloth.
 
-    Across the cloth's plane, the slip of a's surface over b's is down. b alone is moved along by
-    the cloth, and a alone is moved up.
+    "Across" is vertical: the slip of a's surface over b's, positive down. The cloth moves only b
+    along its plane, and only a moves up.
     """
     approach = impact.a_vn - impact.b_vn
     slip_along, slip_up = contact_slip(impact)
-    # Of b in the change of the relative velocity: the reduced mass over b's mass.
+    # The part of b in a change of the relative velocity: the reduced mass over b's mass.
     share = impact.a_mass / (impact.a_mass + impact.b_mass)
     turning_n, turning_t = impact.b_radius * impact.b_wn, impact.b_radius * impact.b_wt
     own = abs(impact.b_vn) + abs(impact.b_vt) + abs(turning_n) + abs(turning_t)
@@ -141,7 +142,7 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
     speeds = (abs(slip_along) + abs(slip_up) + own) / approach
     done = integrate(model, speeds)
     return BallImpulse(
-        approach * (done.normal + max(done.speed, 0.0)),  # to the rounding of its end
+        approach * (done.normal + max(done.speed, 0.0)),  # corrects the rounding of the end
         -approach * done.friction.along,
         approach * done.friction.across,
         0.0,

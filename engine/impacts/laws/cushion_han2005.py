@@ -1,6 +1,6 @@
 """The cushion laws "han2005" and "frictional": restitution and Coulomb friction at the nose.
 
-At the height of the nose by Han's law, at mid-ball where the law is "frictional".
+In Han's law the contact is at the height of the nose; in "frictional" it is at mid-ball.
 
 Han, I. (2005): Dynamics in carom and three cushion billiards. Journal of Mechanical Science and
 Technology 19(4), 976-984.
@@ -24,26 +24,27 @@ def han2005(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
 
     Returns the ball after the impact [m/s, rad/s].
 
-    Contract: no allocation; energy does not rise; vn <= 0 afterwards; mirrored along the cushion,
-    the outcome is mirrored to the bit.
+    Contract: no allocation; energy does not increase; vn <= 0 afterwards; mirrored along the
+    cushion, the result is mirrored to the bit.
 
-    Han's equations, with the print's errors put right: the normal impulse whose friction mu just
-    ends the slip s is |s| / (mu A), with A = 7 / (2 m); the sign of c in equation 14; the second
-    factor of the impulse along n in equation 21, which is a cosine. As there, the vertical impulse
-    turns the ball; of its vertical velocity a ball on the cloth keeps nothing.
+    Han's equations, with these corrections of printing errors: the normal impulse whose friction mu
+    just ends the slip s is |s| / (mu A), with A = 7 / (2 m); the sign of c in equation 14; the
+    second factor of the impulse along n in equation 21, which is a cosine. As in the paper, the
+    vertical impulse turns the ball, and a ball on the cloth loses its vertical velocity.
 
-    Energy: in free space the impact loses it, because the closing speed at the nose is multiplied
-    by -e and the friction, at most what stops the slip, works against it. Dropping the vertical
-    velocity takes away more. So energy can't rise, whatever the height, friction and spin.
+    Energy: in free space the impact loses energy, because the closing speed at the nose is
+    multiplied by -e, and the friction, at most that which stops the slip, works against the slip.
+    Dropping the vertical velocity removes more. So energy can't increase, whatever the height,
+    friction and spin.
 
-    Where it ends: Han's vn afterwards is vn (sin^2 - e cos^2) - P sin, P the friction at the nose
-    over the mass, upwards positive. It is above 0, so that the ball still approaches, where the
-    nose is far from mid-ball (without friction: where sin^2 > e / (1 + e), a sine of 0.68 for
-    e = 0.85), or where backspin under a high nose (or topspin against a low one) pulls the ball in.
-    Dropping the vertical velocity has then closed the contact again, ball and nose are wedged
-    against the cloth, and the impact continues. Repeated without friction it stops the ball, in a
-    geometric series. That limit is the bound here: vn is at most 0. The further impulse acts
-    through the centre and turns nothing, the cloth bears its vertical part, and it takes energy.
+    Upper bound on vn: Han's vn afterwards is vn (sin^2 - e cos^2) - P sin, where P is the friction
+    at the nose over the mass, upwards positive. It is positive, so that the ball still approaches,
+    if the nose is far from mid-ball (without friction: if sin^2 > e / (1 + e), a sine of 0.68 for
+    e = 0.85), or if backspin under a high nose (or topspin against a low one) pulls the ball in.
+    Dropping the vertical velocity has then closed the contact again: ball and nose are wedged
+    against the cloth, and the impact continues. Repeating it without friction stops the ball, in a
+    geometric series. The bound, vn at most 0, is that limit. The further impulse acts through the
+    centre and turns nothing, the cloth bears its vertical part, and it removes energy.
     """
     sine = (cushion.height - impact.radius) / impact.radius
     return _bounce_off_nose(impact, cushion, sine)
@@ -56,19 +57,19 @@ def frictional(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     `impact`: the ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
     `cushion`: `restitution` in [0, 1] and `friction` >= 0.
 
-    Returns the ball after the impact [m/s, rad/s]; vn is exactly -e times what it was.
+    Returns the ball after the impact [m/s, rad/s]; vn is exactly -e times its value before.
 
-    Contract: as `han2005`.
+    Contract: as for `han2005`.
     """
     return _bounce_off_nose(impact, cushion, 0.0)
 
 
 @kernel
 def _bounce_off_nose(impact: CushionImpact, cushion: Cushion, sine: float) -> CushionBounce:
-    """Return the bounce off a nose that the centre sees at an angle of this sine above n.
+    """Return the bounce off a nose at an angle with this sine above n, seen from the centre.
 
-    Speeds and impulses over the mass, both [m/s]; "down" is the direction in the plane of n and z
-    that is tangential to the ball at the nose, (sine, -cosine).
+    Speeds and impulses over the mass are in [m/s]; "down" is the tangent of the ball at the nose in
+    the plane of n and z, (sine, -cosine).
     """
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
     radius, e = impact.radius, cushion.restitution

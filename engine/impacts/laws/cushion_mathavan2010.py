@@ -1,4 +1,4 @@
-"""A cushion whose impact is followed through its impulse, with friction at the nose and the cloth.
+"""A cushion law that integrates over the impulse, with friction at the nose and at the cloth.
 
 Mathavan, S., Jackson, M. R. and Parkin, R. M. (2010): A theoretical analysis of billiard ball
 dynamics under cushion impacts. Proc. IMechE C, J. Mechanical Engineering Science 224(9), 1863-1873.
@@ -13,9 +13,9 @@ from ghostball.engine.impacts.laws.impulse_integrator import integrate
 from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
 from ghostball.engine.impacts.laws.two_contacts import Model, Slips
 
-# Below either approach the ball only bounces: what friction would change is lost in rounding.
-_LEAST = 1e-140  # [m/s]; the squares of smaller speeds vanish
-_GRAZING = 1e-13  # of all speeds together
+# Below either approach speed the ball only bounces, because the effect of friction is rounded away.
+_LEAST = 1e-140  # [m/s]; the squares of smaller speeds underflow
+_GRAZING = 1e-13  # relative to the sum of all speeds
 
 
 @kernel
@@ -27,40 +27,41 @@ def mathavan2010(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     `cushion`: `restitution` in [0, 1], `friction` >= 0, and `height`, above the cloth and below the
         top of the ball [m].
 
-    Returns the ball after the impact [m/s, rad/s]; not a number, which the engine reports, should
-    the bound of the work ever be met.
+    Returns the ball after the impact [m/s, rad/s]. If the limit of steps is ever reached, the
+    numbers are NaN, which the engine reports.
 
-    Contract: no allocation; a bounded number of steps; energy does not rise; vn <= 0 afterwards;
-    mirrored along the cushion, and with speeds times a power of two, the same to the bit.
+    Contract: no allocation; a bounded number of steps; energy does not increase; vn <= 0
+    afterwards; bit-identical if mirrored along the cushion, or with speeds times a power of two.
 
     The paper's equations of motion with x = -t and y = n, in the impulse of the nose. The nose
-    pushes along its normal and rubs against the ball's slip there; the ball keeps to the cloth,
-    whose load follows from that, and the cloth rubs too. Compression ends when vn = 0, and the
-    rebound when the work that the nose gave back is e^2 of what it took. What the paper leaves
+    pushes along its normal and rubs against the slip of the ball. The ball stays on the cloth; this
+    determines the load on the cloth, which rubs, too. Compression ends when vn = 0; the rebound
+    ends when the nose has returned e^2 of the work that it took. The paper leaves three points
     open:
 
-    - A slip that ends stays 0 while friction can hold it, and starts again where it can't. The
-      paper's ratio of components has no value there, and a fixed step chatters.
-    - The cloth can't pull. Where the nose lifts the ball (topspin, a nose below mid-ball), the load
-      would be negative and the cloth would drive the slip. It is 0 there, and so is its friction.
-    - A ball may jam: both contacts can hold it (coefficients of at least cosine / (1 + sine) of the
-      angle of the nose), or the cloth outweighs the nose's push as the ball leaves. Then it ends
-      with vn = 0, and what work was stored is lost.
+    - A slip that has ended stays 0 while friction can hold it, and starts again if it can't. The
+      paper's ratio of components is undefined there, and a fixed step chatters.
+    - The cloth can't pull. If the nose lifts the ball (topspin, a nose below mid-ball), the load
+      would be negative and the cloth would drive the slip. Load and friction are 0 then.
+    - A ball may jam: either both contacts can hold it (coefficients of at least
+      cosine / (1 + sine) of the angle of the nose), or the cloth's friction outweighs the push of
+      the nose as the ball leaves. Then the impact ends with vn = 0, and the stored work is lost.
 
-    Energy: of what acts on the ball, both frictions take it, what is vertical does no work, and the
-    nose gives back at most what it took.
+    Energy: both frictions remove energy, vertical forces do no work, and the nose returns at most
+    the work that it took.
 
-    Accuracy: 1e-7 of the sum of all speeds, and mostly 1e-8 of the speed of approach. Not where the
-    cloth's coefficient is above 1: the friction that would hold the nose then loads the cloth so
-    much that the slip grows instead, and what happens depends on the compliance of the contacts.
+    Accuracy: 1e-7 of the sum of all speeds, and mostly 1e-8 of the approach speed. This doesn't
+    hold for a cloth's coefficient above 1: the friction that would hold the nose then loads the
+    cloth so much that the slip grows instead, and the result depends on the compliance of the
+    contacts.
     """
     radius, vn = impact.radius, impact.vn
     speeds = vn + abs(impact.vt) + radius * (abs(impact.wn) + abs(impact.wt) + abs(impact.wz))
     if vn < _LEAST or vn < _GRAZING * speeds:
         vn = -cushion.restitution * vn
         return CushionBounce(vn, impact.vt, impact.wn, impact.wt, impact.wz, 0.0)
-    # theta is the angle at which the centre sees the nose above n; across t, the slip at the nose
-    # is towards the cushion and down.
+    # theta is the angle of the nose above n, seen from the centre. Across t, the slip at the nose
+    # is positive towards the cushion and down.
     sine = (cushion.height - impact.radius) / impact.radius
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
     cross = 1.0 - 2.5 * sine
@@ -97,5 +98,5 @@ def mathavan2010(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
         impact.wn + turn * (friction.t - sine * friction.along),
         impact.wt + turn * (friction.across - friction.n),
         impact.wz + turn * (cosine * friction.along),
-        0.0,  # the cloth took it while the impact lasted
+        0.0,  # the cloth has taken the vertical impulse during the impact
     )

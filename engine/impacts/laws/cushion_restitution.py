@@ -1,4 +1,4 @@
-"""The cushion laws "restitution" and "mirror": two factors on the velocity; spin is left alone."""
+"""The cushion laws "restitution" and "mirror": two factors on the velocity; spin is unchanged."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ def restitution(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
 
     Returns the ball after the impact [m/s, rad/s].
 
-    Contract: no allocation; two products and a change of sign, so a mirror keeps every bit. The
-    mirror is section 4.2 of the paper.
+    Contract: no allocation. Two products and a change of sign, so a mirror is exact. The mirror is
+    section 4.2 of the paper.
     """
     return CushionBounce(
         -cushion.restitution * impact.vn,

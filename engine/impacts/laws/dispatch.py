@@ -1,6 +1,6 @@
-"""Calls the law that a scene chose, by its place in `model.impact_laws`.
+"""Calls of the law that a scene has chosen, by its index in `model.impact_laws`.
 
-And tells contacts that last at which height a cushion's law has it touch the ball.
+Also the height at which a cushion's law has its contact, for resting contacts.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ _HAN2005 = CUSHION_LAW_NAMES.index("han2005")
 _MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
 _AT_THE_NOSE = tuple(k for k, law in enumerate(CUSHION_LAWS) if "cushion_height" in law.uses)
 
-# Chains of comparisons, because a kernel can't be handed another one.
+# These functions compare one law after another, because a kernel can't be passed as an argument.
 
 
 @kernel(inline=True)
 def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
-    """Return what the scene's law makes of a ball-ball impact."""
+    """Return the impulse of an impact of two balls by the scene's law."""
     if laws.ball_law == _MATHAVAN2014:
         return mathavan2014(impact, laws)
     return frictional_balls(impact, laws)
@@ -41,7 +41,7 @@ def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
 
 @kernel(inline=True)
 def cushion_law(impact: CushionImpact, laws: Laws, k: int) -> CushionBounce:
-    """Return what the law of obstacle k makes of an impact with it."""
+    """Return the bounce off obstacle k by its law."""
     row = laws.obstacles[k]
     returned = restitution_at(impact.vn, row.restitution, row.loss)
     cushion = Cushion(returned, row.tangential, row.friction, row.height)
@@ -52,24 +52,24 @@ def cushion_law(impact: CushionImpact, laws: Laws, k: int) -> CushionBounce:
         return han2005(impact, cushion)
     if law == _FRICTIONAL_CUSHION:
         return frictional_cushion(impact, cushion)
-    return restitution(impact, cushion)  # a mirror where both its factors are 1
+    return restitution(impact, cushion)  # also "mirror", with both factors 1
 
 
 @kernel(inline=True)
 def is_ball_law_integrated(laws: Laws) -> bool:
-    """Whether the law of two balls integrates over the impact."""
+    """Return whether the law of two balls integrates over the impact."""
     return bool(laws.ball_law == _MATHAVAN2014)
 
 
 @kernel(inline=True)
 def is_integrated(laws: Laws, k: int) -> bool:
-    """Whether the law of obstacle k integrates over the impact."""
+    """Return whether the law of obstacle k integrates over the impact."""
     return bool(int(laws.obstacles[k].law) == _MATHAVAN2010)
 
 
 @kernel
 def nose_sine(laws: Laws, k: int, radius: float) -> float:
-    """Return the sine of the angle above the horizontal at which obstacle k's law sees its nose."""
+    """Return the sine of the angle of the contact above the horizontal, in obstacle k's law."""
     if int(laws.obstacles[k].law) in _AT_THE_NOSE:
         height: float = laws.obstacles[k].height
         return (height - radius) / radius

@@ -11,7 +11,7 @@ _RANGE = 0.108
 _DECAY = 1.088  # [s/m]
 
 _NOTHING = 40.0
-"""Argument from which on the exponential is below half an ulp of the sum and is left out."""
+"""Argument above which the exponential is below half an ulp of the sum and is left out."""
 
 _INVERSE_E = 0.36787944117144233
 
@@ -33,13 +33,13 @@ _INVERSE_FACTORIALS = (
     1.0,
     1.0,
 )
-"""Of 15! down to 0!: up to 1/2 the series ends 2e-17 from the exponential, and Horner's rule adds
-less than an ulp."""
+"""For 15! down to 0!. For arguments up to 1/2 the truncation error of the series is 2e-17, and
+Horner's rule adds less than an ulp."""
 
 
 @kernel
 def friction_coefficient(laws: Laws, slip_speed: float) -> float:
-    """Return the scene's coefficient of friction between balls that slip at this speed [m/s]."""
+    """Return the scene's coefficient of friction between balls at a slip speed [m/s]."""
     if laws.speed_dependent:
         return alciatore_friction(slip_speed)
     return laws.ball_friction
@@ -52,11 +52,11 @@ def alciatore_friction(slip_speed: float) -> float:
     `slip_speed` [m/s]: speed of one ball's surface over the other's just before the impact; not
     negative.
 
-    Alciatore, technical proof A.14, a fit to data of Marlow. The exponential is built from sums and
-    products, because a library's differs in the last bit from one machine to the next: a factor 1/e
-    for each whole unit, and the power series for what is left, at most a half either way. The
-    factors' rounding grows with their number n, but what it does to the sum falls as n exp(-n). The
-    result is within 2 ulps of the exact sum.
+    Alciatore, technical proof A.14, a fit to data of Marlow. The exponential is computed with sums
+    and products, because the last bit of a library's exponential depends on the machine: a factor
+    1/e for each whole unit, and the power series for the rest, which is at most 1/2 in size. The
+    rounding of the factors grows with their number n, but its effect on the sum falls as n exp(-n).
+    The result is within 2 ulps of the exact sum.
     """
     argument = _DECAY * slip_speed
     if not argument < _NOTHING:

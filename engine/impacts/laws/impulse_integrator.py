@@ -1,8 +1,8 @@
-"""Integrates, over the normal impulse, an impact during which two contacts rub.
+"""Integration, over the normal impulse, of an impact with friction at two contacts.
 
-The equations are in `two_contacts`. A slip turns the faster the shorter it is, and one that is held
-by friction is stiff: so the method is implicit, and where a contact begins or ends to slip, steps
-get short by themselves.
+The equations are in `two_contacts`. The shorter a slip, the faster it turns, and a slip that is
+held by friction is stiff. Therefore the method is implicit; steps become short automatically when a
+contact starts or stops to slip.
 """
 
 from __future__ import annotations
@@ -29,26 +29,29 @@ from ghostball.engine.impacts.laws.two_contacts import (
 )
 
 STILL = 4e-9
-"""A slip below this is held, by friction in proportion to it: so a contact sticks, gives way and
-slips without anybody having to decide it. A held contact moves by less than this."""
+"""Slip below which friction is proportional to the slip and holds it.
 
-_STEP_ERROR = 1e-10  # of the slips in one step, as estimated, where one of them is short
-_LONG = 16.0  # how much more per length of the shorter: neither is then near its end
-_ROUNDING = 2.0**-44  # of all speeds together: added to both
-_TURNED = 1e-8  # compression ends below this; the work then errs by the square of it
-_RETURNED = 1e-9  # of the work to be returned, that needn't be
-_WORK_ROUNDING = 1e-15  # of what was stored: as a speed, 3e-8 where all else is 0
+So no code has to decide when a contact sticks, gives way or slips. A held contact moves by less
+than this.
+"""
+
+_STEP_ERROR = 1e-10  # estimated error of the slips in one step, if one of them is short
+_LONG = 16.0  # factor on it per length of the shorter slip, if neither is near its end
+_ROUNDING = 2.0**-44  # relative to the sum of all speeds: added to `STILL` and `_STEP_ERROR`
+_TURNED = 1e-8  # speed below which compression ends; the error of the work is its square
+_RETURNED = 1e-9  # part of the work to be returned that may be missing
+_WORK_ROUNDING = 1e-15  # relative to the stored work: as a speed, 3e-8 if all else is 0
 _FIRST_STEP = 1e-3
-_STANDS = 1e-2  # a rate of the speed of approach below this is none, where both contacts hold
-# Most impacts take 20 to 200 steps. Where a contact stays at the limit of what it can hold, it may
-# alternately slip and be held: then a longer slip is held. Beyond all steps the outcome is NaN,
-# which fails the run.
+_STANDS = 1e-2  # rate of the approach speed that counts as 0 if both contacts hold
+# Most impacts take 20 to 200 steps. A contact at the limit of what it can hold may alternately slip
+# and be held; then the limit `STILL` is raised. After the last step the result is NaN, and the run
+# fails.
 _WIDEN_AFTER = 500
 _MOST_STEPS = 10_000
 
 
 class _Matrix(NamedTuple):
-    """A matrix of 2 by 2 numbers, row by row."""
+    """A 2 x 2 matrix, row by row."""
 
     a: float
     b: float
@@ -57,10 +60,10 @@ class _Matrix(NamedTuple):
 
 
 class _Solver(NamedTuple):
-    """1 minus h gamma times the Jacobian, in blocks of the two contacts, ready to be solved."""
+    """The matrix 1 - h gamma J, J the Jacobian, in blocks for the two contacts, factorised."""
 
-    schur: _Matrix  # inverse of what the contact's block leaves
-    upper: _Matrix  # the upper right block times the inverse of the lower right one
+    schur: _Matrix  # inverse of the Schur complement of the lower right block
+    upper: _Matrix  # the upper right block times the inverse of the lower right block
     lower: _Matrix
     last: _Matrix  # the inverse of the lower right block
 
@@ -83,7 +86,7 @@ def _inverse(m: _Matrix) -> _Matrix:
 
 @kernel
 def _stiffness(x: float, y: float, gain: float, held: bool, still: float) -> _Matrix:
-    """Return the derivative by the slip (x, y) of friction -gain (x, y) against it."""
+    """Return the derivative, by the slip (x, y), of friction -gain (x, y) / |(x, y)|."""
     over = per_slip(x, y, held, still)
     gain *= over
     if held:
@@ -94,14 +97,14 @@ def _stiffness(x: float, y: float, gain: float, held: bool, still: float) -> _Ma
 
 @kernel
 def _solver(change: Slips, h: float, held: Held, model: Model) -> _Solver:
-    """Return 1 - h J; J is the derivative of the rates by the slips."""
+    """Return 1 - h J, factorised; J is the derivative of the rates by the slips."""
     slips = plus(model.start, 1.0, change)
     share = -model.friction * per_slip(slips.across, slips.along, held.contact, held.still)
     load = max(model.load + model.load_across * share * slips.across, 0.0)
     gain = h * model.cloth_friction * load
     f = _stiffness(slips.across, slips.along, h * model.friction, held.contact, held.still)
     g = _stiffness(slips.n, slips.t, gain, held.cloth, held.still)
-    # The contact's friction loads the cloth, whose friction goes with the load.
+    # The contact's friction loads the cloth, whose friction is proportional to the load.
     gain = model.cloth_friction * model.load_across if load > 0.0 else 0.0
     gain *= per_slip(slips.n, slips.t, held.cloth, held.still)
     n, t = -gain * slips.n, -gain * slips.t
@@ -133,7 +136,7 @@ _GAMMA = 0.25
 
 @kernel
 def _stage(at: Slips, of: Slips, h: float, solver: _Solver, held: Held, model: Model) -> Slips:
-    """Return gamma (h rates + of), solved with 1 minus the Jacobian."""
+    """Return gamma (h rates + of), multiplied by the inverse of 1 - h gamma J."""
     r = plus(of, h, rates_of(at, held, model))
     schur, upper, lower, last = solver
     x, y = r.across - (upper.a * r.n + upper.b * r.t), r.along - (upper.c * r.n + upper.d * r.t)
@@ -149,9 +152,9 @@ def _stage(at: Slips, of: Slips, h: float, solver: _Solver, held: Held, model: M
 def _step(change: Slips, h: float, held: Held, model: Model) -> tuple[Slips, float]:
     """Return the slips after an impulse h, and an estimate of their error.
 
-    Rosenbrock method of order 4, and 3 for the estimate, stiffly accurate: RODAS (Hairer and Wanner
-    1996, Solving ordinary differential equations II, section IV.7). Near its end a slip turns the
-    faster the shorter it is, and one that is held is stiff by 1 / `STILL`.
+    RODAS, a stiffly accurate Rosenbrock method of order 4, with order 3 for the estimate (Hairer
+    and Wanner 1996, Solving ordinary differential equations II, section IV.7). Near its end a slip
+    turns faster the shorter it is, and a held slip is stiff, by 1 / `STILL`.
     """
     solver = _solver(change, _GAMMA * h, held, model)
     none = Slips(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -184,9 +187,10 @@ def _step(change: Slips, h: float, held: Held, model: Model) -> tuple[Slips, flo
 
 @kernel
 def _missed(change: Slips, end: Slips, h: float, held: Held, model: Model) -> float:
-    """Return how far a slip came that a step couldn't see.
+    """Return the length of a slip whose start or reversal a step has missed.
 
-    One that was held, and is not at the end; or one that passed through 0, where friction reverses.
+    A slip that was held and isn't at the end, or a slip that passed through 0, where friction
+    reverses.
     """
     now = held_of(end, held.still, model)
     rates = rates_of(end, now, model)
@@ -207,7 +211,7 @@ def _missed(change: Slips, end: Slips, h: float, held: Held, model: Model) -> fl
 
 @kernel
 def _until_still(change: Slips, held: Held, model: Model) -> float:
-    """Return the impulse after which a slip has nearly ended, were the rates constant."""
+    """Return the impulse after which a slip would nearly have ended if the rates were constant."""
     slips, rates = plus(model.start, 1.0, change), rates_of(change, held, model)
     until = math.inf
     closing = -(slips.across * rates.across + slips.along * rates.along)
@@ -223,16 +227,16 @@ def _until_still(change: Slips, held: Held, model: Model) -> float:
 def integrate(model: Model, speeds: float) -> Outcome:
     """Return the impulses of an impact.
 
-    `speeds`: sum of all speeds, to whose rounding the outcome is known.
+    `speeds`: sum of all speeds; its rounding limits the accuracy of the result.
 
-    Returns within 1e-7, and the rounding of `speeds`.
+    The error of the result is below 1e-7, plus the rounding of `speeds`.
 
-    Compression ends when the speed of approach is 0, and the rebound when the normal force has
-    returned e^2 of the work that it stored, the integral of that speed (Stronge). The rebound also
-    ends where the ball is driven back, and either where both contacts hold the ball and it doesn't
-    move: then it is jammed.
+    Compression ends when the approach speed is 0. The rebound ends when the normal force has
+    returned e^2 of the work that it stored, the integral of that speed (Stronge), or if the ball is
+    driven back. Either phase ends if both contacts hold the ball and it doesn't move: then it is
+    jammed.
 
-    Contract: no allocation; a bounded number of steps. Mirrored (`along` and `t`), the outcome is
+    Contract: no allocation; a bounded number of steps. Mirrored (`along` and `t`), the result is
     mirrored to the bit.
     """
     rounding = _ROUNDING * speeds
@@ -286,7 +290,7 @@ def integrate(model: Model, speeds: float) -> Outcome:
 
 @kernel
 def _reach(speed: float, rate: float, work: float, rebound: bool) -> float:
-    """Return the impulse to the end of the phase, were the rate of the speed constant."""
+    """Return the impulse to the end of the phase if the rate of the speed were constant."""
     if not rebound:
         return max(-speed / rate, 1e-12) if rate < 0.0 else math.inf
     away = max(-speed, 0.0)

@@ -1,16 +1,16 @@
-"""The one signature of the laws of ball-ball impacts, and the one of ball-cushion impacts.
+"""The signature of all laws of ball-ball impacts, and that of all laws of ball-cushion impacts.
 
-Both work in a right-handed frame in space: n, the unit normal of the contact; t = z x n, along the
-contact; and up, n x t, which is z as long as the contact is between balls on the cloth, or with a
-cushion. A law sees numbers in that frame and knows of no table, no time and no other ball. It
-returns what the impact does along all three. That an impulse up doesn't lift a ball isn't the law's
-business: see `impacts.impact`.
+Both use a right-handed frame in space: n, the unit normal of the contact; t = z x n, along the
+contact; and up, n x t, which is z for contacts between balls on the cloth, or with a cushion. A law
+gets numbers in this frame, without table, time or other balls. It returns the effect of the impact
+along all three axes. `impacts.impact` ensures that an upward impulse doesn't lift a ball on the
+cloth.
 
     ball law     (BallImpact, Laws) -> BallImpulse
     cushion law  (CushionImpact, Cushion) -> CushionBounce
 
 Contract of every law: no allocation, no raising; only + - * / and square roots; energy does not
-rise; the contact doesn't approach afterwards.
+increase; the contact doesn't approach afterwards.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 
 class BallImpact(NamedTuple):
-    """Balls a and b that touch and approach; n from a to b. Each ball about its own centre.
+    """Balls a and b that touch and approach; n points from a to b.
 
     The slip of a's surface over b's is va - vb + (ra wa + rb wb) x n:
     along t: a_vt - b_vt + a_radius a_wz + b_radius b_wz; up: -(a_radius a_wt + b_radius b_wt).
@@ -44,12 +44,12 @@ class BallImpact(NamedTuple):
 
 
 class BallImpulse(NamedTuple):
-    """What the impact does.
+    """The impulses of an impact.
 
-    The impulse on b through the contact, and its opposite on a, over the reduced mass [m/s]; it
-    turns the balls as well as moves them. And the impulse of the cloth on each ball during the
-    impact, over the ball's own mass [m/s], which acts at the ball's lowest point; 0 where the law
-    leaves the cloth out.
+    First the impulse on b through the contact (its opposite acts on a), over the reduced mass
+    [m/s]; it changes velocities and spins. Then the impulse of the cloth on each ball during the
+    impact, over the mass of the ball [m/s], which acts at the ball's lowest point; 0 if the law
+    ignores the cloth.
     """
 
     normal: float  # along n, never negative
@@ -75,19 +75,19 @@ class CushionImpact(NamedTuple):
 
 
 class Cushion(NamedTuple):
-    """The coefficients of what a ball bounces off, and how high its nose is."""
+    """The coefficients of an obstacle, and the height of its nose."""
 
     restitution: float  # in [0, 1]
-    tangential: float  # factor on the velocity along it
+    tangential: float  # factor on the tangential velocity
     friction: float
     height: float  # above the cloth [m]
 
 
 class CushionBounce(NamedTuple):
-    """The ball's velocity [m/s] and angular velocity [rad/s] after; vn <= 0.
+    """The ball's velocity [m/s] and angular velocity [rad/s] after the impact; vn <= 0.
 
-    `up` is the impulse of the cushion along z, over the mass [m/s], less what the law itself lets
-    the cloth take of it; the engine drops it, since the ball stays on the cloth.
+    `up` is the impulse of the cushion along z, over the mass [m/s], minus the part that the law
+    itself transfers to the cloth. The engine drops it, because the ball stays on the cloth.
     """
 
     vn: float

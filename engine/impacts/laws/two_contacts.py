@@ -1,13 +1,13 @@
-"""Equations of an impact during which two contacts rub: the one that collides, and the cloth's.
+"""Equations of an impact with friction at two contacts: that of the collision, and the cloth's.
 
-What the laws that integrate over the impact share: each fills in a `Model`. The independent
-variable is the normal impulse p of the contact that collides, divided by a mass. Each contact rubs
-against its slip, whose direction changes meanwhile; both slips, two numbers each, obey
+The laws that integrate over the impact share these equations; each law fills in a `Model`. The
+independent variable is the normal impulse p of the collision, divided by a mass. Each contact rubs
+against its slip, whose direction changes during the impact. Both slips, two numbers each, obey
 
-    d(slips)/dp = push + (what friction at the contact does) + (what friction of the cloth does)
+    d(slips)/dp = push + (effect of friction at the contact) + (effect of friction at the cloth)
 
-with constant coefficients, so that the slips alone are the state. All speeds, p too, are in units
-of the speed of approach before the impact. `impulse_integrator` follows them.
+with constant coefficients, so the slips alone are the state. All speeds, and p, are in units of the
+approach speed before the impact. `impulse_integrator` integrates the equations.
 """
 
 from __future__ import annotations
@@ -18,46 +18,47 @@ from typing import NamedTuple
 from ghostball.engine.core.kernel import kernel
 
 TURNS = 3.5
-"""What friction does to its own slip, where only the ball's centre and spin give way."""
+"""Effect of friction on its own slip, if only the ball's velocity and spin change."""
 
 
 class Slips(NamedTuple):
-    """Both slips, or what changes of them; or impulses of friction at the same places."""
+    """Both slips, or changes of them, or impulses of friction at the same contacts."""
 
-    across: float  # of the contact
+    across: float  # of the colliding contact
     along: float
     n: float  # of the ball on the cloth
     t: float
-    work: float  # of a change: the integral over p of `speed_of` it
+    work: float  # in a change: the integral of `speed_of` over p
 
 
 class Model(NamedTuple):
-    """Constants of one impact; "across" is across the cloth's plane, "along" is in it.
+    """Constants of one impact; "across" is vertical to the cloth's plane, "along" is in it.
 
-    Impulses of friction are counted as the law chooses; what each does per unit is said here. Along
-    t, slip and impulse of a contact go with those of the other alone, and so do the two others.
+    Each law chooses the units of the impulses of friction; these constants are effects per unit.
+    The components along the cloth (`along` and `t`) affect only each other, and so do `across` and
+    `n`.
     """
 
     friction: float  # coefficient of the contact
-    cloth_friction: float  # and of the cloth
-    load: float  # of the cloth, per unit of the normal force
-    load_across: float  # and per unit of friction across
+    cloth_friction: float  # coefficient of the cloth
+    load: float  # load on the cloth per unit of the normal force
+    load_across: float  # load on the cloth per unit of friction across
     restitution: float
-    speed: float  # what one unit of p does to the speed of approach; negative
-    speed_across: float  # what friction across does to it
-    speed_cloth: float  # and that of the cloth along n
-    push_across: float  # what one unit of p does to the slip across
-    push_n: float  # and to the cloth's slip along n
-    across: float  # what friction across does to the slip across
-    across_cloth: float  # what the cloth's friction along n does to it
-    along_cloth: float  # what the cloth's friction along t does to the slip along
-    n_across: float  # what friction across does to the cloth's slip along n
-    t_along: float  # what friction along does to that along t
+    speed: float  # effect of one unit of p on the approach speed; negative
+    speed_across: float  # effect of friction across on it
+    speed_cloth: float  # effect of the cloth's friction along n on it
+    push_across: float  # effect of one unit of p on the slip across
+    push_n: float  # effect of one unit of p on the cloth's slip along n
+    across: float  # effect of friction across on the slip across
+    across_cloth: float  # effect of the cloth's friction along n on it
+    along_cloth: float  # effect of the cloth's friction along t on the slip along
+    n_across: float  # effect of friction across on the cloth's slip along n
+    t_along: float  # effect of friction along on the cloth's slip along t
     start: Slips  # just before the impact
 
 
 class Held(NamedTuple):
-    """What divides each slip in the friction against it; a slip below `still` is held."""
+    """Which slips friction holds: a slip below `still` is divided by `still` in its friction."""
 
     still: float
     contact: bool
@@ -67,7 +68,7 @@ class Held(NamedTuple):
 class Outcome(NamedTuple):
     """The impulses of an impact, in units of the speed of approach."""
 
-    speed: float  # of approach, afterwards
+    speed: float  # approach speed after the impact
     normal: float
     friction: Slips  # integrals of both frictions
 
@@ -92,7 +93,7 @@ def length(x: float, y: float) -> float:
 
 @kernel
 def held_of(change: Slips, still: float, model: Model) -> Held:
-    """Return which slips are held: over a whole step, so that it is smooth."""
+    """Return which slips are held; this doesn't change within a step, so that steps are smooth."""
     slips = plus(model.start, 1.0, change)
     contact = length(slips.across, slips.along) <= still
     return Held(still, contact, length(slips.n, slips.t) <= still)
@@ -100,7 +101,7 @@ def held_of(change: Slips, still: float, model: Model) -> Held:
 
 @kernel
 def per_slip(x: float, y: float, held: bool, still: float) -> float:
-    """Return by what a slip (x, y) is divided in the friction against it."""
+    """Return the reciprocal of the divisor of a slip (x, y) in its friction."""
     return 1.0 / (still if held else max(length(x, y), 1e-300))
 
 
@@ -108,7 +109,7 @@ def per_slip(x: float, y: float, held: bool, still: float) -> float:
 def _friction(change: Slips, held: Held, model: Model) -> Slips:
     """Return the friction of both contacts per unit of the normal force.
 
-    The cloth can't pull: where the impact lifts the ball its load is 0.
+    The cloth can't pull: if the impact lifts the ball, the load is 0.
     """
     slips = plus(model.start, 1.0, change)
     share = -model.friction * per_slip(slips.across, slips.along, held.contact, held.still)
@@ -120,7 +121,7 @@ def _friction(change: Slips, held: Held, model: Model) -> Slips:
 
 @kernel
 def _changed(friction: Slips, model: Model) -> Slips:
-    """Return what impulses of friction do to the slips."""
+    """Return the effect of impulses of friction on the slips."""
     return Slips(
         model.across * friction.across + model.across_cloth * friction.n,
         TURNS * friction.along + model.along_cloth * friction.t,
@@ -132,7 +133,7 @@ def _changed(friction: Slips, model: Model) -> Slips:
 
 @kernel
 def rates_of(change: Slips, held: Held, model: Model) -> Slips:
-    """Return what one unit of p does to the slips, and to the work."""
+    """Return the effect of one unit of p on the slips, and on the work."""
     rates = _changed(_friction(change, held, model), model)
     return Slips(
         rates.across + model.push_across,
@@ -145,9 +146,9 @@ def rates_of(change: Slips, held: Held, model: Model) -> Slips:
 
 @kernel
 def speed_of(change: Slips, model: Model) -> float:
-    """Return how much faster the approach is where the slips have changed by this much.
+    """Return the effect on the approach speed of the friction that changed the slips.
 
-    Counted from where p alone would have brought it: see `drift_of`.
+    `drift_of` is the effect of p itself.
     """
     friction = _impulses(change, model)
     return model.speed_across * friction.across + model.speed_cloth * friction.n
@@ -155,20 +156,20 @@ def speed_of(change: Slips, model: Model) -> float:
 
 @kernel
 def drift_of(model: Model) -> float:
-    """Return what one unit of p does to the speed of approach where no slip changes."""
+    """Return the effect of one unit of p on the approach speed if no slip changes."""
     return model.speed - speed_of(Slips(model.push_across, 0.0, model.push_n, 0.0, 0.0), model)
 
 
 @kernel
 def speed_rate_of(change: Slips, held: Held, model: Model) -> float:
-    """Return what one unit of p does to the speed of approach."""
+    """Return the effect of one unit of p on the approach speed."""
     friction = _friction(change, held, model)
     return model.speed + model.speed_across * friction.across + model.speed_cloth * friction.n
 
 
 @kernel
 def _impulses(change: Slips, model: Model) -> Slips:
-    """Return the impulses of friction that change the slips by this much."""
+    """Return the impulses of friction that cause a change of the slips."""
     over = 1.0 / (model.across * TURNS - model.across_cloth * model.n_across)
     other = 1.0 / (TURNS * TURNS - model.along_cloth * model.t_along)
     return Slips(
@@ -182,6 +183,6 @@ def _impulses(change: Slips, model: Model) -> Slips:
 
 @kernel
 def outcome_of(change: Slips, p: float, speed: float, model: Model) -> Outcome:
-    """Return the outcome; what p does to the slips took no friction."""
+    """Return the outcome of an impact; the direct effect of p on the slips isn't friction."""
     pushed = Slips(model.push_across, 0.0, model.push_n, 0.0, 0.0)
     return Outcome(speed, p, _impulses(plus(change, -p, pushed), model))
