@@ -1,4 +1,4 @@
-"""What of a scene's physics our own engine represents."""
+"""The features of a scene's physics that our own engine supports."""
 
 from __future__ import annotations
 
@@ -34,4 +34,4 @@ CAPABILITIES: Capabilities = {
     Feature.QUADRATIC_ROLLING: EXACT,
     Feature.FLIGHT: EXACT,
 }
-"""What our own engine represents, feature by feature: each is named, so that a new one is none."""
+"""Our own engine's support, feature by feature: a feature that isn't named isn't supported."""

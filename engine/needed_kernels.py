@@ -1,7 +1,7 @@
-"""What given scenes need of the kernels, so that it can be compiled before any shot is played.
+"""The kernels that given scenes need, so that they can be compiled before any shot is played.
 
-A variant leaves out what a scene doesn't need (`running.variants`). Variants can be compiled side
-by side, and whoever needs one that isn't compiled yet compiles it then.
+Each scene needs one of two kernels (`running.variants`), which can be compiled side by side. A
+kernel that is still missing when a shot needs it is compiled then.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from ghostball.model.errors import GhostballError
 
 
 def kernels_of(scenes: Iterable[Scene]) -> list[Needed]:
-    """Return what `scenes` need of the kernels.
+    """Return the kernels that `scenes` need.
 
-    `scenes`: one that this engine can't play needs nothing.
+    Scenes that this engine can't simulate need none.
     """
     shots: dict[Variant, None] = {}
     for scene in scenes:
@@ -32,9 +32,9 @@ def kernels_of(scenes: Iterable[Scene]) -> list[Needed]:
 
 
 def warm_up(scenes: Iterable[Scene] = ()) -> None:
-    """Compile or load the kernels that `scenes` need now, rather than in the first `simulate`.
+    """Compile or load the kernels that `scenes` need now, instead of in the first `simulate`.
 
-    A compilation is announced. Without scenes: what a shot of one ball needs.
+    A message announces a compilation. Without scenes, it is the kernel for a shot of one ball.
     """
     scenes = tuple(scenes) or (still_scene(Variant.LEAN),)
     for needed in kernels_of(scenes):

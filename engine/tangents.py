@@ -1,6 +1,6 @@
-"""Finds how small changes of a shot grow, for whatever records its motion exactly.
+"""The growth of small changes of a shot, for any source of an exactly recorded motion.
 
-Our engine gives it along with what it records, and proofs do.
+Results of our engine and certified motions use it.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from ghostball.model.trajectory import TangentMap
 def tangents_of(
     scene: Scene, trajectory: ExactTrajectory, events: Events, directions: ArrayLike | None
 ) -> TangentMap:
-    """Return what becomes of small changes of a shot; see `model.trajectory.Tangents`."""
-    # Most shots are never asked.
+    """Return the effects of small changes of a shot; see `model.trajectory.Tangents`."""
+    # Imported here, because most shots don't need these modules.
     from ghostball.engine.sensitivity import rounding_of, tangent_of  # noqa: PLC0415
 
     if directions is None:

@@ -1,5 +1,5 @@
-"""The loop from event to event: what comes next, what it does, what is recorded of it.
+"""The event loop: find the next event, resolve it, predict new motions, and record them.
 
-`loop` is the loop; its turns are `find`, `resolve`, `predict` and `record`, its end is `finish`.
-Python calls it by `play`, for one shot as for many.
+`loop` has the loop; its steps are in `find`, `resolve`, `predict` and `record`, its end in
+`finish`. Python calls it through `play`, for one shot or many.
 """

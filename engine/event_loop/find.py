@@ -1,4 +1,4 @@
-"""What happens next: one ball's own event, or the pairs that touch first."""
+"""Find the next event: one ball's own event, or the pairs that touch first."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ from ghostball.engine.scheduling.due_pairs import Event, own_event, touching
 from ghostball.engine.scheduling.scheduler import earliest, update
 
 _MAX_FRUITLESS_BOUNDS = 64
-"""A run fails after so many bounds for each pair without an event: a guard against an endless loop,
-which a number that is NaN where nobody looks could cause. A shot needs 1 or 2 in all."""
+"""Number of bounds per pair without an event after which a run fails.
+
+This prevents an endless loop, which a NaN in an unchecked number could cause. A shot needs 1 or 2.
+"""
 
 _BALLS_A_UNIT = 8
-"""Balls that are looked through in a unit of work, where all are."""
+"""Number of balls searched per unit of work, if all balls are searched."""
 
 _WORK_BY_CELLS = 128
-"""Most units of work of an event where cells say which balls are near, of however many."""
+"""Most units of work per event if cells give the balls nearby, for any number of balls."""
 
 
 @kernel(inline=True)
 def find(world: World, limit: int) -> tuple[int, Event]:
-    """Return RUN_CONTINUES and the next event; or why the run ends before it."""
+    """Return RUN_CONTINUES and the next event, or the reason why the run ends before it."""
     balls, log = world.balls, world.log
     update(world, log.clock[st.NOW])
     _unmark(balls)
@@ -33,7 +35,7 @@ def find(world: World, limit: int) -> tuple[int, Event]:
     while True:
         t, single, row = earliest(world)
         status = _status_at(world, t, single, row, limit)
-        # After that, so that a run that continues after a pause does something before the next.
+        # Counted after the status, so that a run that continues after a pause always advances.
         log.counters[st.WORK] += turn
         _count_turns(world.contacts, log)
         if status != st.RUN_CONTINUES or single >= 0:
@@ -51,21 +53,21 @@ def find(world: World, limit: int) -> tuple[int, Event]:
 
 @kernel(inline=True)
 def _work_of_turn(cells: Cells, count: int) -> int:
-    """Return the units of work that it takes to find what of `count` balls happens next."""
+    """Return the work of finding the next event of `count` balls."""
     work = 4 + count // _BALLS_A_UNIT
     return min(work, _WORK_BY_CELLS) if has_cells(cells) else work
 
 
 @kernel(inline=True)
 def _count_turns(contacts: Contacts, log: Log) -> None:
-    """Count the work that solving for contacts took."""
+    """Add the work of solving for contacts to WORK."""
     log.counters[st.WORK] += contacts.turns[0]
     contacts.turns[0] = 0
 
 
 @kernel(inline=True)
 def _status_at(world: World, t: float, single: int, row: int, limit: int) -> int:
-    """Return whether a run continues to the next instant t [s], or why it ends before."""
+    """Return whether a run continues to the next time t [s], or why it ends before."""
     log = world.log
     if log.counters[st.NOT_FINITE] != st.FREE:
         return st.RUN_NOT_FINITE
@@ -76,7 +78,7 @@ def _status_at(world: World, t: float, single: int, row: int, limit: int) -> int
         return st.RUN_RESTED
     if t > world.laws.t_max:
         return st.RUN_T_MAX
-    if t == math.inf:  # a ball that moves, and neither stops nor has an end to wait for
+    if t == math.inf:  # some ball moves, but neither stops nor has another event
         log.counters[st.NOT_FINITE] = single
         return st.RUN_NOT_FINITE
     if log.counters[st.EVENTS] + log.counters[st.CONTACT_STEPS] >= limit:

@@ -1,4 +1,4 @@
-"""The end of a run: every ball is brought to its last instant."""
+"""The end of a run: move every ball to the last time of the run."""
 
 from __future__ import annotations
 
@@ -15,14 +15,13 @@ from ghostball.engine.motion.position import advance
 
 @kernel
 def finish(world: World, status: int, end: FloatArray) -> int:
-    """Move every ball to the instant `log.clock[END]` at which a run that returned `status` ends.
+    """Move every ball to the time `log.clock[END]` at which a run with the result `status` ends.
 
-    And put in `end`, (p, n, 3), its position there; its velocity where p > 1; its angular velocity
-    where p > 2.
+    Put its position there into `end`, (p, n, 3), its velocity if p > 1, and its angular velocity if
+    p > 2.
 
-    When all centres rest, that is when the last spin about the vertical has decayed, too; a spin
-    that no friction slows continues, and isn't waited for. Return `status`, or RUN_T_MAX where a
-    ball still spins then.
+    If all centres rest, the run ends when the last vertical spin has decayed, too; a spin that no
+    friction slows isn't waited for. Return `status`, or RUN_T_MAX if a ball still spins at `t_max`.
     """
     balls, laws, log = world.balls, world.laws, world.log
     t = log.clock[st.NOW]
@@ -33,7 +32,7 @@ def finish(world: World, status: int, end: FloatArray) -> int:
         for i in range(len(balls.own_kind)):
             spin, rate = balls.state[i].wz, balls.state[i].spin_slowing
             if spin != 0.0 and rate > 0.0 and not flies(balls.height, balls, i):
-                # Late by more than rounding, so that whoever computes the spin then finds none.
+                # Four ulps late, so that the spin computed from its decay at this time is 0.
                 t = max(t, (balls.state[i].epoch + abs(spin) / rate) * (1.0 + 4.0 * EPS))
     if t > laws.t_max:
         t, status = laws.t_max, st.RUN_T_MAX
@@ -47,7 +46,7 @@ def finish(world: World, status: int, end: FloatArray) -> int:
         _put_state(balls, i, end)
         finite = is_finite(balls, i) and abs(balls.state[i].radius) < math.inf
         if status != st.RUN_NOT_FINITE and not finite:
-            # A resting ball has no event at which it would have been seen before.
+            # A resting ball has no event that would have shown this before.
             log.counters[st.NOT_FINITE] = i
             broken = True
     return st.RUN_NOT_FINITE if broken else status
@@ -55,7 +54,7 @@ def finish(world: World, status: int, end: FloatArray) -> int:
 
 @kernel
 def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
-    """Put in end[:, i] as much of position, velocity and angular velocity as `end` has room for."""
+    """Put position, velocity and angular velocity into end[:, i], as far as `end` has rows."""
     ball = balls.state[i]
     end[0, i, 0], end[0, i, 1] = ball.x, ball.y
     end[0, i, 2] = ball.radius + _rise(balls.height, i)

@@ -12,25 +12,25 @@ from ghostball.engine.event_loop.record import record
 from ghostball.engine.event_loop.resolve import advance_to, resolve
 
 _MOST_AT_ONCE = 64
-"""Events at one instant, for each pair and some: a frozen line of n balls comes to some n^2."""
+"""Largest number of events at one time, per pair: a frozen line of n balls has about n^2 events."""
 
 
 @kernel
 def run(world: World, limit: int) -> int:
     """Process events until every ball rests, `t_max`, a full log, or `limit` events and steps.
 
-    Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE; or
-    RUN_STANDSTILL, where events follow each other within `ONE_INSTANT` without end; or
-    RUN_PAUSED, where its loops have done all the work that PAUSE_AT permits; or RUN_NO_ROOM, where
-    more balls touch at once than the arrays have room for.
+    Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE;
+    RUN_STANDSTILL if events follow each other endlessly within `ONE_INSTANT`; RUN_ENDLESS if a ball
+    on top of others bounces endlessly; RUN_PAUSED if the work has reached PAUSE_AT; or RUN_NO_ROOM
+    if more balls touch at once than fit in the arrays.
 
     The scheduler works with `pairs` or with `cells`, whichever isn't empty; see
     `scheduling.scheduler`.
 
-    Contract: every ball is marked when the run begins. No allocation, no raising. Everything is in
-    the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT or RUN_PAUSED continues
-    where it stopped when called again. After RUN_NOT_FINITE, NOT_FINITE says which ball's motion
-    isn't finite.
+    Contract: every ball is marked at the start of the run. No allocation, no raising. The whole
+    state is in the arguments, so a run that returned RUN_LOG_FULL, RUN_EVENT_LIMIT or RUN_PAUSED
+    continues where it stopped when called again. After RUN_NOT_FINITE, NOT_FINITE is the ball whose
+    motion isn't finite.
     """
     log = world.log
     log.counters[st.NOT_FINITE] = st.FREE
@@ -46,7 +46,7 @@ def run(world: World, limit: int) -> int:
                 log.clock[st.NOW] = event.t
                 return st.RUN_STANDSTILL
             log.clock[st.NOW] = event.t
-        # The first turn is this alone: every ball that is marked begins to move.
+        # The first iteration only does this: every marked ball starts to move.
         predict(world, held, log.clock[st.NOW])
         status = record(world, log.clock[st.NOW])
         if status != st.RUN_CONTINUES:
@@ -56,7 +56,7 @@ def run(world: World, limit: int) -> int:
 
 @kernel(inline=True)
 def _stands_still(world: World, t: float) -> bool:
-    """Count the events within `ONE_INSTANT`; return whether there are too many to end."""
+    """Count events within `ONE_INSTANT`; return whether there are too many of them."""
     log = world.log
     if t - log.clock[st.STOOD_SINCE] > ONE_INSTANT * t:
         log.clock[st.STOOD_SINCE] = t

@@ -1,7 +1,7 @@
-"""The one kernel that Python calls to simulate: it plays k shots of one scene, be it one or many.
+"""The kernel that Python calls to simulate k shots of one scene, one or many.
 
-It takes plain arrays and unpacks them: named tuples would cost a call from Python microseconds.
-What differs from call to call comes first, see `running.room`.
+Its arguments are plain arrays, which it unpacks: passing named tuples from Python would take
+microseconds per call. The arguments that differ from call to call come first, see `running.room`.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from ghostball.engine.event_loop.unpack import (
     start_from,
 )
 
-# Columns of how a ball begins, where shots of one scene differ in it.
+# Columns of the initial state of a ball, where shots of one scene differ in it.
 START_X = 0  # its centre [m]
 START_Y = 1
-START_RISE = 2  # how far it is above where it lies on the cloth [m]
+START_RISE = 2  # height of its lowest point above the cloth [m]
 START_VX = 3  # its velocity [m/s]
 START_VY = 4
 START_UP = 5
@@ -67,28 +67,27 @@ def play(
     laws: FloatArray,
     obstacles: FloatArray,
 ) -> int:
-    """Play the shots `which`, from its element `first` on; return which element is next.
+    """Play the shots `which`, from its element `first` on; return the index of the next element.
 
-    `which` (m,) int64: rows of the next four, the shots to be played.
-    `starts` (k, m, START_COLUMNS) float64: what differs between the shots: how m balls begin, the
-        first of which is ball `who`. Where k is 0 nothing does.
+    `which` (m,) int64: the shots to be played, as rows of the next four arrays.
+    `starts` (k, m, START_COLUMNS) float64: the initial states of m balls in each shot, from ball
+        `who` on. If k is 0, all shots start like the scene.
     `clocks` (k, CLOCKS) float64.
-    `counts` (k, COUNTERS) int64: of each shot; STATUS says how it ended.
-    `ends` (k, p, n, 3) float64: of each shot: positions at its end; velocities where p > 1, angular
-        velocities where p > 2.
-    `time`, `what`, `ball`, `motion`: the `Log`, of the one shot there is then; empty where none is
-        kept.
-    `numbers`, `start`, `offsets`: a block of arrays to work in, the same as each shot begins with,
-        and what lies where in them: `core.block`. `full` is None where `Balls` has no
-        `powers`, `series` and `height`, by which numba knows what to leave out.
-    `continues`: whether the shot `which[first]` continues from where it was left; else it begins.
-    `max_events`, `max_work`: how many events and contact steps a shot may have; how much WORK.
-    `budget`: WORK after which the kernel returns, so that an interrupt is heard. A shot that has
-        the status RUN_PAUSED or RUN_LOG_FULL continues when called again.
+    `counts` (k, COUNTERS) int64: counters of each shot; STATUS is how it ended.
+    `ends` (k, p, n, 3) float64: final positions of each shot; velocities if p > 1, angular
+        velocities if p > 2.
+    `time`, `what`, `ball`, `motion`: the `Log`, if there is only one shot; empty for no log.
+    `numbers`, `start`, `offsets`: a block of arrays to work in, the block with the initial state,
+        and their offsets: `core.block`. `full` is None if `Balls` has no `powers`, `series` and
+        `height`; from its type numba knows which code to leave out.
+    `continues`: True if the shot `which[first]` was interrupted and continues; False if it starts.
+    `max_events`, `max_work`: limits of a shot: events and contact steps; WORK.
+    `budget`: WORK after which the kernel returns, so that interrupts are handled. A shot with the
+        status RUN_PAUSED or RUN_LOG_FULL continues when called again.
     `laws`, `obstacles`: the `Laws`.
 
-    Contract: no allocation, no raising. Each shot begins with the same numbers, so that neither
-    their order nor who plays them matters.
+    Contract: no allocation, no raising. Each shot starts with the same numbers, so the results
+    don't depend on the order of the shots, or on the threads that play them.
     """
     lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
     rules = laws_from(laws, lines)
@@ -124,7 +123,7 @@ def play(
 
 @kernel(inline=True)
 def _begin(balls: Balls, who: int, starts: FloatArray) -> None:
-    """Put balls where they begin, and give them their velocities."""
+    """Set the initial positions, velocities and phases of balls."""
     for j in range(len(starts)):
         ball = balls.state[who + j]
         ball.x, ball.y = starts[j, START_X], starts[j, START_Y]
@@ -143,7 +142,7 @@ def _begin_above(height: FloatArray | None, i: int, start: FloatArray) -> None:
 
 @kernel(inline=True)
 def laws_from(numbers: FloatArray, obstacles: Any) -> Laws:
-    """Return the `Laws` whose fields are `numbers`, and the obstacles."""
+    """Return the `Laws` with the fields `numbers`, and the obstacles."""
     return Laws(
         numbers[0] != 0.0,
         numbers[1] != 0.0,

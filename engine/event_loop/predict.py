@@ -1,7 +1,7 @@
-"""Predicts anew, after an event, the motion of every ball that it changed.
+"""Predict the motion of every ball that an event has changed.
 
-Each alone, until its own next event (`motion.next_piece`), or with others that friction holds it
-together with (`resting_contact.step`).
+A ball is predicted alone, until its own next event (`motion.next_piece`), or together with balls in
+resting contact (`resting_contact.step`).
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from ghostball.engine.resting_contact.step import end_step, start_steps
 
 @kernel(inline=True)
 def predict(world: World, held: int, t: float) -> None:
-    """Predict every ball that is marked, at the instant t: its old motion is void.
+    """Predict the motion of every marked ball from the time t [s] on.
 
-    And start contact steps: of the first `held` contacts of `balls.touching`, and where else balls
-    press each other.
+    Also start contact steps, for the first `held` contacts of `balls.touching`, and for all other
+    balls that press each other.
     """
     _predict_marked(world)
     if held > 0 or world.contacts.waiting[0] > 0:
@@ -30,16 +30,16 @@ def predict(world: World, held: int, t: float) -> None:
 
 @kernel(inline=True)
 def _let_go_above(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> None:
-    """Let balls fall that lie still on what moves, if there are any."""
+    """Let balls fall that lie still on a moving ball, if there are any."""
     if height is not None:
         let_go_above(height, balls, laws, t)
 
 
 @kernel(inline=True)
 def _predict_marked(world: World) -> None:
-    """Predict every ball that is marked, since an event set its velocity.
+    """Predict every marked ball, because an event has set its velocity.
 
-    One in a contact step is left to `start_steps`: its step ends here.
+    A ball in a contact step is left to `start_steps`: its step ends here.
     """
     balls, contacts = world.balls, world.contacts
     for m in range(1, balls.touched[0] + 1):

@@ -1,4 +1,4 @@
-"""What a run keeps of what happened: counters always, a log where one was asked for."""
+"""Recording of events and motions: counters always, a log if requested."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ LEAVES_TABLE_EVENT = int(EventKind.LEAVES_TABLE)
 
 @kernel
 def is_full(log: Log, n: int) -> bool:
-    """Whether the next instant might not fit in the log: any ball may change, roll and stop.
+    """Return whether the events of the next time might not fit in the log.
 
-    And hit each pair that can touch at once: fewer than 3 n in the plane. Or one bounces to and fro
-    in a corner.
+    Any ball may change its motion, start to roll and stop, and hit every ball that it touches:
+    fewer than 3 n pairs in the plane. Or one ball bounces many times in a corner.
     """
     if len(log.time) == 0:
         return False
@@ -37,7 +37,7 @@ def is_full(log: Log, n: int) -> bool:
 
 @kernel
 def note_ends(world: World, k: int, t: float) -> None:
-    """Log that ball k came to roll or to rest by a contact step."""
+    """Log that a contact step let ball k start to roll, or come to rest."""
     contacts = world.contacts
     if contacts.rolled[k]:
         contacts.rolled[k] = False
@@ -49,7 +49,7 @@ def note_ends(world: World, k: int, t: float) -> None:
 
 @kernel
 def note_rest(world: World, k: int, t: float) -> None:
-    """Log that ball k came to rest; but not again after a contact step let it move slowly."""
+    """Log that ball k came to rest, unless it only moved very slowly in a contact step since."""
     in_island = world.contacts.island[k] != st.FREE
     if not (in_island and world.balls.state[k].moved == 0.0):
         note_event(ROLL_TO_REST_EVENT, k, -1, t, world.log)
@@ -59,7 +59,7 @@ def note_rest(world: World, k: int, t: float) -> None:
 
 @kernel
 def note_event(kind: int, a: int, b: int, t: float, log: Log) -> None:
-    """Count an event, and log it."""
+    """Count an event, and log it if there is a log."""
     log.counters[st.EVENTS] += 1
     log.clock[st.LAST_EVENT] = t
     if len(log.time) > 0:
@@ -73,7 +73,7 @@ def note_event(kind: int, a: int, b: int, t: float, log: Log) -> None:
 
 @kernel
 def note_motion(world: World, i: int) -> None:
-    """Log how ball i moves from its epoch on."""
+    """Log the motion of ball i from its epoch on."""
     balls, log = world.balls, world.log
     if len(log.time) > 0:
         row = log.counters[st.LOGGED_MOTIONS]
@@ -115,11 +115,11 @@ def _note_powers(powers: FloatArray | None, i: int, motion: FloatArray, row: int
 
 @kernel(inline=True)
 def record(world: World, t: float) -> int:
-    """Log how every ball moves on whose motion changed at the instant t, and what a step ended.
+    """Log the motion of every ball that changed at the time t [s], and the ends of its slides.
 
-    Return RUN_CONTINUES; or RUN_NOT_FINITE, with the ball in NOT_FINITE, where a motion isn't
-    finite or its next event is past: after each ball has its motion in the log; or RUN_NO_ROOM; or
-    RUN_ENDLESS.
+    Return RUN_CONTINUES, RUN_NO_ROOM or RUN_ENDLESS; or RUN_NOT_FINITE, with the ball in
+    NOT_FINITE, if a motion isn't finite or its next event is in the past. The motions of all balls
+    are then in the log.
     """
     balls, log = world.balls, world.log
     _sort_touched(balls)
@@ -139,7 +139,7 @@ def record(world: World, t: float) -> int:
 
 @kernel(inline=True)
 def is_finite(balls: Balls, i: int) -> bool:
-    """Whether no number of ball i's motion is NaN or infinite: a sum of such is never finite."""
+    """Return whether the numbers of ball i's motion are all finite; if not, nor is their sum."""
     place = (balls.state[i].x + balls.state[i].y) + (balls.state[i].vx + balls.state[i].vy)
     spin = (balls.state[i].wx + balls.state[i].wy) + balls.state[i].wz
     pull = (balls.state[i].ax + balls.state[i].ay) + (balls.state[i].bx + balls.state[i].by)
@@ -154,7 +154,7 @@ def _with_height(height: FloatArray | None, i: int, size: float) -> float:
 
 @kernel(inline=True)
 def _sort_touched(balls: Balls) -> None:
-    """Put the balls that the event touched in the order of their numbers."""
+    """Sort the balls that the event changed by their indices."""
     for m in range(2, balls.touched[0] + 1):
         k, index = balls.touched[m], m
         while index > 1 and balls.touched[index - 1] > k:

@@ -1,8 +1,8 @@
-"""Does what happens at an event: balls collide, meet an obstacle, land, begin to roll, or stop.
+"""Resolve an event: balls collide, reach an obstacle, land, start to roll, or stop.
 
-Which event it is, `event_loop.find` has found; what an impact does, is in `impacts`. What changes a
-ball's motion marks it in `balls.changed`, and leaves it to the loop to predict it. A `cushion` here
-is any row of `Laws.obstacles`.
+`event_loop.find` has found the event; `impacts` has the effect of an impact. Code that changes a
+ball's motion marks the ball in `balls.changed`; the loop then predicts it. A `cushion` here is any
+row of `Laws.obstacles`.
 """
 
 from __future__ import annotations
@@ -58,17 +58,17 @@ from ghostball.engine.scheduling.ties import list_pair
 from ghostball.engine.scheduling.time_of_impact import LASTING
 
 _NO_CORNER = 1.0 - 2.0**-20
-"""Cosine between the normals of two obstacles above which they are taken for a straight one."""
+"""Cosine between the normals of two obstacles above which they count as one straight obstacle."""
 
 _BOUNCES_AN_EVENT = 16
-"""Bounces in a corner that count as one of the events at one instant that may be without end."""
+"""Number of bounces in a corner that count as one event in the limit of events at one time."""
 
 
 @kernel(inline=True)
 def advance_to(world: World, event: Event) -> None:
-    """Move the balls of an event to its instant: but not pairs that are to be held together.
+    """Move the balls of an event to its time, except pairs that will be held together.
 
-    A ball that stops, or stops sliding, is moved there without cancelling digits.
+    A ball that stops, or stops sliding, is moved by a formula that cancels no digits.
     """
     balls, laws, contacts = world.balls, world.laws, world.contacts
     ball, t = event.ball, event.t
@@ -80,8 +80,8 @@ def advance_to(world: World, event: Event) -> None:
         return
     kind = balls.own_kind[ball]
     if kind == st.OWN_REST:
-        # One after the other, a second of an island would be moved there with what rounding leaves
-        # of its speed.
+        # All members of an island that stop now are moved now. Later, a second member would move
+        # with the remainder of its speed that rounding leaves.
         if contacts.island[ball] != st.FREE:
             k = contacts.ring[ball]
             while k != ball:
@@ -97,9 +97,9 @@ def advance_to(world: World, event: Event) -> None:
 
 @kernel(inline=True)
 def resolve(world: World, event: Event) -> int:
-    """Resolve an event whose balls are at its instant; mark every ball whose motion it changes.
+    """Resolve an event whose balls are at its time; mark every ball whose motion it changes.
 
-    Return how many contacts in `balls.touching` are to be held.
+    Return the number of contacts in `balls.touching` that must be held.
     """
     if event.ball < 0:
         return _resolve_contacts(world, event)
@@ -113,9 +113,9 @@ def _rests_by(balls: Balls, k: int, t: float) -> bool:
 
 @kernel(inline=True)
 def _resolve_own(world: World, i: int, t: float) -> int:
-    """Resolve what ball i does alone at the instant t: rest, roll, meet an obstacle, end a step.
+    """Resolve ball i's own event at the time t: rest, roll, an obstacle, or the end of a step.
 
-    Return how many contacts in `balls.touching` are to be held.
+    Return the number of contacts in `balls.touching` that must be held.
     """
     balls, contacts, log = world.balls, world.contacts, world.log
     kind = balls.own_kind[i]
@@ -160,9 +160,9 @@ def _resolve_own(world: World, i: int, t: float) -> int:
 
 @kernel(inline=True)
 def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> int:
-    """Bounce ball i off a cushion; in a corner, off both at once, or leave it to be held by both.
+    """Bounce ball i off a cushion; in a corner off both cushions, or list both to be held.
 
-    Return how many contacts in `balls.touching` are to be held.
+    Return the number of contacts in `balls.touching` that must be held.
     """
     balls, laws, log = world.balls, world.laws, world.log
     cushion = nose_of(balls.height, balls, laws, i, cushion)
@@ -192,7 +192,7 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> int:
 def _bounce_in_corner(
     balls: Balls, laws: Laws, i: int, cushion: int, other: int
 ) -> tuple[int, bool]:
-    """`bounce_in_corner`, with whether ball i meets both cushions at once."""
+    """Call `bounce_in_corner`; `at_once` is True if ball i approaches both cushions."""
     ball = balls.state[i]
     nx, ny, _ = facing(laws, other, ball.x, ball.y)
     at_once = nx * ball.vx + ny * ball.vy < 0.0
@@ -201,7 +201,7 @@ def _bounce_in_corner(
 
 @kernel(inline=True)
 def _name(balls: Balls, laws: Laws, i: int, k: int) -> int:
-    """Return the index by which events name an obstacle that ball i meets."""
+    """Return the number that events use for an obstacle that ball i hits."""
     if laws.obstacles[k].kind != st.SEGMENT:
         return _index(laws, k)
     return _name_of_segment(laws, k, balls.state[i].x, balls.state[i].y)
@@ -209,9 +209,9 @@ def _name(balls: Balls, laws: Laws, i: int, k: int) -> int:
 
 @kernel
 def _name_of_segment(laws: Laws, k: int, x: float, y: float) -> int:
-    """Return the index of a segment; at its start, of the one that ends there, if any does.
+    """Return the number of a segment or, at its start, of the segment that ends there, if any.
 
-    A ball meets the corner of both as a point, and which of them it is said to be rounding decides.
+    Their common corner is a point; rounding decides which of the two the ball hits.
     """
     x0, y0 = laws.obstacles[k].x, laws.obstacles[k].y
     dx, dy = laws.obstacles[k].nx - x0, laws.obstacles[k].ny - y0
@@ -230,9 +230,9 @@ def _index(laws: Laws, k: int) -> int:
 
 @kernel(inline=True)
 def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
-    """Return an obstacle across the given one that ball i touches at the same instant, or -1.
+    """Return an obstacle across the given one that ball i touches at the same time, or -1.
 
-    One that it meets then, too, or that faces the given one, so that this throws the ball on it.
+    The ball approaches it, too, or the given obstacle throws the ball towards it.
     """
     ball = balls.state[i]
     ox, oy, _ = facing(laws, cushion, ball.x, ball.y)
@@ -251,18 +251,18 @@ def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) ->
 
 @kernel(inline=True)
 def _held_against(world: World, i: int, cushion: int, t: float) -> int:
-    """Return what ball i is held against, where it wouldn't leave the cushion by bouncing.
+    """Return the body against which ball i is held, if a bounce wouldn't take it off the cushion.
 
-    The cushion itself (as -1 minus its row), where friction drives the ball into it; or a ball
-    that is in its way; or the ball itself: nothing.
+    The result is the cushion (-1 minus its row) if friction drives the ball into it, or a ball that
+    blocks the way. If nothing holds the ball, the result is i.
     """
     balls = world.balls
     ball = balls.state[i]
     nx, ny, _ = facing(world.laws, cushion, ball.x, ball.y)
     rate, along = nx * ball.vx + ny * ball.vy, nx * ball.vy - ny * ball.vx
     opening = nx * ball.ax + ny * ball.ay
-    # A round obstacle recedes from a ball that goes along it, so a bounce rises higher. Where the
-    # obstacle recedes faster than friction drives the ball, a contact that is held ends at once.
+    # A round obstacle recedes from a ball that moves along it, so a bounce rises higher. If it
+    # recedes faster than friction drives the ball, a resting contact would end immediately.
     recedes = turning(world.laws, cushion, ball.x, ball.y) * along * along
     opening += recedes if opening + recedes < 0.0 else 0.0
     height = capture_height(balls, i, i)
@@ -279,11 +279,11 @@ def _held_against(world: World, i: int, cushion: int, t: float) -> int:
 
 @kernel
 def _bounces_across(balls: Balls, laws: Laws, i: int, nx: float, ny: float, pull: float) -> bool:
-    """Whether ball i, which moves into a wedge, bounces to and fro between its two obstacles.
+    """Return whether ball i, moving into a wedge, bounces back and forth between its two sides.
 
-    (nx, ny) is the normal of the one that it meets. If the gap to the other one is below the height
-    of a bounce that isn't followed (`CAPTURE_HEIGHT`), the bounces must be followed: they can turn
-    the ball back out of the wedge.
+    (nx, ny) is the normal of the side that it hits. If the gap to the other side is below the
+    height of a bounce that isn't followed (`CAPTURE_HEIGHT`), the bounces must be followed: they
+    can turn the ball back out of the wedge.
     """
     ball, height = balls.state[i], capture_height(balls, i, i)
     speed, rate = speed_of(ball.vx, ball.vy), nx * ball.vx + ny * ball.vy
@@ -303,8 +303,8 @@ def _bounces_across(balls: Balls, laws: Laws, i: int, nx: float, ny: float, pull
 def _resolve_contacts(world: World, event: Event) -> int:
     """Collide the pairs of `balls.touching` that touch now, or leave them to be held.
 
-    A pair of which neither ball has another impact now follows the scene's law; others collide
-    together. Return how many contacts in `balls.touching` are to be held.
+    A pair whose balls have no other impact now follows the scene's law; other pairs collide
+    together. Return the number of contacts in `balls.touching` that must be held.
     """
     balls, log = world.balls, world.log
     count, t = event.pairs, event.t
@@ -336,7 +336,7 @@ def _resolve_contacts(world: World, event: Event) -> int:
 
 @kernel
 def _collapses(world: World, c: int) -> bool:
-    """Whether pair c of `balls.touching`, on the cloth, is to be thrown back no more."""
+    """Return whether pair c of `balls.touching`, on the cloth, must not be thrown back any more."""
     balls, laws = world.balls, world.laws
     a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
     if meets_in_space(balls.height, balls, a, b):
@@ -348,7 +348,7 @@ def _collapses(world: World, c: int) -> bool:
 def _end_collapses(world: World, count: int, t: float) -> int:
     """End the collapses among the first `count` pairs of `balls.touching`.
 
-    Return how many pairs still approach; in `balls.touching` they are the first ones then.
+    Return the number of pairs that still approach, and move them to the start of `balls.touching`.
     """
     balls = world.balls
     has_ended = False
@@ -370,7 +370,7 @@ def _end_collapses(world: World, count: int, t: float) -> int:
 
 @kernel
 def _approaches(balls: Balls, c: int, t: float) -> bool:
-    """Whether pair c of `balls.touching` still approaches; no collapse changes one in flight."""
+    """Return whether pair c of `balls.touching` still approaches; True for pairs in flight."""
     a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
     if meets_in_space(balls.height, balls, a, b):
         return True
@@ -381,7 +381,7 @@ def _approaches(balls: Balls, c: int, t: float) -> bool:
 
 @kernel
 def _collide_groups(world: World, count: int) -> None:
-    """Collide the first `count` pairs of `balls.touching`, together where they share balls."""
+    """Collide the first `count` pairs of `balls.touching`; pairs that share balls, together."""
     balls, contacts = world.balls, world.contacts
     for c in range(count):
         contacts.motion[balls.touching[c, st.FIRST]].degree += 1.0

@@ -1,4 +1,4 @@
-"""Splits a block of arrays in the kernels; `core.block` says what lies where in it."""
+"""Split a block of arrays, in kernels; `core.block` describes the layout of a block."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ghostball.engine.core.state import (
 
 @kernel(inline=True)
 def start_from(numbers: FloatArray, start: FloatArray, offsets: IntArray) -> None:
-    """Begin a shot in the block `numbers`, with all that is in the block `start`."""
+    """Start a shot in the block `numbers`, with the initial state in the block `start`."""
     for k in range(offsets[at.SCRATCH]):
         numbers[k] = start[k]
 
@@ -32,7 +32,7 @@ def balls_in(
     counters: IntArray,
     full: int | None,
 ) -> Balls:
-    """Return the `Balls` of a block; their last arrays are None where `full` is."""
+    """Return the `Balls` of a block; their last arrays are None if `full` is None."""
     n = offsets[at.COUNT]
     state = numbers[offsets[at.STATE] : offsets[at.OWN_KIND]]
     rows = state.view(BALL) if COMPILED else rows_of(state.reshape(n, STATE_COLUMNS), BallRow)
@@ -103,11 +103,11 @@ def pairs_in(numbers: FloatArray, offsets: IntArray) -> Pairs:
 
 @kernel(inline=True)
 def cells_in(numbers: FloatArray, offsets: IntArray) -> Cells:
-    """Return the `Cells` of a block, `first` with what fills its last double.
+    """Return the `Cells` of a block; `first` includes the padding of its last double.
 
-    They are empty where `Pairs` schedule.
+    They are empty if the scheduler works with `Pairs`.
 
-    Contract: nothing of `numbers` is read, since a shot may not have begun in it.
+    Contract: `numbers` isn't read, because it may not contain a shot yet.
     """
     links = numbers[offsets[at.LINK] : offsets[at.SLOT]].view(np.int32)
     slots = numbers[offsets[at.SLOT] : offsets[at.TREE]]
