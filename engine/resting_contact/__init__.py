@@ -1,8 +1,8 @@
 """Resting contact: balls that friction holds together, the forces between them, their steps.
 
-`step` has the whole. Balls in contact are an island (`islands`), each a member of it.
-While all contacts push, its motion is integrated far: `continuation`, `integrate`, by the forces of
-`rates`, along `paths`. Else it goes in short steps, by those of `forces`, `friction` and
-`cloth_response`. `gaps` are kept closed by both; `capture` takes away what approach there is at the
-start.
+`step` has the main code. Balls in contact form an island (`islands`); the balls are its members.
+While all contacts push, the motion of an island is integrated with high order (`continuation`,
+`integrate`), with the forces of `rates`, along `paths`. Otherwise it moves in short steps, with the
+forces of `forces`, `friction` and `cloth_response`. Both keep the gaps closed (`gaps`); `capture`
+removes the approach that remains at the start.
 """

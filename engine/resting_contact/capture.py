@@ -1,6 +1,7 @@
-"""Takes away, by inelastic impulses, the approach that is left where a contact step starts.
+"""Remove the approach that remains at the start of a contact step, by inelastic impulses.
 
-Inelastic: the balls don't part. A ball at rest stays so, if the cloth would stop it again at once.
+Inelastic: the balls don't part. A ball at rest stays at rest if the cloth would stop it again
+immediately.
 """
 
 from __future__ import annotations
@@ -29,28 +30,28 @@ from ghostball.engine.resting_contact.cloth_response import effective_mass
 from ghostball.engine.resting_contact.gaps import gap_now
 
 _RESIDUE = 2.0**-20
-"""Bounce, in units of a negligible one, left to the contact force: a thousandth of its speed."""
+"""Bounce, relative to a negligible one, that is left to the contact force: 1/1000 of its speed."""
 
 _AS_ONE = 1.0 - 2.0**-32
-"""Cosine between the normals of two obstacles that a ball touches above which they push as one.
+"""Cosine between the normals of two obstacles above which they push a touching ball as one.
 
-An angle of 2e-5: twice that at which a ball, within the reach of a contact, touches a cushion and
-the jaw at its end.
+It is an angle of 2e-5: twice the angle between a cushion and the jaw at its end for a ball within
+the reach of a contact with both.
 """
 
 
 @kernel
 def stop_approach(world: World, members: int, count: int, held: bool) -> bool:
-    """Take away what approach is left at the contacts, inelastically: each is a negligible bounce.
+    """Remove the approach that remains at the contacts, inelastically: negligible bounces.
 
-    A ball at rest stays so if the cloth would stop it again within `CAPTURE_HEIGHT`. `held`: forces
-    hold the contacts from now on, and end the slowest approaches. False where some approach is
-    left.
+    A ball at rest stays at rest if the cloth would stop it again within `CAPTURE_HEIGHT`. `held`:
+    True if forces hold the contacts from now on, and end the slowest approaches. The result is
+    False if some approach remains.
     """
     balls, contacts = world.balls, world.contacts
     for m in range(members):
         k = contacts.member[m]
-        # So far this says that the ball moves; it may have been stopped at this instant before.
+        # Here: whether the ball moves. It may have been stopped at this time already.
         contacts.stopped[k] = contacts.stopped[k] or not at_rest(balls, k)
     approaches = _approaches(world, count, held)
     if approaches and _stop_wedged(world, count):
@@ -75,7 +76,7 @@ def stop_approach(world: World, members: int, count: int, held: bool) -> bool:
             if contacts.ends[c, st.SECOND] < 0:
                 rubbed = _rub_cushion(world, c) or rubbed
         if rubbed and _approaches(world, count, held):
-            # In a corner, what one cushion rubs drives the ball into the other.
+            # In a corner, the friction at one cushion drives the ball into the other.
             solved = end_approach(contacts, count, 0.0) and solved
             _push(world, members)
     for m in range(members):
@@ -90,9 +91,9 @@ def stop_approach(world: World, members: int, count: int, held: bool) -> bool:
 def _stop_wedged(world: World, count: int) -> bool:
     """Stop every ball that two obstacles stop; return whether there is one.
 
-    Its velocity is a sum of pushes against both, found directly: where the two face each other all
-    but exactly, the pushes are as large as the angle between them is small, and what rounding
-    leaves to the general solver took the ball through.
+    Its velocity is a sum of pushes against both obstacles, which is computed directly. If the
+    obstacles face each other almost exactly, the pushes grow like the reciprocal of the angle
+    between them, and the rounding errors of the general solver took the ball through an obstacle.
     """
     balls, contacts = world.balls, world.contacts
     found = False
@@ -119,9 +120,9 @@ def _stop_wedged(world: World, count: int) -> bool:
 def wedge_pushes(
     first: ContactRow, second: ContactRow, x: float, y: float
 ) -> tuple[float, float, float]:
-    """Return how the vector (x, y) splits along the normals of two contacts of a ball.
+    """Return the components of the vector (x, y) along the normals of two contacts of a ball.
 
-    First the sine of the angle between them, then the two parts, each times its square.
+    First the sine of the angle between the normals, then both components, times the sine squared.
     """
     across = first.nx * second.ny - first.ny * second.nx
     return (
@@ -133,7 +134,7 @@ def wedge_pushes(
 
 @kernel
 def _push(world: World, members: int) -> None:
-    """Give every member its impulses."""
+    """Apply the impulses to every member."""
     balls = world.balls
     for m in range(members):
         k = world.contacts.member[m]
@@ -146,10 +147,10 @@ def _push(world: World, members: int) -> None:
 
 @kernel
 def _rub_cushion(world: World, c: int) -> bool:
-    """Give contact c, of a ball that slides with a cushion, the friction of its impulse, if any.
+    """Apply the friction of contact c's impulse if its ball slides at a cushion; False if none.
 
-    By Coulomb's law, at the height where the impact law has the cushion touch it: all the bounces
-    that the impulse stands for would rub.
+    By Coulomb's law, at the contact height of the cushion's impact law: the impulse replaces
+    bounces that would all rub.
     """
     laws, contacts = world.laws, world.contacts
     row = -1 - contacts.ends[c, st.SECOND]
@@ -165,7 +166,7 @@ def _rub_cushion(world: World, c: int) -> bool:
     size = speed_of(along, down)
     if size == 0.0:
         return False
-    # Part of what the normal impulse does, friction does: less is left for the nose's own.
+    # Friction provides a part of the normal impulse, so the normal force of the nose is smaller.
     part = cushion.friction / (cosine + cushion.friction * sine * (down / size))
     rubbed = min(part * (contacts.forces[c].force / ball.mass), size / 3.5)
     along, down = -rubbed * (along / size), -rubbed * (down / size)
@@ -180,10 +181,10 @@ def _rub_cushion(world: World, c: int) -> bool:
 
 @kernel
 def _approaches(world: World, count: int, held: bool) -> bool:
-    """Whether any contact approaches by more than is left to its force; set normals and rates.
+    """Set normals and rates; return whether a contact approaches by more than forces can end.
 
-    Where no force will hold the contacts (not `held`), nothing is left: the impacts of two balls
-    that approach above rounding would go on.
+    If no force will hold the contacts (not `held`), no approach above rounding may remain, because
+    the impacts of the two bodies would continue.
     """
     balls, contacts = world.balls, world.contacts
     found = False
@@ -211,17 +212,18 @@ def _approaches(world: World, count: int, held: bool) -> bool:
 
 @kernel
 def _face_wall(world: World, c: int, count: int) -> None:
-    """Give contact c, with an obstacle, the normal of the wall that it is a part of there.
+    """Set the normal of contact c, with an obstacle, to that of the wall that it belongs to.
 
-    That of the flattest of those that the ball touches in nearly the same direction: a rail, not
-    the jaw that goes on from it, which the ball can't meet before the rail's end. A hair before it
-    the tolerance of the gap would have it meet the jaw at an angle of 1e-5.
+    That is the normal of the flattest obstacle that the ball touches in nearly the same direction:
+    of a rail, not of the jaw that continues it, which the ball can't reach before the end of the
+    rail. Just before the end, the tolerance of the gap would let the ball hit the jaw at an angle
+    of 1e-5.
     """
     contacts, laws = world.contacts, world.laws
     a, forces = contacts.ends[c, st.FIRST], contacts.forces
     ball = world.balls.state[a]
     least, flattest = turning(laws, -1 - contacts.ends[c, st.SECOND], ball.x, ball.y), c
-    first = c  # of the contacts of a ball with obstacles, which are listed one after the other
+    first = c  # contacts of a ball with obstacles are listed one after the other
     while first > 0 and contacts.ends[first - 1, st.FIRST] == a:
         first -= 1
     for other in range(first, count):
@@ -238,10 +240,10 @@ def _face_wall(world: World, c: int, count: int) -> None:
 
 @kernel
 def _free_pushed(world: World, members: int, count: int, solved: bool) -> bool:
-    """Let members at rest respond to their impulses if the cloth doesn't stop them at once.
+    """Let members at rest respond to their impulses if the cloth doesn't stop them immediately.
 
-    That is, each within `CAPTURE_HEIGHT`; all of them where no impulses were found. Return whether
-    there was one.
+    "Immediately" means within `CAPTURE_HEIGHT`; if no impulses were found, all members respond.
+    Return whether there is such a member.
     """
     balls, contacts = world.balls, world.contacts
     found = False

@@ -1,9 +1,9 @@
-"""How a ball of an island responds to the forces on it, with the cloth's friction, over one step.
+"""The acceleration of an island's ball by the forces on it and the cloth's friction, in one step.
 
-The cloth acts too. A member that rolls is given the friction with which it continues rolling, so
-that it reacts with 7/5 of its mass, for as long as that is within the limit of sliding friction (or
-of rolling friction, if that is greater: what resists rolling also keeps the ball from slipping);
-beyond, and where it slides, sliding friction acts against the slip at mid-step.
+A rolling member gets the friction with which it keeps rolling, so that it responds with 7/5 of its
+mass, as long as this friction is within the limit of sliding friction (or of rolling friction, if
+larger: the resistance to rolling also keeps the ball from slipping). Beyond the limit, and for a
+sliding member, sliding friction acts against the slip at mid-step.
 """
 
 from __future__ import annotations
@@ -26,27 +26,28 @@ from ghostball.engine.motion.geometry import (
 from ghostball.engine.motion.next_piece import friction_against, slip
 
 _LEFT_OPEN = 0.125
-"""What forces may leave of a gap, in units of its tolerance."""
+"""Gap that forces may leave, relative to its tolerance."""
 
 _LEFT_OVER = 2.0**-6
-"""And in units of what the cloth's own force, the whole step long, would make of a gap."""
+"""Gap that forces may leave, relative to the gap that the cloth's force makes in the whole step."""
 
 _BEYOND_INTEGRATION = 2.0**-10
-"""Distance, in units of `STOP_DISTANCE`, in which the cloth can end a slip that is integrated no
-further: what contacts do meanwhile is left out, and was 1e-5 of the speeds along a cushion."""
+"""Distance, relative to `STOP_DISTANCE`, in which the cloth can end a slip that is integrated no
+further. The effect of contacts during this time is neglected; along a cushion it was 1e-5 of the
+speeds."""
 
 _TURN = 0.125
-"""Largest change in a step of the velocity that gives friction its direction, over its size."""
+"""Largest relative change, in a step, of the velocity that gives friction its direction."""
 
 
 @kernel
 def accelerate(world: World, k: int, duration: float) -> None:
-    """Set member k's accelerations from LOAD_* and TWIST_*, and the cloth's response to them."""
+    """Set member k's accelerations from LOAD_*, TWIST_* and the response of the cloth."""
     balls, laws, contacts = world.balls, world.laws, world.contacts
     mass = balls.state[k].mass
     fx, fy = contacts.motion[k].load_x / mass, contacts.motion[k].load_y / mass
     contacts.motion[k].compliance = 1.0 / mass
-    # At mid-step, too: as far as the forces so far have it.
+    # The velocity at mid-step, with the acceleration by the present forces.
     vx = balls.state[k].vx + 0.5 * duration * contacts.motion[k].new_ax
     vy = balls.state[k].vy + 0.5 * duration * contacts.motion[k].new_ay
     fx, fy = slowed_by_air(balls.powers, laws, vx, vy, fx, fy)
@@ -58,8 +59,8 @@ def accelerate(world: World, k: int, duration: float) -> None:
     gx = 2.5 * contacts.motion[k].twist_x / (mass * radius)
     gy = 2.5 * contacts.motion[k].twist_y / (mass * radius)
     ux, uy = slip(balls, k)
-    # Without the cloth the slip would change so [m/s^2]; its friction over the mass changes it by
-    # 7/2 of itself.
+    # Without the cloth the slip would change at this rate [m/s^2]; the cloth's friction over the
+    # mass changes the slip by 7/2 of itself.
     dux, duy = fx - radius * gy, fy + radius * gx
     cx, cy = -(ux / duration + dux) / 3.5, -(uy / duration + duy) / 3.5
     size = speed_of(cx, cy)
@@ -82,15 +83,15 @@ def accelerate(world: World, k: int, duration: float) -> None:
 
 @kernel
 def _roll(world: World, k: int, duration: float, fx: float, fy: float, limit: float) -> None:
-    """Set the acceleration of a member that rolls or rests: drive less rolling friction.
+    """Set the acceleration of a member that rolls or rests: drive minus rolling friction.
 
-    `limit` is the most that this slows it by [m/s^2].
+    `limit`: largest deceleration by rolling friction [m/s^2].
     """
     balls, contacts = world.balls, world.contacts
     vx, vy = balls.state[k].vx, balls.state[k].vy
     if stopping(balls, k):
-        # So slow, or at rest: the cloth brings it to rest by the end of the step if mu m g can,
-        # else it resists with that.
+        # The ball is at rest or very slow. The cloth brings it to rest by the end of the step if
+        # its limit permits; if not, the cloth resists with the limit.
         ux, uy = vx / duration + fx, vy / duration + fy
         size = speed_of(ux, uy)
         if size <= limit:
@@ -111,8 +112,8 @@ def _roll(world: World, k: int, duration: float, fx: float, fy: float, limit: fl
 def _resist(x: float, y: float, limit: float, gain: float) -> tuple[float, float]:
     """Return the friction, over the mass [m/s^2], against a motion that is (x, y) [m/s] without it.
 
-    All at mid-step: friction changes that motion by `gain` [s] of itself, so that both have one
-    direction, and it may be less than its limit only where it ends the motion.
+    Everything is at mid-step. Friction changes the motion by `gain` [s] times itself, so both have
+    the same direction. Friction is below its limit only if it ends the motion.
     """
     size = speed_of(x, y)
     if size <= gain * limit:
@@ -122,7 +123,7 @@ def _resist(x: float, y: float, limit: float, gain: float) -> tuple[float, float
 
 @kernel
 def stopping(balls: Balls, k: int) -> bool:
-    """Whether the cloth alone would stop ball k, rolling, within `CAPTURE_HEIGHT`; or has."""
+    """Return whether ball k rests, or the cloth alone would stop its roll in `CAPTURE_HEIGHT`."""
     ux, uy = slip(balls, k)
     if ux != 0.0 or uy != 0.0:
         return False
@@ -132,7 +133,7 @@ def stopping(balls: Balls, k: int) -> bool:
 
 @kernel
 def permitted_gap(balls: Balls, i: int, j: int, duration: float) -> float:
-    """Return what forces may leave of the gap of balls i and j [m] at the end of a step.
+    """Return the gap of balls i and j [m] that forces may leave at the end of a step.
 
     For a ball and a cushion, j is i.
     """
@@ -143,7 +144,7 @@ def permitted_gap(balls: Balls, i: int, j: int, duration: float) -> float:
 
 @kernel
 def keep_still(world: World, k: int, duration: float) -> None:
-    """Bring member k to rest, or leave it there, where what moves it is what forces are off by."""
+    """Bring member k to rest, or keep it at rest, if its motion is within the error of forces."""
     balls, contacts = world.balls, world.contacts
     if contacts.motion[k].overlaps == 1.0 or not stopping(balls, k):
         return
@@ -156,9 +157,9 @@ def keep_still(world: World, k: int, duration: float) -> None:
 
 @kernel
 def slip_ends(world: World, k: int) -> bool:
-    """Whether the cloth alone would end ball k's slip within `STOP_DISTANCE`.
+    """Return whether the cloth alone would end ball k's slip within `STOP_DISTANCE`.
 
-    A slip that is integrated is so nearly to the end.
+    A slip that is integrated continues almost to its end.
     """
     balls = world.balls
     ux, uy = slip(balls, k)
@@ -171,9 +172,9 @@ def slip_ends(world: World, k: int) -> bool:
 
 @kernel
 def end_slip(world: World, k: int) -> bool:
-    """End ball k's slip now, if it is settling; return whether it is.
+    """End ball k's slip now if `slip_ends`; return whether it has ended.
 
-    As the cloth would: 2/7 of the slip leave the velocity.
+    As by the cloth, the velocity loses 2/7 of the slip.
     """
     balls = world.balls
     if not slip_ends(world, k):
@@ -187,7 +188,7 @@ def end_slip(world: World, k: int) -> bool:
 
 @kernel
 def time_to_change(balls: Balls, k: int) -> float:
-    """Return how long a step may be [s] so that the cloth takes half of k's slip, or speed."""
+    """Return the longest step [s] in which the cloth takes at most half of k's slip, or speed."""
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     if size > 0.0:
@@ -200,7 +201,7 @@ def time_to_change(balls: Balls, k: int) -> float:
 
 @kernel
 def turns_little(world: World, k: int, duration: float) -> bool:
-    """Whether member k's friction keeps its direction over a step of this length."""
+    """Return whether the direction of member k's friction stays nearly constant over a step."""
     balls, contacts = world.balls, world.contacts
     ax, ay = contacts.motion[k].new_ax, contacts.motion[k].new_ay
     ux, uy = slip(balls, k)
@@ -213,16 +214,16 @@ def turns_little(world: World, k: int, duration: float) -> bool:
         left = size + (ux / size) * dux + (uy / size) * duy
         return bool(across <= _TURN * size and left > 0.25 * size)
     if balls.state[k].roll_slowing == 0.0:
-        return True  # no friction: what speed is left may be but rounding, of any direction
+        return True  # without friction, the remaining speed may be rounding, of any direction
     speed = speed_of(balls.state[k].vx, balls.state[k].vy)
     return bool(duration * speed_of(ax, ay) <= _TURN * speed or stopping(balls, k))
 
 
 @kernel
 def effective_mass(balls: Balls, laws: Laws, k: int) -> float:
-    """Mass [kg] with which member k responds to a negligible impulse.
+    """Return the mass [kg] with which member k responds to a negligible impulse.
 
-    One that rolls, or rests, rolls on: the cloth ends so small a slip within part of
+    A ball that rolls, or rests, keeps rolling: the cloth ends such a small slip within a part of
     `CAPTURE_HEIGHT`.
     """
     rolls = laws.slides and rolls_on(balls, k)

@@ -1,4 +1,4 @@
-"""The end of an inelastic collapse: balls that have come to lie against each other in no time."""
+"""The end of an inelastic collapse: balls that lie against each other after endless impacts."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from ghostball.engine.resting_contact.islands import sort_by_position
 def end_collapse(world: World, i: int, t: float) -> None:
     """End every approach among the balls that touch ball i, directly or through other balls.
 
-    The impulses are inelastic and are found together. They replace the impacts that would follow
-    each other without end at the instant t [s]. A collapse counts as a joint impact.
+    The impulses are inelastic and are computed together. They replace the impacts that would follow
+    each other endlessly at the time t [s]. A collapse counts as a joint impact.
 
     Contract: the balls of the cluster are advanced to t and marked in `balls.changed`. No
-    allocation. If some approach is left, the collapse counts as an unsolved joint impact. If the
-    cluster has more contacts than `contacts` has room for, NO_ROOM says so.
+    allocation. If some approach remains, the collapse counts as an unsolved joint impact. If the
+    cluster has more contacts than fit in `contacts`, NO_ROOM is set.
     """
     balls, contacts = world.balls, world.contacts
     members, m = 0, 0
@@ -48,7 +48,7 @@ def end_collapse(world: World, i: int, t: float) -> None:
 
 @kernel
 def _join(world: World, k: int, members: int, t: float) -> int:
-    """Make ball k the last of the members; return how many they are."""
+    """Append ball k to the members; return their number."""
     advance(world.balls, k, t)
     mark(world.balls, k)
     world.contacts.member[members] = k
@@ -58,14 +58,14 @@ def _join(world: World, k: int, members: int, t: float) -> int:
 
 @kernel(inline=True)
 def _is_member(contacts: Contacts, k: int, members: int) -> bool:
-    """Whether ball k is one of the members; its `index` may be of another time."""
+    """Return whether ball k is a member; its `index` may be outdated."""
     index = int(contacts.motion[k].index)
     return bool(index < members and contacts.member[index] == k)
 
 
 @kernel
 def _touch(balls: Balls, i: int, j: int, t: float) -> bool:
-    """Whether balls i and j touch on the cloth at t [s], to the tolerance of a resting contact."""
+    """Return whether balls i and j, on the cloth, touch at t [s] within the contact tolerance."""
     gone = st.GONE in (balls.state[i].phase, balls.state[j].phase)
     if gone or meets_in_space(balls.height, balls, i, j):
         return False
@@ -76,9 +76,9 @@ def _touch(balls: Balls, i: int, j: int, t: float) -> bool:
 
 @kernel
 def _list_contacts(world: World, members: int, t: float) -> int:
-    """List where the members touch each other and what stands on the table; return how many.
+    """List the contacts of the members with each other and with obstacles; return their number.
 
-    Where there are more than `contacts` has room for, NO_ROOM says so.
+    If there are more than fit in `contacts`, NO_ROOM is set.
     """
     balls, contacts, laws = world.balls, world.contacts, world.laws
     count = 0
@@ -98,7 +98,7 @@ def _list_contacts(world: World, members: int, t: float) -> int:
 
 @kernel
 def _list_contact(world: World, count: int, k: int, other: int) -> int:
-    """Put the contact of ball k in row `count` of `contacts.ends`; return how many there are."""
+    """Put a contact of ball k into row `count` of `contacts.ends`; return the number of rows."""
     contacts = world.contacts
     if count == contacts.ends.shape[0]:
         world.log.counters[st.NO_ROOM] = 1

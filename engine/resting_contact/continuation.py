@@ -1,8 +1,8 @@
-"""Lets an island continue, where the integrated motion has ended and nothing else happened.
+"""Continuation of an island whose integrated motion has ended, if nothing else has happened.
 
-Its members and contacts are those of before, and no gap has a rate: so nothing needs to be
-gathered. Who else comes in contact with it does so by an event, which ends its step. How long a
-step may be at first, and at least, is said here, too.
+Its members and contacts are unchanged, and no gap has a rate, so the island needn't be gathered
+again. A ball that comes in contact with the island causes an event, which ends its step. The first
+and the shortest step are defined here, too.
 """
 
 from __future__ import annotations
@@ -22,38 +22,42 @@ from ghostball.engine.resting_contact.paths import start_piece
 from ghostball.engine.scheduling.time_of_impact import holds
 
 _NEARLY = 1.9
-"""How far a motion is integrated, in units of the time in which the cloth takes half of what there
-is of some slip or speed: nearly to its end, if the error of the motion permits."""
+"""Longest integration, relative to the time in which the cloth takes half of some slip or speed.
+
+It goes nearly to the end of the slip or speed, if the error of the motion permits.
+"""
 
 _LEAST_INTEGRATED = 2.0**-11
-"""Shortest step that a motion is integrated for, in units of the time to go one radius."""
+"""Shortest step of an integrated motion, relative to the time to move by one radius."""
 
 _LEAST_PART = 2.0**-6
-"""And in units of the time in which some slip or speed ends, whichever is less."""
+"""Shortest step relative to the time in which a slip or speed ends; the shorter of both counts."""
 
 _AFTER = 2.0**-4
-"""First step tried in units of a fresh one after a motion that was integrated ended in a contact
-that parts or sticks, or in a ball that stops or starts to slip: what happens then takes little
-time."""
+"""First step after an integrated motion that has ended, relative to a fresh one.
+
+Such a motion ends with a contact that parts or sticks, or with a ball that stops or starts to
+slip; these changes take little time.
+"""
 
 FIRST_STEP = 2.0**-6
-"""First step tried, in units of the time to go one radius at what the cloth can give."""
+"""First step, relative to the time in which the cloth can move a ball by one radius."""
 
 _SHORTEST = 2.0**-26
-"""Shortest step, in units of the time to go one radius at what the cloth can give.
+"""Shortest step, relative to the time in which the cloth can move a ball by one radius.
 
-About 2 ns for pool balls. A contact that rubs by much, where masses differ by much, may jam: no
-forces but shocks are then a solution. Shorter steps only make the forces greater, and the work that
-they do on what rounding leaves of the gaps. The friction of the contacts is left out of such a step
-and it is counted in `work["unsolved_contact_steps"]`.
+About 2 ns for pool balls. A contact with large friction between very different masses may jam: then
+no forces, only shocks, are a solution. Shorter steps only increase the forces, and the work that
+they do on the rounding errors of the gaps. Such a step neglects the friction of the contacts, and
+is counted in `work["unsolved_contact_steps"]`.
 """
 
 
 @kernel
 def continue_island(world: World, i: int, t: float) -> bool:
-    """Let ball i's island move on, where a piece of its motion ends at t [s] and nothing else is.
+    """Continue ball i's island if a piece of its motion ends at t [s] and nothing else happens.
 
-    False where it has to be gathered anew; nothing has changed then.
+    The result is False, without any change, if the island must be gathered again.
     """
     contacts = world.contacts
     if not _is_undisturbed(world, i, t):
@@ -72,7 +76,7 @@ def continue_island(world: World, i: int, t: float) -> bool:
 
 @kernel
 def _is_undisturbed(world: World, i: int, t: float) -> bool:
-    """Whether the motion of ball i's island is integrated, and just a piece of it ends at t [s]."""
+    """Return whether ball i's island is integrated and only a piece of its motion ends at t."""
     contacts = world.contacts
     if contacts.island[i] == st.FREE:
         return False
@@ -88,7 +92,7 @@ def _is_undisturbed(world: World, i: int, t: float) -> bool:
 
 @kernel
 def _start_next_motion(world: World, i: int, t: float) -> bool:
-    """Integrate the motion of ball i's island for another step, as `continue_island`."""
+    """Integrate the motion of ball i's island for another step; result as in `continue_island`."""
     contacts = world.contacts
     members, k = 0, i
     while True:
@@ -125,7 +129,7 @@ def _start_next_motion(world: World, i: int, t: float) -> bool:
 
 @kernel
 def start_motion(world: World, members: int, count: int, t: float) -> bool:
-    """Integrate the motion of the members, start its first pieces; False where it isn't smooth."""
+    """Integrate the motion of the members and start it; return False if it isn't smooth."""
     contacts = world.contacts
     own_time = own_time_of(world, members)
     fresh = FIRST_STEP * own_time
@@ -145,13 +149,13 @@ def start_motion(world: World, members: int, count: int, t: float) -> bool:
 
 @kernel
 def shortest_step(own_time: float, t: float) -> float:
-    """Return the shortest step [s] at the instant t [s]."""
+    """Return the shortest step [s] at the time t [s]."""
     return max(_SHORTEST * own_time, 4.0 * TIME_ROUNDING * t)
 
 
 @kernel
 def time_to_half(world: World, members: int) -> float:
-    """Return the time [s] in which the cloth takes half of some member's slip, or speed."""
+    """Return the time [s] in which the cloth takes half of some member's slip or speed."""
     least = math.inf
     for m in range(members):
         least = min(least, time_to_change(world.balls, world.contacts.member[m]))
@@ -162,7 +166,7 @@ def time_to_half(world: World, members: int) -> float:
 def next_step(
     contacts: Contacts, members: int, integrated: bool, fresh: float, most: float
 ) -> float:
-    """Return the step to try [s]: the shortest that was good for a member, or may be integrated."""
+    """Return the step to try [s]: the shortest last step of a member; `fresh` if one has none."""
     step = most
     for m in range(members):
         row = contacts.motion[contacts.member[m]]
@@ -175,9 +179,10 @@ def next_step(
 
 @kernel
 def own_time_of(world: World, members: int) -> float:
-    """Return the least time [s] in which the cloth can move a member by its radius.
+    """Return the shortest time [s] in which the cloth can move a member by its radius.
 
-    Where no cloth can, and air alone may push balls together, that in which one goes so far.
+    Without friction of the cloth (air alone may push balls together), the time in which one of them
+    moves so far.
     """
     balls = world.balls
     least, fastest = math.inf, math.inf

@@ -1,13 +1,13 @@
-"""Leads the forces of a contact step to where the rounds that look for them would end.
+"""Extrapolate the forces of a contact step to the limit of the rounds that compute them.
 
-A round finds all friction, with normal forces as they are, and then all normal forces: forces that
-it leaves as they are hold the island. Where balls stick to each other between two that hold them, a
-round takes less than a thousandth of what is left. What the last rounds changed tells what the next
-ones would: of all mixtures of the last few, the one that a round would change least is taken, and
-what a round makes of it (Anderson 1965, in the form of Walker and Ni 2011).
+A round computes all friction from the present normal forces, then all normal forces. The solution
+consists of forces that a round doesn't change. If balls stick to each other between two that hold
+them, a round reduces the error by less than a thousandth. The changes in the last rounds predict
+further changes: of all mixtures of the last few rounds, the one that a round would change least is
+used, with the effect of a round on it (Anderson 1965, in the form of Walker and Ni 2011).
 
-To look at one change alone (Irons and Tuck 1969) led chains astray: eleven balls that stick to each
-other, pushed into the end of a tube by one that spins, took seven times as many steps.
+Extrapolating from one change alone (Irons and Tuck 1969) misled chains: eleven balls that stick to
+each other, pushed into the end of a tube by a spinning ball, took seven times as many steps.
 """
 
 from __future__ import annotations
@@ -21,19 +21,21 @@ from ghostball.engine.core.state import Contacts, World
 from ghostball.engine.resting_contact.friction import load, rub_more
 
 _RIGHT = REMEMBERED
-"""Column of `Contacts.matrix` with the right side of the equations, then with the weights."""
+"""Column of `Contacts.matrix` with the right side of the equations, later with the weights."""
 
 _DIAGONAL = REMEMBERED + 1
-"""And with the diagonal, as it was before it was eliminated."""
+"""Column with the diagonal before elimination."""
 
 _DEPENDENT = 1e-10
-"""Part of its square that a round's difference must have beside the others': else it tells nothing
-new, and is left out."""
+"""Part of a difference's square that must remain besides the other differences.
+
+A difference with less adds no information and is left out.
+"""
 
 
 @kernel
 def remember(contacts: Contacts, count: int, turn: int) -> None:
-    """Keep the forces after the round of number `turn`, and by how much it changed them."""
+    """Store the forces after the round number `turn`, and their changes in it."""
     history = _history_of(turn)
     for c in range(count):
         one, kept = contacts.forces[c], contacts.history[c, history]
@@ -44,9 +46,9 @@ def remember(contacts: Contacts, count: int, turn: int) -> None:
 
 @kernel
 def extrapolate(world: World, count: int, turn: int, duration: float) -> None:
-    """Change every force to where the rounds up to that of number `turn` lead.
+    """Change every force to the extrapolation from the rounds up to number `turn`.
 
-    As many as are remembered. No force becomes negative, and no friction greater than its limit.
+    It uses all stored rounds. No force becomes negative, and no friction larger than its limit.
     """
     contacts = world.contacts
     history, weights = contacts.history, contacts.matrix
@@ -88,7 +90,7 @@ def extrapolate(world: World, count: int, turn: int, duration: float) -> None:
 
 @kernel
 def _mixed(contacts: Contacts, c: int, turn: int, part: int) -> float:
-    """Return a force of contact c: what the rounds made of it, each with its weight."""
+    """Return a force of contact c as the weighted mixture of the rounds."""
     history, last = contacts.history, _history_of(turn)
     force: float = history[c, last, part]
     for j in range(REMEMBERED):
@@ -99,9 +101,9 @@ def _mixed(contacts: Contacts, c: int, turn: int, part: int) -> float:
 
 @kernel
 def _solve(contacts: Contacts) -> None:
-    """Find the weights of the differences by elimination, in place of the right side.
+    """Compute the weights of the differences by elimination, in the column of the right side.
 
-    Of the symmetric matrix the lower half is read.
+    Only the lower half of the symmetric matrix is read.
     """
     matrix, n = contacts.matrix, REMEMBERED
     for i in range(n):
@@ -124,5 +126,5 @@ def _solve(contacts: Contacts) -> None:
 
 @kernel(inline=True)
 def _history_of(turn: int) -> int:
-    """Return where in `Contacts.history` a round is remembered."""
+    """Return the index of a round in `Contacts.history`."""
     return turn % (REMEMBERED + 1)

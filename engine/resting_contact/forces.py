@@ -1,8 +1,9 @@
-"""Finds the forces that hold an island's gaps closed over one contact step.
+"""Compute the forces that keep an island's gaps closed over one contact step.
 
-Between its balls and with cushions: normal forces by `impacts.contact_solver`, and friction
-(`resting_contact.friction`), interleaved until both fit. How the cloth responds is in
-`resting_contact.cloth_response`; `resting_contact.step` has the whole.
+These are the forces between its balls and with cushions: normal forces by `impacts.contact_solver`,
+and friction by `resting_contact.friction`, alternately until both are consistent.
+`resting_contact.cloth_response` has the response of the cloth, `resting_contact.step` the whole
+step.
 """
 
 from __future__ import annotations
@@ -31,34 +32,36 @@ from ghostball.engine.resting_contact.gaps import (
 )
 
 SWEEPS = 192
-"""Most rounds of all normal forces, then all friction; ten mostly do. Where they don't, the step is
-halved: in a short one, gaps hardly change, and little is left to solve. With at most 24, balls that
-stick to each other between a cushion and a spinning one took twelve times as many steps.
+"""Largest number of rounds of all normal forces, then all friction; ten are usually enough.
+
+If they aren't enough, the step is halved: in a short step, gaps hardly change, and little is left
+to solve. With at most 24 rounds, balls that stick to each other between a cushion and a spinning
+ball took twelve times as many steps.
 """
 
 _LED_UNTIL = 96
-"""Round from which on the forces aren't led on any more.
+"""Round from which on the forces aren't extrapolated any more.
 
-Where contacts rub by much, and masses differ by much, no forces may hold the gaps while surfaces
-slip (Painlevé 1895): each round then makes the forces greater, until they end the slips. What the
-rounds seem to lead to are forces that pull, and a chain of seven balls that was led there took
-steps of 4e-9 s.
+With large friction and very different masses, there may be no forces that hold the gaps while
+surfaces slip (Painlevé 1895). Each round then increases the forces, until they end the slips. The
+extrapolation of such rounds gives forces that pull; a chain of seven balls with it took steps of
+4e-9 s.
 """
 
 _FROM = 7
-"""Round before which the forces are first led on, as the last rounds changed them: from then on
-before every second. Before each round it took a third more of them."""
+"""Round before which the forces are first extrapolated from the last rounds, then before every
+second round. Extrapolating before every round took a third more rounds."""
 
 _PART_OF_COMPLIANCE = 0.25
-"""Part of its compliance that a member counts with while the cloth holds it: it may give way."""
+"""Part of its compliance used for a member that the cloth holds, because it may give way."""
 
 
 @kernel
 def solve(world: World, members: int, count: int, duration: float, rubs: bool) -> bool:
-    """Find forces that close every gap at the end of a step; False where the step is too long.
+    """Compute forces that close every gap at the end of a step; False if the step is too long.
 
-    Complementarity: a force is never negative, and is 0 where the gap opens. Friction follows it,
-    unless the contacts don't rub.
+    Complementarity: a force is never negative, and is 0 if the gap opens. Friction follows the
+    normal forces, unless the contacts have none (`rubs` is False).
     """
     contacts = world.contacts
     for m in range(members):
@@ -75,7 +78,7 @@ def solve(world: World, members: int, count: int, duration: float, rubs: bool) -
         contacts.forces[c].nx, contacts.forces[c].ny = nx, ny
         _, _, contacts.forces[c].gap = gap_now(world, c)
     _, jammed = _hold(world, members, count, duration)
-    # No friction is in the first guess: that normal forces have settled is not enough.
+    # The first guess has no friction, so it isn't enough that the normal forces are steady.
     steady, still = False, 0
     for sweep in range(SWEEPS):
         contacts.turns[0] += 20 * count
@@ -96,12 +99,12 @@ def solve(world: World, members: int, count: int, duration: float, rubs: bool) -
 
 @kernel
 def _is_still(contacts: Contacts, count: int, rubs: bool) -> bool:
-    """Whether a round changed no force at all.
+    """Return whether a round changed no force at all.
 
-    Where no acceleration changed, either, in two rounds (in the first, friction was found with the
-    accelerations before it), every round that follows does the same: mixing one that changed
-    nothing with others gives that one (`extrapolate`), but for an ulp of friction that lies on its
-    limit. No force closes the gaps that are left then; so it is in most steps that are tried while
+    If no acceleration has changed either, in two rounds (in the first of them, friction was
+    computed with earlier accelerations), every later round does the same. Mixing a round without
+    changes with others gives that round (`extrapolate`), except for an ulp of friction at its
+    limit. No force closes the remaining gaps then. This happens in most steps that are tried while
     balls hop on each other.
     """
     for c in range(count):
@@ -115,17 +118,17 @@ def _is_still(contacts: Contacts, count: int, rubs: bool) -> bool:
 
 @kernel
 def _hold(world: World, members: int, count: int, duration: float) -> tuple[bool, float]:
-    """Change the normal forces so that gaps end where the step aims at, as balls respond now.
+    """Change the normal forces so that each gap ends at its target, with the present responses.
 
-    Return whether no member's acceleration is another than the forces before made it; and the
-    overlap [m] that forces can't end, where balls are jammed: in a row that fills the place between
-    two cushions, the gaps add up to the same whatever pushes.
+    Return whether no member's acceleration has changed, and the overlap [m] that forces can't end
+    because balls are jammed: in a row that fills the space between two cushions, the gaps have the
+    same sum with any forces.
     """
     contacts = world.contacts
     forces = contacts.forces
     for m in range(members):
         k = contacts.member[m]
-        # A member that the cloth holds may give way: with a part of its compliance then.
+        # A member that the cloth holds may give way; it then has a part of its compliance.
         held = contacts.motion[k].compliance == 0.0
         compliance = (
             _PART_OF_COMPLIANCE / world.balls.state[k].mass
@@ -139,7 +142,7 @@ def _hold(world: World, members: int, count: int, duration: float) -> tuple[bool
         forces[c].rate = 2.0 * over / (duration * duration)
         forces[c].force_before, forces[c].kept_force = force, 0.0
         if compliance_of(contacts, c) == 0.0:
-            # No force moves two that the cloth holds: the one that there is stays, or goes.
+            # No force moves two balls that the cloth holds: the present force stays, or becomes 0.
             forces[c].kept_force = force if over <= 0.0 else 0.0
             forces[c].force, forces[c].rate = 0.0, math.inf
     take_back_gains(contacts, count)
@@ -164,7 +167,7 @@ def _hold(world: World, members: int, count: int, duration: float) -> tuple[bool
 
 @kernel
 def _is_short(world: World, members: int, count: int, duration: float) -> bool:
-    """Whether no gap leaves the tolerance within the step, and friction keeps its directions."""
+    """Return whether gaps stay within their tolerance in the step, and friction doesn't turn."""
     if not stays_closed(world, count, duration):
         return False
     for m in range(members):  # noqa: SIM110 - the compiler takes no generator

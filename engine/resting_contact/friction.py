@@ -1,6 +1,6 @@
-"""Friction of the contacts of an island over one contact step: one contact after the other.
+"""Friction of an island's contacts over one contact step, one contact after the other.
 
-`resting_contact.forces` has it found anew after each round of normal forces.
+`resting_contact.forces` computes it again after each round of normal forces.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from ghostball.engine.resting_contact.cloth_response import accelerate, permitte
 from ghostball.engine.resting_contact.gaps import balls_of
 
 _LITTLE = 2.0**-20
-"""Change of friction in a round, in units of what the cloth can do, that isn't followed further."""
+"""Change of friction in a round, relative to the cloth's friction, that counts as steady."""
 
 
 @kernel
 def rub_all(world: World, count: int, duration: float) -> bool:
-    """Give every contact the friction of its normal force; return whether that changed little."""
+    """Set every contact's friction from its normal force; return whether it changed little."""
     balls = world.balls
     forces, steady = world.contacts.forces, True
     for c in range(count):
@@ -36,8 +36,8 @@ def rub_all(world: World, count: int, duration: float) -> bool:
         change = (abs(more_along) + abs(more_up)) / _mass(world, c)
         little = _LITTLE * max(friction_limit(balls, a), friction_limit(balls, b))
         if little == 0.0:
-            # A cloth that can do nothing is no measure: what the contact can do is, and what
-            # changes the velocities by less than their rounding.
+            # A cloth without friction gives no scale. The scale is then the contact's own limit,
+            # and the rounding of the velocities.
             little = _LITTLE * forces[c].coulomb_limit / _mass(world, c)
             little = max(little, EPS * (_size(balls, a) + _size(balls, b)) / duration)
         steady = steady and change <= max(
@@ -48,20 +48,24 @@ def rub_all(world: World, count: int, duration: float) -> bool:
 
 @kernel(inline=True)
 def _size(balls: Balls, k: int) -> float:
-    """Size of ball k's velocity [m/s], in the 1-norm."""
+    """Return the size of ball k's velocity [m/s], in the 1-norm."""
     size: float = abs(balls.state[k].vx) + abs(balls.state[k].vy)
     return size
 
 
 @kernel
 def _rub(world: World, c: int, duration: float) -> None:
-    """Give contact c the friction of its normal force.
+    """Set the friction force of contact c from its normal force.
 
-    What leaves no slip of the surfaces at the step's end, if that is within Coulomb's limit; else
-    the limit, against the slip at mid-step, or less where that ends it. Reached by projection: to
-    set the direction from the last sweep's slip went round in circles where slip is small. A
-    cushion rubs at the height where its impact law has it touch the ball. From there its force
-    points to the ball's centre; FORCE is the component along the normal.
+    Sticking: the force that makes the slip zero at the end of the step, if it is within the Coulomb
+    limit. Slipping: the Coulomb limit, against the slip at mid-step, or less if a smaller force
+    ends the slip.
+
+    The force is found by projection onto the friction disc. Taking its direction from the slip of
+    the previous sweep did not converge for small slip.
+
+    A cushion acts at the contact height of its impact law, and its force points to the centre of
+    the ball; FORCE is the component along the normal.
     """
     laws, contacts = world.laws, world.contacts
     b = contacts.ends[c, st.SECOND]
@@ -99,7 +103,7 @@ def _rub(world: World, c: int, duration: float) -> None:
 
 @kernel
 def rub_more(world: World, c: int, more_along: float, more_up: float, duration: float) -> None:
-    """Add to the friction of contact c [N], and let its balls respond."""
+    """Increase the friction of contact c [N], and update the accelerations of its balls."""
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     sine = _nose(world, c)
@@ -120,7 +124,7 @@ def rub_more(world: World, c: int, more_along: float, more_up: float, duration: 
 
 @kernel
 def load(contacts: Contacts, a: int, b: int, fx: float, fy: float) -> None:
-    """Add a force to ball b, unless it is a cushion, and its opposite to ball a [N]."""
+    """Add a force to ball b, unless b is a cushion, and its opposite to ball a [N]."""
     contacts.motion[a].load_x -= fx
     contacts.motion[a].load_y -= fy
     if b >= 0:
@@ -130,14 +134,14 @@ def load(contacts: Contacts, a: int, b: int, fx: float, fy: float) -> None:
 
 @kernel
 def sticks(contacts: Contacts, c: int) -> bool:
-    """Whether the friction of contact c is below Coulomb's limit."""
+    """Return whether the friction of contact c is below Coulomb's limit."""
     forces = contacts.forces
     return _within(forces[c].along, forces[c].up, (1.0 - 2.0**-20) * forces[c].coulomb_limit)
 
 
 @kernel
 def part_to_limit(x: float, y: float, more_x: float, more_y: float, limit: float) -> float:
-    """Return how often friction (x, y) can be changed by (more_x, more_y) until its limit."""
+    """Return the factor on (more_x, more_y) with which friction (x, y) reaches its limit."""
     square = more_x * more_x + more_y * more_y
     if square == 0.0:
         return math.inf
@@ -153,7 +157,7 @@ def _within(x: float, y: float, limit: float) -> bool:
 
 @kernel
 def _mass(world: World, c: int) -> float:
-    """Reduced mass of contact c [kg]; a cushion's is infinite."""
+    """Return the reduced mass of contact c [kg]; the mass of a cushion is infinite."""
     a, b = world.contacts.ends[c, st.FIRST], world.contacts.ends[c, st.SECOND]
     mass: float = world.balls.state[a].mass
     return reduced_mass(mass, world.balls.state[b].mass) if b >= 0 else mass
@@ -161,7 +165,7 @@ def _mass(world: World, c: int) -> float:
 
 @kernel
 def _nose(world: World, c: int) -> float:
-    """Return the sine of the angle at which contact c is above its first ball's centre."""
+    """Return the sine of contact c's angle above the horizontal, from its first ball's centre."""
     b = world.contacts.ends[c, st.SECOND]
     if b >= 0:
         return 0.0
@@ -174,12 +178,12 @@ def _nose(world: World, c: int) -> float:
 def _slip(
     world: World, c: int, sine: float, cosine: float, duration: float
 ) -> tuple[float, float, float, float]:
-    """Velocity of a's surface over the other's [m/s], along and up; and how both change [m/s^2]."""
+    """Return a's slip over the other surface [m/s], along and up; and its changes [m/s^2]."""
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     along, up, change_along, change_up = _surface(world, c, a, sine, cosine, duration)
     if b >= 0:
-        # Its surface is on the other side of its centre.
+        # The contact is on the other side of its centre.
         b_along, b_up, b_change_along, b_change_up = _surface(world, c, b, 0.0, 1.0, duration)
         vx, vy = world.balls.state[b].vx, world.balls.state[b].vy
         ax, ay = contacts.motion[b].new_ax, contacts.motion[b].new_ay
@@ -195,10 +199,10 @@ def _slip(
 def _surface(
     world: World, c: int, k: int, sine: float, cosine: float, duration: float
 ) -> tuple[float, float, float, float]:
-    """Velocity of ball k's surface where it faces along the normal of contact c; and its change.
+    """Return the velocity of ball k's surface in the direction of contact c's normal, and its rate.
 
-    Above its centre by an angle. The cloth's slowing of the vertical spin is included: otherwise a
-    slip proportional to the step remains.
+    `sine`, `cosine`: the angle of this point above the centre. The decay of vertical spin on the
+    cloth is included: without it, a slip proportional to the step remained.
     """
     balls, contacts = world.balls, world.contacts
     nx, ny = contacts.forces[c].nx, contacts.forces[c].ny

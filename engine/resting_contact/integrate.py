@@ -1,9 +1,10 @@
-"""Integrates the motion of an island, to high order, for as long as every contact pushes.
+"""Integrate the motion of an island, with high order, while every contact pushes.
 
 An embedded pair of Runge-Kutta formulas, of orders 5 and 4 (Dormand and Prince 1980), integrates
-`resting_contact.rates`. Its step is as long as the error of the motion allows: `MOTION_ERROR` of
-the speeds, and for the gaps part of their tolerance. What the end is off by is taken out there,
-within that; between, the polynomials of `resting_contact.paths` are checked to keep the gaps.
+`resting_contact.rates`. Steps are as long as the error of the motion permits: `MOTION_ERROR` of the
+speeds and, for the gaps, a part of their tolerance. The remaining error at the end of a step is
+then removed; between the ends, the gaps along the polynomials of `resting_contact.paths` are
+checked.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ _WEIGHTS = np.array(
         (35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0),
     )
 )
-"""Of the slopes of earlier stages, for the state at each stage; the last is the end."""
+"""Weights of the slopes of earlier stages in the state at each stage; the last stage is the end."""
 
 _ERROR_WEIGHTS = np.array(
     (
@@ -60,19 +61,19 @@ _ERROR_WEIGHTS = np.array(
         -1.0 / 40.0,
     )
 )
-"""Of all slopes, for the difference of both formulas."""
+"""Weights of all slopes in the difference of both formulas."""
 
 _PARTED = 2.0**-20
-"""Force, in units of what the cloth can do, below which a contact is taken to part."""
+"""Force, relative to the cloth's largest friction, below which a contact counts as parting."""
 
 _MOST_OPEN = 0.875
-"""Gap or overlap at the start, in tolerances, from which on contact steps close it first."""
+"""Gap or overlap at the start, in tolerances, above which contact steps close the gap first."""
 
 _PAUSE = 8.0
-"""Steps that are taken by `resting_contact.forces` before a motion that wasn't smooth is tried."""
+"""Number of steps of `resting_contact.forces` after a motion that wasn't smooth."""
 
 _TRIALS = 24
-"""Most lengths of a step that are tried."""
+"""Largest number of step lengths that are tried."""
 
 
 @kernel
@@ -85,13 +86,13 @@ def integrate(
     shortest: float,
     first: float,
 ) -> float:
-    """Find the motion of an island for a step of at most `longest` [s]; return its length, or 0.
+    """Compute the motion of an island for a step of at most `longest` [s]; return its length.
 
-    `first` is the length tried first, none below `shortest` is, nor below `least_length` for the
-    error's sake: a motion that asks for that isn't smooth. Where the length is positive, the
-    motion is in `contacts.motion` of each member, and what is left of a gap's rate is gone from the
-    velocities, a bounce that its tolerance contains. It is 0 where some contact parts or sticks, or
-    some ball stops or starts to slip.
+    `first` is the first length tried. No length is below `shortest`. If the error requires less
+    than `least_length`, the motion isn't smooth. If the result is positive, the motion is in
+    `contacts.paths`, `contacts.spins` and `contacts.motion`, and the remaining rates of the gaps,
+    which are bounces within the tolerance, are removed from the velocities. The result is 0 if a
+    contact parts or sticks, or a ball stops or starts to slip.
     """
     contacts = world.contacts
     if count > st.MOST_DIRECT or members > st.MOST_DIRECT or not longest > 0.0:
@@ -154,7 +155,7 @@ def integrate(
 
 @kernel(inline=True)
 def _choose_senses(world: World, members: int) -> None:
-    """Decide for members without spin about the vertical whether the contacts set one off."""
+    """Decide whether contacts start a spin about the vertical of members without one."""
     stage = world.contacts.stage
     for m in range(members):
         slowing, twist = (
@@ -170,7 +171,7 @@ def _choose_senses(world: World, members: int) -> None:
 
 @kernel(inline=True)
 def _part_of_spins(world: World, members: int) -> float:
-    """Return after about which part of the step a spin ends or begins; 1 where none does."""
+    """Return about the fraction of the step after which a spin ends or starts; 1 if none does."""
     contacts = world.contacts
     stage = contacts.stage
     part = 1.0
@@ -191,14 +192,14 @@ def _part_of_spins(world: World, members: int) -> float:
 
 @kernel(inline=True)
 def _speed(contacts: Contacts, m: int) -> float:
-    """Size of member m's velocity at the start of the step [m/s], in the 1-norm."""
+    """Return the size of member m's velocity at the start of the step [m/s], in the 1-norm."""
     size: float = abs(contacts.start[m, 2]) + abs(contacts.start[m, 3])
     return size
 
 
 @kernel
 def _fifth_root(x: float) -> float:
-    """Return about the fifth root of x, at least 1/4; a step's length needn't be the best."""
+    """Return about the fifth root of x, at least 1/4; the step's length needn't be optimal."""
     x = max(x, 2.0**-10)
     root = max(math.sqrt(math.sqrt(x)), 0.25)
     for _ in range(4):
@@ -209,9 +210,9 @@ def _fifth_root(x: float) -> float:
 
 @kernel(inline=True)
 def _least_force(world: World, count: int) -> float:
-    """Return the least force in units of what could push; inf where all rest.
+    """Return the smallest force relative to the friction of the cloth; inf if all balls rest.
 
-    That is the friction of the cloth; where it has none, what keeps balls on a circle of a radius.
+    Without friction of the cloth, relative to the force that keeps balls on a circle of one radius.
     """
     balls, contacts = world.balls, world.contacts
     least = math.inf
@@ -232,7 +233,7 @@ def _least_force(world: World, count: int) -> float:
 
 @kernel(inline=True)
 def _turning_force(world: World, k: int) -> float:
-    """Force [N] that would keep ball k, as fast as it begins, on a circle of its own radius."""
+    """Return the force [N] that keeps ball k, at its initial speed, on a circle of its radius."""
     ball, speed = world.balls.state[k], _speed(world.contacts, int(world.contacts.motion[k].index))
     force: float = ball.mass * speed * speed / ball.radius
     return force
@@ -240,7 +241,7 @@ def _turning_force(world: World, k: int) -> float:
 
 @kernel(inline=True)
 def _load(world: World, members: int) -> None:
-    """Put the members' states in `contacts.stage`."""
+    """Put the states of the members into `contacts.stage`."""
     stage = world.contacts.stage
     for m in range(members):
         ball = world.balls.state[world.contacts.member[m]]
@@ -256,7 +257,7 @@ def _load(world: World, members: int) -> None:
 
 @kernel(inline=True)
 def _keep_slopes(contacts: Contacts, members: int, stage: int) -> None:
-    """Keep how fast the members' states change at a stage."""
+    """Store the rates of change of the members' states at a stage."""
     for m in range(members):
         row, slope = contacts.stage[m], contacts.slopes[m, stage]
         slope[0], slope[1], slope[2], slope[3] = row.vx, row.vy, row.ax, row.ay
@@ -265,9 +266,9 @@ def _keep_slopes(contacts: Contacts, members: int, stage: int) -> None:
 
 @kernel
 def _try(world: World, members: int, count: int, duration: float) -> float:
-    """Find the motion over a step of `duration` [s]; return its error in units of the permitted.
+    """Compute the motion over a step of `duration` [s]; return its error, relative to that allowed.
 
-    inf where the motion isn't smooth.
+    The result is inf if the motion isn't smooth.
     """
     contacts = world.contacts
     for step in range(1, STAGES):
@@ -302,7 +303,7 @@ def _try(world: World, members: int, count: int, duration: float) -> float:
 
 @kernel(inline=True)
 def _error_of_motion(world: World, members: int, duration: float) -> float:
-    """Return the estimated error of the velocities, in units of `MOTION_ERROR` of the fastest."""
+    """Return the estimated error of the velocities, relative to `MOTION_ERROR` of the fastest."""
     fastest, worst = 0.0, 0.0
     for m in range(members):
         radius = world.balls.state[world.contacts.member[m]].radius
@@ -318,7 +319,7 @@ def _error_of_motion(world: World, members: int, duration: float) -> float:
 
 @kernel
 def _gap_at(world: World, c: int) -> tuple[float, float, float, float]:
-    """Return contact c's normal, gap [m] and its rate [m/s], of the states in `contacts.stage`."""
+    """Return contact c's normal, gap [m] and its rate [m/s], for the states in `contacts.stage`."""
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     stage, i = contacts.stage, int(contacts.motion[a].index)
@@ -334,7 +335,7 @@ def _gap_at(world: World, c: int) -> tuple[float, float, float, float]:
 
 @kernel
 def _rates_are_negligible(world: World, count: int) -> bool:
-    """Whether every gap is closed, but for bounces that its tolerance contains."""
+    """Return whether every gap is closed, except for bounces within its tolerance."""
     balls, contacts = world.balls, world.contacts
     for c in range(count):
         a, b = balls_of(contacts, c)
@@ -349,14 +350,14 @@ def _rates_are_negligible(world: World, count: int) -> bool:
 
 @kernel
 def _end_rates(world: World, count: int, gaps: bool) -> None:
-    """Take what is left of the gaps' rates, and of the gaps if `gaps`, from `contacts.stage`."""
+    """Remove the remaining rates of the gaps, and with `gaps` the gaps, from `contacts.stage`."""
     balls, contacts = world.balls, world.contacts
     stage = contacts.stage
     for _ in range(1 if count == 1 else 4 + 4 * count):
         for c in range(count):
             nx, ny, gap, rate = _gap_at(world, c)
             a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
-            # What is but rounding, in a step of nanoseconds, would take a speed to be taken out.
+            # In a step of nanoseconds, removing a gap that is only rounding would need a speed.
             seen = gaps and abs(gap) > gap_rounding(balls, a, b if b >= 0 else a)
             share = 1.0
             if b >= 0:

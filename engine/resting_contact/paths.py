@@ -1,9 +1,9 @@
-"""The paths of an island's balls while it is integrated: polynomials, and the pieces along them.
+"""Paths of an island's balls while it is integrated: polynomials, and the pieces along them.
 
-Between the ends of a step a path is the polynomial of fifth degree that has the places, velocities
-and accelerations of both. A ball goes along it in pieces of constant acceleration: two of them go
-to the place and the velocity that the polynomial has, and they are so short that they keep the gaps
-as well.
+Between the ends of a step a path is the polynomial of fifth degree with the positions, velocities
+and accelerations at both ends. A ball moves along it in pieces of constant acceleration. Each pair
+of pieces ends with the position and the velocity of the polynomial, and pieces are short enough to
+keep the gaps within their tolerance, too.
 """
 
 from __future__ import annotations
@@ -20,32 +20,37 @@ from ghostball.engine.resting_contact.gaps import balls_of, gap_between
 DISPLACEMENT_X = column_of(StageRow, "displacement_x")
 
 _SHARE_OF_GAP = 0.25
-"""Error, in units of what is left of the tolerance of a gap, of the motion's end before it is taken
-out, and of the polynomial between."""
+"""Allowed error of a gap, relative to the rest of its tolerance: at the end of the motion before it
+is corrected, and along the polynomial."""
 
 _SHARE_OF_PIECES = 0.625
-"""The same of the pieces along that."""
+"""The same for the pieces along the polynomial."""
 
 _LOOKED_AT = 0.9
-"""The same of two pieces where they are looked at, at a third, a half and two thirds: elsewhere
-they are at most 11 % further off, if the rate at which the acceleration changes does so uniformly.
+"""The same for two pieces at the times where they are checked: a third, a half and two thirds.
+
+At other times the error is at most 11 % larger, if the rate of change of the acceleration changes
+uniformly.
 """
 
 _PIECE_ERROR = 1.0 / 40.5
-"""Largest difference of two pieces from a motion whose acceleration changes at a constant rate, in
-units of that rate times the cube of a piece's time."""
+"""Largest deviation of two pieces from a motion whose acceleration changes at a constant rate, in
+units of this rate times the cube of a piece's duration."""
 
 _POSITION_ERROR = 2.0**-26
-"""Largest error [radii] of places within a piece that no gap asks for: 4e-10 m; its ends have none.
+"""Largest error [radii] of positions within a piece that isn't limited by a gap: 4e-10 m.
+
+The ends of pieces don't have this error.
 """
 
 _MOST_PIECES = 4096
-"""Pieces of a motion; what asks for more is integrated for half as long. 104 were met so far."""
+"""Largest number of pieces of a motion; if more are needed, the step is halved. 104 is the most
+seen so far."""
 
 
 @kernel(inline=True)
 def find_paths(contacts: Contacts, members: int, duration: float) -> None:
-    """Put in `contacts.motion` the polynomials between a step's start and its end."""
+    """Put the polynomials between the start and the end of a step into `contacts.paths`."""
     start, end_state = contacts.start, contacts.numbers
     first, last = contacts.slopes[:, 0], contacts.slopes[:, STAGES - 1]
     for m in range(members):
@@ -74,9 +79,9 @@ def find_paths(contacts: Contacts, members: int, duration: float) -> None:
 
 @kernel(inline=True)
 def _displacement_at(contacts: Contacts, k: int, axis: int, part: float) -> tuple[float, float]:
-    """Return how far ball k has come along an axis after a part of its whole motion, and how fast.
+    """Return ball k's displacement along an axis after a part of its motion, and its rate.
 
-    Both [m], the latter as a displacement in the whole time.
+    Both are in [m]; the rate is a displacement per duration of the whole motion.
     """
     path = contacts.paths[k, axis]
     c1, c2, c3, c4, c5 = path[1], path[2], path[3], path[4], path[5]
@@ -87,7 +92,7 @@ def _displacement_at(contacts: Contacts, k: int, axis: int, part: float) -> tupl
 
 @kernel(inline=True)
 def _place_at(contacts: Contacts, k: int, part: float) -> tuple[float, float]:
-    """Return where ball k is after a part of its whole motion [m]."""
+    """Return the position of ball k after a part of its whole motion [m]."""
     x, _ = _displacement_at(contacts, k, 0, part)
     y, _ = _displacement_at(contacts, k, 1, part)
     return contacts.paths[k, 0, 0] + x, contacts.paths[k, 1, 0] + y
@@ -95,7 +100,7 @@ def _place_at(contacts: Contacts, k: int, part: float) -> tuple[float, float]:
 
 @kernel(inline=True)
 def turn_at(contacts: Contacts, k: int, axis: int, part: float) -> float:
-    """Return ball k's angular velocity about an axis [rad/s] after this part of its motion."""
+    """Return ball k's angular velocity about an axis [rad/s] after a part of its motion."""
     spin = contacts.spins[k, axis]
     w: float = spin[0] + part * (spin[1] + part * (spin[2] + part * spin[3]))
     return w
@@ -110,9 +115,9 @@ def _jerk_at(contacts: Contacts, k: int, axis: int, part: float) -> float:
 
 @kernel
 def gap_along(world: World, c: int, part: float) -> tuple[float, float]:
-    """Return contact c's gap [m] after a part of the motion found.
+    """Return contact c's gap [m] after a part of the motion.
 
-    And how fast its acceleration changes, as a displacement in the whole time [m].
+    The second value is the rate of change of its acceleration, in units of the whole duration [m].
     """
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
@@ -129,9 +134,9 @@ def gap_along(world: World, c: int, part: float) -> tuple[float, float]:
 
 @kernel(inline=True)
 def share_of_gap(world: World, c: int, start: float) -> float:
-    """Return how far the gap of contact c [m] may be off for each of a step's causes of error.
+    """Return the allowed error of contact c's gap [m] for each of a step's causes of error.
 
-    Of what the gap at the start leaves of its tolerance.
+    It is a part of the tolerance, minus the gap at the start.
     """
     a, b = balls_of(world.contacts, c)
     share: float = contact_tolerance(world.balls, a, b) - abs(start)
@@ -140,12 +145,12 @@ def share_of_gap(world: World, c: int, start: float) -> float:
 
 @kernel(inline=True)
 def find_pieces(world: World, members: int, count: int, duration: float) -> bool:
-    """Divide the motion found into pieces short enough; set the velocities that it begins with.
+    """Divide the motion into short enough pieces; set the velocities at its start.
 
-    False where those would be more than `_MOST_PIECES`; nothing has changed then.
+    The result is False, without any change, if more than `_MOST_PIECES` are needed.
     """
     balls, contacts = world.balls, world.contacts
-    most = 0.0  # cube of their number
+    most = 0.0  # cube of the number of pieces
     for c in range(count):
         start, _ = gap_along(world, c, 0.0)
         permitted = _SHARE_OF_PIECES / _SHARE_OF_GAP * share_of_gap(world, c, start)
@@ -164,7 +169,7 @@ def find_pieces(world: World, members: int, count: int, duration: float) -> bool
     pieces = 2
     while float(pieces * pieces * pieces) < most:
         pieces += 2
-    # That takes a rate that is the same along both of two pieces, and a normal that doesn't turn.
+    # The estimate assumes a constant rate along two pieces, and a normal that doesn't turn.
     while not _pieces_keep_gaps(world, count, pieces):
         pieces *= 2
         if pieces > _MOST_PIECES:
@@ -182,7 +187,7 @@ def find_pieces(world: World, members: int, count: int, duration: float) -> bool
 
 @kernel
 def _pieces_keep_gaps(world: World, count: int, pieces: int) -> bool:
-    """Whether no gap leaves its tolerance while the balls go along so many pieces."""
+    """Return whether gaps stay within their tolerance while balls move along these pieces."""
     contacts = world.contacts
     for c in range(count):
         a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
@@ -210,9 +215,9 @@ def _pieces_keep_gaps(world: World, count: int, pieces: int) -> bool:
 def _places_along(
     contacts: Contacts, k: int, axis: int, done: int, pieces: int
 ) -> tuple[float, float, float]:
-    """Return ball k's coordinate [m] a third, a half and two thirds along the next two pieces.
+    """Return ball k's coordinate [m] at a third, a half and two thirds of the next two pieces.
 
-    Of which each has a constant acceleration: see `start_piece`.
+    Each piece has a constant acceleration: see `start_piece`.
     """
     part = 1.0 / pieces
     start, fast = _displacement_at(contacts, k, axis, done * part)
@@ -242,11 +247,12 @@ def held_obstacles(contacts: Contacts, count: int, k: int) -> int:
 def start_piece(world: World, k: int) -> None:
     """Let ball k move along the next piece of its motion, from its epoch on.
 
-    The first of two takes it half of the way to the place where the second ends; a displacement,
-    not a place: the rounding of places over the square of a short time was a large acceleration.
+    The acceleration of the first of two pieces follows from the displacement to the end of the
+    second. (Positions instead of displacements gave large accelerations: their rounding, over the
+    square of a short time.)
     """
     balls, contacts = world.balls, world.contacts
-    straighten(balls, k)  # alone in air, it would have gone along a piece of a higher degree
+    straighten(balls, k)  # its piece before, alone in air, may have had a higher degree
     ball, row = balls.state[k], contacts.motion[k]
     pieces, time = row.pieces, row.piece_time
     done = pieces - row.pieces_left

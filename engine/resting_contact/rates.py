@@ -1,13 +1,13 @@
-"""Accelerations of an island's balls at an instant, and the forces that keep its gaps closed.
+"""Accelerations of an island's balls at a time, and the forces that keep its gaps closed.
 
 `resting_contact.integrate` integrates them. Every contact pushes, every ball moves, and every
 friction has a direction. So the forces follow from linear equations: no gap has an acceleration.
-Where that isn't so, a contact parts, a ball starts to slip, or a slip ends;
-`resting_contact.forces` takes the step across.
+If this isn't so, a contact parts, a ball starts to slip, or a slip ends; then
+`resting_contact.forces` makes the step.
 
-A cushion acts at its nose where its impact law does, as Han's (2005), else at mid-ball: its force
-points from there to the ball's centre, friction acts across that, and the cloth bears what is
-vertical.
+A cushion acts at its nose if its impact law does, as Han's (2005), or else at mid-ball. Its force
+points from there to the ball's centre, its friction acts across this direction, and the cloth
+bears vertical forces.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from ghostball.engine.motion.geometry import friction_limit, speed_of
 from ghostball.engine.motion.obstacles import facing
 
 _DEPENDENT = 2.0**-40
-"""What other contacts leave of a contact's own compliance, in units of that, that is rounding."""
+"""Remainder of a contact's compliance, relative to it, that counts as rounding in elimination."""
 
 _STUCK = 2.0**-20
-"""Slip of a contact, in units of the speeds, below which its friction may hold it."""
+"""Slip of a contact, relative to the speeds, below which its friction may hold it."""
 
 
 @kernel
 def find_rates(world: World, members: int, count: int) -> bool:
-    """Find the accelerations of the members from their state, both in `contacts.stage`.
+    """Compute the accelerations of the members from their states, both in `contacts.stage`.
 
-    In FORCE of each contact is its force, which may be negative; none is between balls that rest.
-    False where some friction has no direction, or a ball can't continue rolling, or resting.
+    FORCE of each contact is its force, which may be negative; between balls at rest it is 0. The
+    result is False if some friction has no direction, or a ball can't keep rolling, or resting.
     """
     contacts = world.contacts
     for m in range(members):
@@ -62,7 +62,7 @@ def find_rates(world: World, members: int, count: int) -> bool:
 
 @kernel(inline=True)
 def _slow_by_cloth(world: World, m: int) -> bool:
-    """Set member m's accelerations by the cloth alone; False where they have no direction."""
+    """Set member m's accelerations by the cloth alone; return False if they have no direction."""
     balls, laws = world.balls, world.laws
     ball, stage = balls.state[world.contacts.member[m]], world.contacts.stage
     radius = ball.radius
@@ -96,7 +96,7 @@ def _slow_by_cloth(world: World, m: int) -> bool:
 
 @kernel(inline=True)
 def _pose(world: World, c: int) -> bool:
-    """Find contact c's normal, its gap's acceleration without forces, what a force of 1 does."""
+    """Set contact c's normal, its gap's acceleration without forces, and the effect of a force."""
     laws, contacts = world.laws, world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     i = int(contacts.motion[a].index)
@@ -123,7 +123,7 @@ def _pose(world: World, c: int) -> bool:
         cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
         coefficient = laws.obstacles[k].friction if laws.obstacles[k].turns == 1.0 else 0.0
     forces[c].nx, forces[c].ny, forces[c].rate = nx, ny, rate
-    # The slip of a's surface over the other's: along (-ny, nx), and down.
+    # The slip of a's surface over the other surface: along (-ny, nx), and down.
     along, down = 0.0, 0.0
     if laws.slides:
         along = nx * stage[i].vy - ny * stage[i].vx
@@ -147,7 +147,8 @@ def _pose(world: World, c: int) -> bool:
             along, down = -coefficient * (along / size), -coefficient * (down / size)
         else:
             along, down = 0.0, 0.0
-    # A force of 1 at the contact: on a along the normal and along the contact; and what it turns.
+    # A force of 1 at the contact: its components on ball a along the normal and along the contact,
+    # and its turning effect.
     toward = down * sine - cosine
     forces[c].turn_x = -nx * (along * sine) - ny * down
     forces[c].turn_y = -ny * (along * sine) + nx * down
@@ -161,12 +162,12 @@ def _pose(world: World, c: int) -> bool:
 
 @kernel(inline=True)
 def _respond(world: World, c: int, k: int, push_x: float, push_y: float, end: int) -> None:
-    """Put in `contacts.compliances` how such a force accelerates ball k, an end of contact c."""
+    """Put the acceleration of ball k by a push at contact c into `contacts.compliances`."""
     contacts, ball = world.contacts, world.balls.state[k]
     fx, fy = push_x / ball.mass, push_y / ball.mass
     cx, cy = 0.0, 0.0
     if world.laws.slides and ball.phase != st.SLIDING:
-        # So that it continues rolling: the cloth's friction changes a slip by 7/2 of itself.
+        # The ball keeps rolling: the cloth's friction changes a slip by 7/2 of itself.
         turn = 2.5 / ball.mass
         cx = -(fx - turn * contacts.forces[c].turn_y) / 3.5
         cy = -(fy + turn * contacts.forces[c].turn_x) / 3.5
@@ -180,7 +181,7 @@ def _respond(world: World, c: int, k: int, push_x: float, push_y: float, end: in
 
 @kernel(inline=True)
 def _couple(contacts: Contacts, count: int) -> None:
-    """Put in `contacts.matrix` how a force of 1 at each contact accelerates each gap."""
+    """Put the acceleration of each gap by a force of 1 at each contact into `contacts.matrix`."""
     for c in range(count):
         a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
         nx, ny = contacts.forces[c].nx, contacts.forces[c].ny
@@ -200,11 +201,11 @@ def _couple(contacts: Contacts, count: int) -> None:
 
 @kernel
 def _eliminate(contacts: Contacts, count: int) -> None:
-    """Find in FORCE what takes every contact's RATE away, directly.
+    """Compute in FORCE the forces that cancel every contact's RATE, by elimination.
 
-    `contacts.matrix`, which needn't be symmetric, holds how the force of each contact changes the
-    rate of each; it is lost. A contact whose rate those before it decide, but for rounding, gets no
-    force.
+    `contacts.matrix`, which needn't be symmetric, contains the effect of each contact's force on
+    each rate; it is overwritten. A contact whose rate is determined by the contacts before it,
+    except for rounding, gets no force.
     """
     matrix, forces = contacts.matrix, contacts.forces
     for i in range(count):
@@ -229,7 +230,7 @@ def _eliminate(contacts: Contacts, count: int) -> None:
 
 @kernel(inline=True)
 def _push(world: World, c: int) -> None:
-    """Let contact c's force accelerate and turn its balls."""
+    """Add the effect of contact c's force to the accelerations of its balls."""
     contacts = world.contacts
     stage, force = contacts.stage, contacts.forces[c].force
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
