@@ -30,12 +30,11 @@ from ghostball.engine.library.entry import Last
 from ghostball.engine.running.obstacle_rows import obstacles_of, outer_of
 from ghostball.engine.running.skips import Skip, is_uniform, uses_cells
 from ghostball.engine.running.variants import Variant, variant_of
-from ghostball.model import CUSHIONS, Scene, UnsupportedSceneError
+from ghostball.model import CUSHIONS, Ball, Physics, Scene, UnsupportedSceneError
 from ghostball.model.features import Feature, check_supported, has_feature
 from ghostball.model.impact_laws import BALL_LAW_NAMES
 from ghostball.model.scene import check_whole
-from ghostball.model.scene.contents import rolling
-from ghostball.model.scene.starts import starts_of
+from ghostball.model.scene.contents import rolls_alone
 from ghostball.model.trajectory.polynomial import PER_POWER
 
 _CELL_ROOM = 2.0**-20
@@ -194,23 +193,36 @@ def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
 
 def state_of(scene: Scene) -> FloatArray:
     """Return `Balls.state` at the start of a shot, (n, STATE_COLUMNS)."""
-    start, gravity = starts_of(scene), scene.physics.gravity
     state = np.zeros((len(scene.balls), STATE_COLUMNS))
-    state[:, st.X : st.Y + 1] = start.position[:, :2]
-    state[:, st.VX : st.VY + 1] = start.velocity[:, :2]
-    state[:, st.WX : st.WZ + 1] = start.spin
+    state[:, _GIVEN] = [_row_of(ball, scene.physics) for ball in scene.balls]
     state[:, st.OWN_TIME] = np.inf
-    state[:, st.RADIUS] = start.radius
-    state[:, st.MASS] = scene.masses
-    state[:, st.ROLL_SLOWING] = scene.rolling_frictions * gravity
-    state[:, st.CLOTH_FRICTION] = scene.sliding_frictions
-    slides = scene.physics.motion == "sliding"
-    state[:, st.SLIDE_SLOWING] = state[:, st.CLOTH_FRICTION] * gravity if slides else 0.0
-    state[:, st.SPIN_SLOWING] = scene.spinning_friction_rates
-    rises = (start.position[:, 2] > start.radius) | (start.velocity[:, 2] > 0.0)
-    rolls = ~start.given | rolling(start.velocity, start.spin, start.radius)
-    state[:, st.PHASE] = phases_of(rolls, rises, slides)
     return state
+
+
+_GIVEN = (
+    *(st.X, st.Y, st.VX, st.VY, st.WX, st.WY, st.WZ, st.PHASE, st.RADIUS, st.MASS),
+    *(st.ROLL_SLOWING, st.SLIDE_SLOWING, st.SPIN_SLOWING, st.CLOTH_FRICTION),
+)
+"""Columns of `Balls.state` that a scene gives."""
+
+
+def _row_of(ball: Ball, physics: Physics) -> tuple[float, ...]:
+    """Return the numbers of a ball at the start of a shot, in the order of `_GIVEN`.
+
+    For 16 balls this takes less than half the time of numpy arrays.
+    """
+    (x, y, z), (vx, vy, up), radius = ball.position, ball.velocity, ball.radius
+    spin, slides = ball.angular_velocity, physics.motion == "sliding"
+    rolls = not slides or spin is None or rolls_alone(ball.velocity, spin, radius)
+    phase = st.FLYING if z > radius or up > 0.0 else st.ROLLING if rolls else st.SLIDING
+    wx, wy, wz = (-vy / radius, vx / radius, 0.0) if spin is None else spin
+    roll, slide, rate = ball.rolling_friction, ball.sliding_friction, ball.spinning_friction_rate
+    roll = physics.rolling_friction if roll is None else roll
+    slide = physics.sliding_friction if slide is None else slide
+    rate = physics.spinning_friction_rate if rate is None else rate
+    slowing = slide * physics.gravity if slides else 0.0
+    mass, rolling = ball.mass, roll * physics.gravity
+    return x, y, vx, vy, wx, wy, wz, phase, radius, mass, rolling, slowing, rate, slide
 
 
 @lru_cache(maxsize=8)

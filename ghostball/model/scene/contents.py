@@ -5,7 +5,7 @@ The rules between them are asked about this; a `Scene` has passed them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -126,6 +126,17 @@ def rolling(v: FloatArray, w: FloatArray, radii: FloatArray) -> BoolArray:
     speed = np.maximum(np.hypot(v[..., 0], v[..., 1]), radii * np.hypot(w[..., 0], w[..., 1]))
     rolls: BoolArray = slip <= ROLLING_ULPS * EPS * speed
     return rolls
+
+
+def rolls_alone(v: Sequence[float], w: Sequence[float], radius: float) -> bool:
+    """Return `rolling` of one ball, in less time unless rounding decides."""
+    x, y = v[0] - radius * w[1], v[1] + radius * w[0]
+    if x == 0.0 and y == 0.0:
+        return True
+    speeds = abs(v[0]) + abs(v[1]) + radius * (abs(w[0]) + abs(w[1]))
+    if max(abs(x), abs(y)) > 2.0 * ROLLING_ULPS * EPS * speeds:
+        return False
+    return bool(rolling(np.array(v), np.array(w), np.array(radius)))
 
 
 def _with_fields(ball: Any, fields: Mapping[str, float]) -> Any:

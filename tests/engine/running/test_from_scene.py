@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from more_obstacles import played_among
-from shots import ball, scene_of
+from shots import R, ball, scene_of
 
 from ghostball.engine.core import state as st
+from ghostball.engine.running.from_scene import state_of
 from ghostball.model import Status, UnsupportedSceneError
 
 
@@ -18,3 +20,17 @@ def test_more_obstacles_than_bits_are_refused(monkeypatch: pytest.MonkeyPatch) -
     scene = scene.model_copy()
     with pytest.raises(UnsupportedSceneError, match=r"at most 53 obstacles on the .* got 54"):
         played_among(monkeypatch, scene, *[disc] * (st.MOST_OBSTACLES + 1))
+
+
+def test_a_ball_begins_to_roll_or_slide_as_its_scene_says() -> None:
+    """Breaks if a ball within a rounding of rolling is judged otherwise than in arrays."""
+    chance, balls = np.random.default_rng(1), []
+    for k in range(500):
+        vx, vy = chance.uniform(-1.0, 1.0, 2).tolist()
+        near = 1.0 + chance.integers(-14, 15, 2) * 2.0**-52
+        spin = (-vy / R * near[0], vx / R * near[1], 3.0)
+        balls.append(ball((float(k), 0.0), (vx, vy), angular_velocity=tuple(map(float, spin))))
+    scene = scene_of(*balls, motion="sliding", preset="pool")
+    rolls = state_of(scene)[:, st.PHASE] == st.ROLLING
+    assert 50 < np.count_nonzero(rolls) < 450
+    np.testing.assert_array_equal(rolls, scene.rolls)
