@@ -10,7 +10,7 @@ Importing this package loads no matplotlib: that waits for the first figure.
 
 from ghostball.reports import notebook  # noqa: F401  (it registers what a notebook shows)
 from ghostball.reports.ci.summary import summary_markdown, summary_text
-from ghostball.reports.guarded import FailedPart, IncompleteReportError, failed_text
+from ghostball.reports.failed_parts import FailedPart, IncompleteReportError, failed_text
 from ghostball.reports.parting_figure import plot_explanation
 from ghostball.reports.plot import plot_result
 from ghostball.reports.report import PAGE, write_report

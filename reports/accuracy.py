@@ -1,4 +1,4 @@
-"""How right a run is, in words, as every table and picture says it."""
+"""Texts for the accuracy of a run, the same in every table and picture."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from ghostball.validation.results.store import Results
 
 @dataclass(frozen=True)
 class ClassLook:
-    """How a class is shown.
+    """Appearance of an accuracy class.
 
     `short`: heading of its column.
-    `slug`: of its colours on the page.
-    `terminal`: its colour in terminals.
+    `slug`: name of its colours on the page.
+    `terminal`: colour in terminals.
     """
 
     short: str
@@ -60,33 +60,33 @@ CLASSES: Final[Mapping[AccuracyKind, ClassLook]] = {
 """The classes, the best first."""
 
 CLASSES_KEY: Final = "; ".join(f"{look.short}: {look.meaning}" for look in CLASSES.values())
-"""What the classes mean, in one line."""
+"""The meanings of the classes, in one line."""
 
 MARKS: Final = {Verdict.PASS: "✓", Verdict.FAIL: "✗", Verdict.LIMITS_HOLD: "≈"}
-"""What stands beside a class: is this what the engine's step allows?"""
+"""Marks beside a class, by verdict."""
 
 MEANINGS: Final = {
     Verdict.PASS: "passed: within its limits, which allow for the engine's time step",
     Verdict.FAIL: "failed a limit",
     Verdict.LIMITS_HOLD: "passed, but no limit judges the final positions",
 }
-"""What each mark says."""
+"""The meaning of each mark."""
 
 MARKS_KEY: Final = (
     "; ".join(f"{MARKS[one]} {meaning}" for one, meaning in MEANINGS.items())
     + "; no mark: no limit applies"
 )
-"""What the marks mean, in one line."""
+"""The meanings of the marks, in one line."""
 
 
 UP_TO_ROUNDING: Final = "rounding"
-"""Stands for an error that is no larger than rounding: its femtometres mean nothing."""
+"""Text for an error that is no larger than rounding; its size means nothing."""
 
 LEAST_TIME: Final = 1e-12
-"""An exact case's error of a time is shown as rounding below this [s]."""
+"""Below this, the time error of an exact case is shown as rounding [s]."""
 
 LARGE: Final = ("millimetres", "centimetres")
-"""Classes of errors that a reader may find large: beside a pass stands the limit that allows it."""
+"""Classes with large errors: if such a case passes, the limit that allows the error is shown."""
 
 
 def is_exact(case: CaseRecord) -> bool:

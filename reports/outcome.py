@@ -1,7 +1,6 @@
-"""What a whole run came to: its limits, and its comparison with what was accepted before.
+"""The verdict on a whole run: on its limits, and on its comparison with baselines.
 
-Two questions with two answers, and a run fails on either. Every report says both, and all say the
-same.
+A run fails if one of the two fails. All reports take both verdicts from here.
 """
 
 from __future__ import annotations
@@ -42,12 +41,12 @@ CHANGES: Final[dict[Change, tuple[str, str]]] = {
     "no-baseline": ("?", "no baseline"),
     "unchanged": ("=", "unchanged, bit-identical"),
 }
-"""What may become of a scene, the gravest first: sign, and what it means."""
+"""Changes of a scene, the most severe first: sign and meaning."""
 
 _COLOURS = {"✗": "bold red", "△": "bold red", "▲": "cyan", "=": "green"}
 
 _SIGNS = ("✗", "!", "?", "○", "✓")
-"""Signs of answers, the worst first."""
+"""Signs of verdicts, the worst first."""
 
 _KINDS = {"✗": "fail", "!": "fail", "?": "holds", "○": "holds", "✓": "pass"}
 
@@ -72,7 +71,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Overall:
-    """The verdict on the whole run: sign, word, class of its colour, and why."""
+    """The verdict on a whole run: sign, word, colour class, and reason."""
 
     sign: str
     word: str
@@ -115,7 +114,7 @@ def overall(results: Results | None, *regressions: Regression | None) -> Overall
 
 
 def of_limits(results: Results) -> Answer:
-    """Say whether every limit on every case holds."""
+    """Return the verdict on the limits of all cases."""
     verdicts = Counter(map(verdict_of, results.cases))
     failed, crashed = verdicts[Verdict.FAIL], verdicts[Verdict.CRASHED]
     if failed or crashed:
@@ -137,7 +136,7 @@ def of_limits(results: Results) -> Answer:
 
 
 def of_comparison(regression: Regression) -> Answer:
-    """Say whether a comparison passes, and what it takes to pass."""
+    """Return the verdict on a comparison with baselines, and its condition for a pass."""
     count = many(len(regression.scenes), "scene")
     failed = [one for one in regression.scenes if one.failed]
     rest = [one for one in regression.scenes if not one.failed]
@@ -173,18 +172,18 @@ def of_comparison(regression: Regression) -> Answer:
 
 
 def coloured(change: SceneChange) -> str:
-    """Return what became of a scene, in rich's markup."""
+    """Return the change of a scene, in rich's markup."""
     return f"[{_COLOURS.get(CHANGES[change.change][0], 'yellow')}]{change.words}[/]"
 
 
 def kinds_text(changes: Sequence[SceneChange]) -> str:
-    """Count changes by class, the gravest first: "1 worse, 2 rounding"."""
+    """Return the number of changes by class, the most severe first: "1 worse, 2 rounding"."""
     order = sorted(changes, key=lambda one: [*CHANGES].index(one.change))
     return ", ".join(f"{n} {kind}" for kind, n in Counter(one.words for one in order).items())
 
 
 def counts_text(results: Results) -> str:
-    """Say how many scenes and engines there are, and how many cases have which verdict.
+    """Return the numbers of scenes and engines, and the number of cases by verdict.
 
     Two configurations of one engine count as one engine.
     """
@@ -207,7 +206,7 @@ def counts_text(results: Results) -> str:
 
 
 def incomplete_text(results: Results) -> str:
-    """Say that a run isn't complete, and how far it is; "" where it is complete."""
+    """Return how many cases of an incomplete run are done; "" if the run is complete."""
     if results.state == "complete":
         return ""
     done = f"{len(results.cases)} of {many(results.planned, 'case')} are done"
@@ -216,7 +215,7 @@ def incomplete_text(results: Results) -> str:
 
 
 class Failure(NamedTuple):
-    """A broken limit with its reason; or, if `check` is None, a run that did not finish."""
+    """A failed limit with its reason, or, if `check` is None, a case that did not finish."""
 
     case: CaseRecord
     check: Check | None
@@ -225,7 +224,7 @@ class Failure(NamedTuple):
 
 
 def failures(cases: Iterable[CaseRecord]) -> Iterator[Failure]:
-    """Yield all that makes a run fail, in the order of its cases."""
+    """Yield the failures of a run, in the order of its cases."""
     for case in cases:
         if is_unfinished(case):
             yield Failure(case, None, f"did not finish: {unfinished_text(case)}", "")

@@ -1,4 +1,4 @@
-"""Draw where an engine's shot and the true one part: what `ghostball explain --plot` writes."""
+"""Draw the first wrong collision of a shot: the picture of `ghostball explain --plot`."""
 
 from __future__ import annotations
 
@@ -24,30 +24,30 @@ if TYPE_CHECKING:
 
 WIDTH = 9.6
 TRAIL_TIMES = 601
-"""Points of a trail: a bend of the path is then within a millimetre of where it is."""
+"""Number of points of a trail; the trail is then accurate to a millimetre."""
 
 CLOSE_UP = 3.2
-"""Half the least width of the close-up, in radii of the largest ball."""
+"""Half the smallest width of the close-up, in radii of the largest ball."""
 
 FARTHEST = 10.0
-"""Half its greatest width, in the same: of balls farther apart one would see no detail."""
+"""Half the largest width of the close-up, in radii; with more, no detail would be visible."""
 
 ROOM = 1.15
-"""What balls that must be seen whole are given around them, in parts of the close-up."""
+"""Size of the close-up, relative to the smallest one that contains the balls."""
 
 TRUE_LOOK: dict[str, Any] = {"color": style.BLACK, "linewidth": 4.0, "alpha": 0.25, "zorder": 2}
 
 
 def plot_explanation(explanation: Explanation, path: str | Path) -> Path:
-    """Draw both shots at the instant at which they part: the table, and a close-up.
+    """Write a picture of both shots at the first wrong collision: the table, and a close-up.
 
-    `path`: where to write; its ending, .png, .svg or .pdf, is the format.
+    `path`: file to write; its ending, .png, .svg or .pdf, sets the format.
     """
     return write_picture(path, lambda target: style.save_one(draw_explanation(explanation), target))
 
 
 def draw_explanation(explanation: Explanation) -> Figure:
-    """Draw both shots, until they part or to their ends; the balls as they are then."""
+    """Draw both shots up to the first wrong collision, or up to their ends."""
     t = _instant(explanation)
     scene, look = explanation.scene, style.engine_style(explanation.label)
     runs = (explanation.known.result, explanation.result)
@@ -74,7 +74,7 @@ def draw_explanation(explanation: Explanation) -> Figure:
 
 
 def _instant(explanation: Explanation) -> float:
-    """When to draw the balls [s]: where the shots part, else when both are over."""
+    """Return the time of the first wrong collision, or the end of both shots [s]."""
     if explanation.parting is not None:
         return explanation.parting.t
     return max(explanation.known.result.rest_time, explanation.result.rest_time)
@@ -93,7 +93,7 @@ def _title(explanation: Explanation, engine: str) -> str:
 
 
 def _draw_shots(axes: Axes, explanation: Explanation, trails: list[FloatArray]) -> None:
-    """Draw the trails and the balls of both; truth as rings over a grey band."""
+    """Draw trails and balls of both shots; the reference has rings and a grey band."""
     scene, look = explanation.scene, style.engine_style(explanation.label)
     for ball, radius in enumerate(scene.radii):
         axes.plot(*trails[0][:, ball, :2].T, solid_capstyle="butt", **TRUE_LOOK)
@@ -107,7 +107,7 @@ def _draw_shots(axes: Axes, explanation: Explanation, trails: list[FloatArray]) 
 
 
 def _marks(explanation: Explanation) -> Iterator[tuple[Event, Result, dict[str, Any], str]]:
-    """Yield each collision at the parting with its run, how it is marked, and where it is."""
+    """Yield each collision of the first difference: the run, its mark, and its position."""
     if explanation.parting is None:
         return
     look, parting = style.engine_style(explanation.label), explanation.parting
@@ -120,7 +120,7 @@ def _marks(explanation: Explanation) -> Iterator[tuple[Event, Result, dict[str, 
 
 
 def _point(explanation: Explanation, run: Result, one: Event) -> FloatArray:
-    """Return where a collision of a run touches, (2,) [m]."""
+    """Return the contact point of a collision, (2,) [m]."""
     scene = explanation.scene
     centres = run.sample([min(one.t, run.rest_time)]).positions[0, :, :2]
     if one.kind is EventKind.BALL_BALL:
@@ -134,9 +134,9 @@ def _point(explanation: Explanation, run: Result, one: Event) -> FloatArray:
 
 
 def _close_up(explanation: Explanation, trails: list[FloatArray]) -> View:
-    """Return what the close-up shows: the first collision, else the ball that ends farthest off.
+    """Return the view of the close-up: the first collision, or the ball with the largest error.
 
-    The balls of both collisions are in it whole, unless they are too far apart.
+    It contains the balls of both collisions, unless they are too far apart.
     """
     scene, parting = explanation.scene, explanation.parting
     reach = CLOSE_UP * float(scene.radii.max())
@@ -163,7 +163,7 @@ def _name_balls(axes: Axes, explanation: Explanation, trails: list[FloatArray], 
     colours = (style.BLACK, style.engine_style(explanation.label).colour)
     for ball, one in enumerate(explanation.scene.balls):
         ends = [trail[-1, ball, :2] for trail in trails]
-        # Where both are at one place, one name is enough.
+        # If both have the same position, one name is enough.
         separate = float(np.hypot(*(ends[1] - ends[0]))) > one.radius
         for (x, y), colour in zip(ends if separate else ends[:1], colours, strict=False):
             if left < x < right and bottom < y < top:
@@ -186,7 +186,7 @@ def _add_legend(figure: Figure, explanation: Explanation) -> None:
         Line2D([], [], label=f"ball in {look.name}", **filled, **disc),
     ]
     handles += [
-        Line2D([], [], linestyle="none", markersize=9, label=where, **mark)  # the title says which
+        Line2D([], [], linestyle="none", markersize=9, label=where, **mark)  # the title names it
         for _, _, mark, where in _marks(explanation)
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3)

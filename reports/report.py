@@ -14,8 +14,8 @@ from typing import Literal
 from ghostball.model import GhostballError
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
+from ghostball.reports.failed_parts import FailedPart, IncompleteReportError, attempt
 from ghostball.reports.figures import draw_sheet
-from ghostball.reports.guarded import FailedPart, IncompleteReportError, attempt
 from ghostball.reports.page import ScenePart, failed_scene_part, page_text, scene_part
 from ghostball.reports.shots import Shot, load_shot
 from ghostball.validation.baselines import Regression, load_regression

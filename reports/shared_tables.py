@@ -28,7 +28,7 @@ COMPARISON_KEY = (
     "Collisions: number in the run / number in the reference. Energy: the largest deviation from "
     "the reference energy, divided by the initial energy, and its time."
 )
-"""What the columns mean."""
+"""The meaning of the columns."""
 
 
 SPREAD_HEADS = ("scene", "engine", "finished", "rest positions", *QUANTITIES)
@@ -45,7 +45,7 @@ SPREAD_KEY = (
 
 
 def comparison_cells(case: CaseRecord) -> tuple[str, ...] | None:
-    """Return the cells of one run, as `COMPARISON_HEADS` says, or None where it didn't run."""
+    """Return the cells of one case, see `COMPARISON_HEADS`; None if it didn't run."""
     found = comparisons_of(case)
     if found is None:
         return None
@@ -65,7 +65,7 @@ def comparison_cells(case: CaseRecord) -> tuple[str, ...] | None:
 
 
 def spread_rows(results: Results) -> Iterator[list[str]]:
-    """Yield a row for each scene and engine that varied starts were played on."""
+    """Yield a row for each scene and engine with an ensemble."""
     last = ""
     for one in spreads_of(results):
         scene, last = "" if one.scene == last else one.scene, one.scene
@@ -77,7 +77,7 @@ def spread_rows(results: Results) -> Iterator[list[str]]:
 
 
 def spread_remarks(results: Results) -> Iterator[str]:
-    """Yield what is wrong with varied starts, a sentence for each scene and engine."""
+    """Yield a sentence for each scene and engine with failures in its ensemble."""
     for one in spreads_of(results):
         if said := _wrong(one):
             yield f"{one.scene} on {one.label}: {said}"

@@ -17,7 +17,7 @@ from ghostball.validation.checks.verdict import RestError, Verdict, rest_error_s
 from ghostball.validation.results.store import CaseRecord, Motion, Results
 
 MANY_BALLS = 5
-"""From this many balls on no paths are drawn over each other: they would say nothing."""
+"""With this many balls or more, paths of several engines are not drawn over each other."""
 
 CHAOTIC = "(unpredictable)"
 """Stands for a rest error where an engine's errors may have made another shot: it is no error."""
@@ -31,10 +31,10 @@ Frames are joined by straight lines, which run beside a ball that slows down:
 """
 
 UNITS = ((1e6, "MJ"), (1e3, "kJ"), (1.0, "J"))
-"""Units of energy with the smallest one that they are for [J]; balls may be as heavy as cars."""
+"""Units of energy, each with the smallest energy for which it is used [J]."""
 
 HIGHEST = 1.8
-"""Energy drawn at most, over the initial one: one engine that explodes must not flatten all."""
+"""Largest energy in a chart, relative to the initial energy, so that other curves are visible."""
 
 
 def rest_error_text(case: CaseRecord | None) -> str:
@@ -58,7 +58,7 @@ def standing_text(case: CaseRecord | None, error: str) -> str:
 
 
 def legend_text(verdicts: Iterable[Verdict]) -> str:
-    """Return one line that says what the signs of these verdicts and the brackets mean."""
+    """Return a line with the meanings of the signs of these verdicts, and of the brackets."""
     # Two verdicts may share a sign.
     words: dict[str, list[str]] = {}
     present = set(verdicts)
@@ -70,7 +70,7 @@ def legend_text(verdicts: Iterable[Verdict]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One engine's case in a scene, with its motion where it ran, and its look."""
+    """One engine's case in a scene, with its motion, if it ran, and its style."""
 
     label: str
     case: CaseRecord | None
@@ -78,18 +78,18 @@ class Run:
 
     @cached_property
     def style(self) -> style.EngineStyle:
-        """How the engine is drawn."""
+        """Style of the engine in figures."""
         return style.engine_style(self.label)
 
     @property
     def slides(self) -> bool:
-        """Whether its motion says that a ball slides; frames don't say."""
+        """Whether the motion tells that a ball slides; recorded frames don't tell it."""
         phases = None if self.motion is None else self.motion.phases
         return phases is not None and bool(np.any(phases == Phase.SLIDING))
 
     @property
     def verdict(self) -> Verdict:
-        """What became of it."""
+        """Verdict on the case."""
         return verdict_of(self.case)
 
     @property
@@ -100,14 +100,14 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """One scene with the runs of all engines, in the order that the suite was asked for."""
+    """One scene with the runs of all engines, in the order of the command."""
 
     scene: Scene
     runs: tuple[Run, ...]
 
     @property
     def drawn(self) -> tuple[Run, ...]:
-        """The runs that have a motion, ours first: it lies beneath."""
+        """The runs with a motion, Ghostball's first, so that it is drawn beneath the others."""
         moved = [run for run in self.runs if run.motion is not None]
         return tuple(sorted(moved, key=lambda run: not run.style.ours))
 
@@ -118,12 +118,12 @@ class Shot:
 
     @property
     def ours(self) -> Run | None:
-        """Our engine's run, where it has a motion."""
+        """The run of Ghostball's engine, if it has a motion, else None."""
         return next((run for run in self.drawn if run.style.ours), None)
 
     @property
     def truth_positions(self) -> FloatArray | None:
-        """Where the balls rest in truth, (n, 3) [m], or None where nothing is known."""
+        """Reference rest positions, (n, 3) [m], or None if they are unknown."""
         for run in self.runs:
             if run.case is not None and run.case.truth_positions is not None:
                 return run.case.truth_positions
@@ -131,30 +131,30 @@ class Shot:
 
     @property
     def truth(self) -> str | None:
-        """What the truth of this scene is."""
+        """Kind of the reference result."""
         return next((r.case.truth for r in self.runs if r.case is not None and r.case.truth), None)
 
     @property
     def truth_counts(self) -> dict[str, int] | None:
-        """True collision counts by kind, or None where nothing is known."""
+        """Reference collision counts by kind, or None if they are unknown."""
         return next(
             (r.case.truth_counts for r in self.runs if r.case and r.case.truth_counts), None
         )
 
     @property
     def end(self) -> str:
-        """What the end of the motion is called: "rest" only where the balls come to rest."""
+        """Name of the end of the motion: "rest" only if the balls come to rest."""
         first = next((run.case for run in self.runs if run.motion is not None), None)
         return "rest" if first is None or first.status == "rest" else "end"
 
     @property
     def has_many_balls(self) -> bool:
-        """Whether there are too many balls for paths over each other."""
+        """Whether there are too many balls to draw the paths of several engines."""
         return len(self.scene.balls) >= MANY_BALLS
 
 
 def load_shot(results: Results, name: str) -> Shot:
-    """Read one scene of a results folder with its motions."""
+    """Return one scene of a results folder, with its motions."""
     cases = [results.case(name, label) for label in results.labels]
     present = [case for case in cases if case is not None]
     if not present:
@@ -170,13 +170,13 @@ def load_shot(results: Results, name: str) -> Shot:
 
 
 def motion_of_run(run: Run) -> Motion:
-    """Return the motion of a run that has one, as those of `Shot.drawn` do."""
+    """Return the motion of a run that has one, such as the runs of `Shot.drawn`."""
     assert run.motion is not None
     return run.motion
 
 
 def energy_scale(shot: Shot) -> tuple[float, str, float]:
-    """Return the unit of energy that suits a shot [J], its name, and the most that is drawn [J]."""
+    """Return a suitable unit of energy [J], its name, and the largest energy in a chart [J]."""
     # An engine that blew up has no energy to scale by.
     start = max(largest(motion_of_run(run).energy[:1]) for run in shot.drawn)
     highest = max(largest(motion_of_run(run).energy) for run in shot.drawn)
@@ -185,12 +185,12 @@ def energy_scale(shot: Shot) -> tuple[float, str, float]:
 
 
 def largest(values: FloatArray) -> float:
-    """Return the largest finite value, 0 where there is none."""
+    """Return the largest finite value, or 0 if there is none."""
     return float(np.max(values[np.isfinite(values)], initial=0.0))
 
 
 def collision_times(motion: Motion) -> FloatArray:
-    """Return the instants of all collisions in order of time, (k,) [s]."""
+    """Return the times of all collisions in order, (k,) [s]."""
     times: FloatArray = motion.events["t"][np.isin(motion.events["kind"], COLLISION_KINDS)]
     return times
 

@@ -1,8 +1,8 @@
-"""One look for every figure: an engine keeps its colour, line, marker and name everywhere.
+"""The style of all figures: each engine has the same colour, line, marker and name everywhere.
 
-Colours are those of Okabe and Ito (2008), distinct for the common kinds of colour blindness; a
-family of engines shares a colour and its variants differ by line and marker, so that no meaning
-hangs on colour alone.
+Colours are those of Okabe and Ito (2008), which are distinct for common kinds of colour blindness.
+The configurations of an engine share a colour and differ by line and marker, so no meaning depends
+on colour alone.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ _RC_LOCK = threading.RLock()
 
 @dataclass(frozen=True)
 class EngineStyle:
-    """How one engine is drawn: name in legends, colour, line and marker."""
+    """Style of an engine: name in legends, colour, line and marker."""
 
     name: str
     colour: str
@@ -144,7 +144,7 @@ class EngineStyle:
 
     @property
     def line_width(self) -> float:
-        """Width of a line in points; ours lies beneath the others as a broad band."""
+        """Line width [points]; Ghostball's line is a broad band beneath the others."""
         return 4.5 if self.ours else 1.3
 
     @property
@@ -176,7 +176,7 @@ def engine_name(label: str) -> str:
 
 
 def engine_style(label: str) -> EngineStyle:
-    """Return the style of an engine; a label that nobody foresaw gets one too, always the same."""
+    """Return the style of an engine; an unknown label gets a style from its hash."""
     family, settings = split_label(label)
     colour = FAMILY_COLOURS.get(family) or _pick(OTHER_COLOURS, family)
     if not settings and family in _FAMILY_LINES:
@@ -196,12 +196,12 @@ def _pick(choices: tuple[T, ...], key: str) -> T:
 
 
 def format_length(metres: float | None) -> str:
-    """Return a length with a unit that suits it, to three digits: 0.00042 -> "420 µm"."""
+    """Return a length with a suitable unit, to three digits: 0.00042 -> "420 µm"."""
     return _scaled(metres, "m")
 
 
 def format_time(seconds: float | None) -> str:
-    """Return a duration with a unit that suits it, to three digits: 0.00042 -> "420 µs"."""
+    """Return a duration with a suitable unit, to three digits: 0.00042 -> "420 µs"."""
     return _scaled(seconds, "s")
 
 
@@ -238,7 +238,7 @@ def power_of_ten(exponent: int) -> str:
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Apply the look to every figure made and saved within; one thread at a time."""
+    """Apply the style to all figures made and saved in the block; one thread at a time."""
     import matplotlib  # noqa: PLC0415 - importing `reports` must stay cheap
 
     with _RC_LOCK, matplotlib.rc_context(RC):
@@ -261,12 +261,12 @@ def new_figure(width: float, height: float, *, laid_out: bool = True) -> Figure:
 
 
 def set_title(figure: FigureBase, text: str) -> None:
-    """Write the title of a whole figure, at its upper left."""
+    """Write the title of a figure at its upper left."""
     figure.suptitle(text, fontsize=10.5, fontweight="bold", x=0.01, ha="left")
 
 
 def lay_out(figure: Figure) -> None:
-    """Settle where everything is, once for all formats: that costs more than drawing does."""
+    """Compute the layout once for all formats, because it takes longer than drawing."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
 

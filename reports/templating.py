@@ -1,4 +1,4 @@
-"""Templates beside a package: its `templates/`, in which a value that is missing is an error."""
+"""Load templates from the folder `templates/` of a package; a missing value is an error."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 @cache
 def templates_of(package: str, *, escaped: bool = True) -> Environment:
-    """Return the templates of a package; `escaped`: no value becomes markup."""
+    """Return the templates of a package; `escaped`: whether values are escaped for HTML."""
     return Environment(
         loader=PackageLoader(package),
         autoescape=escaped,

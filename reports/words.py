@@ -1,4 +1,4 @@
-"""Words and numbers as every report says them."""
+"""Texts and numbers, the same in every report."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def many(count: int, noun: str) -> str:
 
 
 def reused_text(results: Results) -> str:
-    """Say which cases an earlier run measured; "" where none is."""
+    """Return which cases an earlier run measured; "" if there are none."""
     dates = sorted(case.measured for case in results.cases if case.reused)
     if not dates:
         return ""
@@ -29,30 +29,30 @@ def reused_text(results: Results) -> str:
 
 
 def run_time_text(case: CaseRecord, *, dated: bool) -> str:
-    """Return the run time of a case, if it has one, and if `dated` with the date of then."""
+    """Return the run time of a case, or ""; if `dated`, with the date of the measurement."""
     seconds = metric_of(case, "wall_time")
     date = f" ({case.measured[:10]})" if dated and case.measured and seconds is not None else ""
     return style.format_time(seconds) + date
 
 
 def metric_of(case: CaseRecord | None, name: str) -> float | None:
-    """Return a metric of a case, or None where it has no finite value."""
+    """Return a metric of a case, or None if it has no finite value."""
     value = None if case is None else case.metrics.get(name)
     return float(value) if value is not None and math.isfinite(value) else None
 
 
-LIKENESS_KEY: Final = (
+AGREEMENT_KEY: Final = (
     "Unit: standard errors of the measurement, which include the spread between tables if several "
     "were measured. Below 2 agrees with the measurement."
 )
-"""How `likeness_cell` is read."""
+"""Explanation of `agreement_cell`."""
 
 
-def likeness_cell(family: FigureFamily) -> str:
-    """Return how far an engine is off what was measured, a dash where it lacks it.
+def agreement_cell(family: FigureFamily) -> str:
+    """Return the difference of an engine from measurements; a dash if it doesn't support them.
 
-    By how many standard errors, typically and at most; where no error is known, how far typically,
-    in the unit of the figures.
+    It is the typical and the largest difference in standard errors, or, if the error of the
+    measurements is unknown, the typical difference in their unit.
     """
     if family.lacks:
         return "–"

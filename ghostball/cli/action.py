@@ -23,8 +23,8 @@ from ghostball.cli.shared.config import FILE, ConfigError, load_config
 from ghostball.cli.shared.terminal import command
 from ghostball.model import GhostballError
 from ghostball.reports.ci.findings import note
+from ghostball.reports.error_changes import growth
 from ghostball.reports.outcome import CHANGES, failures
-from ghostball.reports.shift import growth
 from ghostball.validation.baselines import Regression, load_regressions
 from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.store import Results

@@ -1,1 +1,1 @@
-"""What a CI reads or shows of a run: JUnit, notes beside lines, a summary."""
+"""Formats for CI services: JUnit, annotations, a summary."""

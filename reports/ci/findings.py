@@ -9,17 +9,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from ghostball.reports.error_changes import error_text, is_shifted
 from ghostball.reports.outcome import Failure, failures
-from ghostball.reports.shift import error_text, is_shifted
 from ghostball.validation.baselines.regression import UNCOMPARED, Regression, SceneChange
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes import commands
 
 SHOWN = 10
-"""GitHub shows so many errors of a step, and as many warnings; it drops the rest in silence."""
+"""Number of errors that GitHub shows for a step, and number of warnings; it drops the rest."""
 
 NAMED = 6
-"""More scenes than this are counted, not named."""
+"""Largest number of scenes that are named; more are counted."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Finding:
 
 
 def findings(results: Results | None, regressions: Sequence[Regression]) -> list[Finding]:
-    """Return what fails, then what moved and may; `results`: None for a comparison alone."""
+    """Return the failures, then permitted changes; `results`: None for a comparison alone."""
     failed = [] if results is None else list(failures(results.cases))
     found = [*map(_of_failure, failed), *(() if results is None else _of_run(results))]
     lost = {(one.case.scene, one.case.label) for one in failed if one.check is None}
@@ -43,7 +43,7 @@ def findings(results: Results | None, regressions: Sequence[Regression]) -> list
 
 
 def notes(found: Sequence[Finding]) -> str:
-    """Return findings as notes, as many as are shown; the last of each level counts the others."""
+    """Return findings as notes, up to `SHOWN` of each level; the last one counts the rest."""
     lines = []
     for level in ("error", "warning"):
         these = [one for one in found if one.level == level]
@@ -55,7 +55,7 @@ def notes(found: Sequence[Finding]) -> str:
 
 
 def note(level: str, title: str, message: str) -> str:
-    """Return one note, escaped so that neither its title nor its message ends early."""
+    """Return one note, with title and message escaped for GitHub."""
     texts = f"Ghostball: {title}", message
     title, message = (
         text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A") for text in texts
@@ -73,7 +73,7 @@ def _of_failure(failure: Failure) -> Finding:
 
 
 def _of_run(results: Results) -> Iterator[Finding]:
-    """Yield which engines could not be tried, and whether the run is whole."""
+    """Yield findings about unavailable engines, and about an incomplete run."""
     missing = {one.label: one.reason for one in results.cases if one.outcome == "unavailable"}
     for label, reason in missing.items():
         yield Finding("warning", label, f"{label} is unavailable", reason)
@@ -119,7 +119,7 @@ def _lines(regression: Regression, change: SceneChange) -> Iterator[str]:
 
 
 def change_lines(change: SceneChange) -> Iterator[str]:
-    """Yield where a shot first differs from its baseline, and each number that differs."""
+    """Yield the first difference of a shot from its baseline, and each different number."""
     if change.first_difference is not None:
         yield f"first difference: {change.first_difference.words}"
     yield from (one.words for one in (*change.counters, *change.metrics))

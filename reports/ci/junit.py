@@ -26,7 +26,7 @@ from ghostball.validation.checks.verdict import is_unfinished, not_judged, unfin
 from ghostball.validation.results.records import CaseRecord, Check, number_with_unit
 
 Kind = Literal["failure", "error", "skipped"]
-"""How JUnit marks a test case that doesn't pass."""
+"""JUnit's element of a test case that doesn't pass."""
 
 # XML 1.0 has no way to write these, not even escaped.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -92,7 +92,7 @@ def _of_metric(case: CaseRecord, metric: str, checks: list[Check]) -> Element:
 
 
 def _unjudged(case: CaseRecord, metric: str, checks: list[Check]) -> str:
-    """Say why a metric can't fail; "" where a limit judges it."""
+    """Return why a metric can't fail; "" if it has a limit."""
     if any(check.passed is None for check in checks):
         return f"reference: {checks[0].note}"
     if metric not in case.metrics:
@@ -105,9 +105,9 @@ def _unjudged(case: CaseRecord, metric: str, checks: list[Check]) -> str:
 
 
 def _of_change(label: str, change: SceneChange) -> Element:
-    """Return what became of a scene since its baseline was accepted.
+    """Return the test case of a scene's comparison with its baseline.
 
-    It fails for what moved; limits that are broken have test cases of their own.
+    It fails because of changes only; failed limits have their own test cases.
     """
     name, words = f"{label}: baseline", f"{change.change}: {change.summary}"
     lines = [*change_lines(change), *([change.command] if change.command else [])]

@@ -1,4 +1,4 @@
-"""What a CI shows of a run: Markdown for a page of GitHub Actions, plain lines for any other.
+"""Summary of a run for CI services: Markdown for GitHub Actions, plain lines for the others.
 
     >>> from ghostball.reports import summary_markdown
     >>> print(summary_markdown(Results.open("out"), *load_regressions(Path("out"))))
@@ -16,6 +16,7 @@ from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
 from ghostball.reports.accuracy import CLASSES, CLASSES_KEY, cell_text, kinds_of, tally
 from ghostball.reports.ci.findings import findings
+from ghostball.reports.error_changes import drawn, error_text, is_shifted, shifted
 from ghostball.reports.outcome import (
     CHANGES,
     Failure,
@@ -27,7 +28,6 @@ from ghostball.reports.outcome import (
     of_limits,
     overall,
 )
-from ghostball.reports.shift import drawn, error_text, is_shifted, shifted
 from ghostball.reports.shots import legend_text
 from ghostball.reports.templating import templates_of
 from ghostball.reports.words import many
@@ -38,10 +38,10 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.scenes import commands
 
 ROWS = 250
-"""Rows that a table shows; GitHub refuses a step's summary above 1 MiB."""
+"""Largest number of rows of a table; GitHub refuses a step summary above 1 MiB."""
 
 CELL = 400
-"""Characters of a cell: an error message may be a whole page."""
+"""Largest number of characters of a cell; an error message can be longer."""
 
 _UNMOVED = ("unchanged", "rounding")
 
@@ -49,8 +49,8 @@ _UNMOVED = ("unchanged", "rounding")
 def summary_markdown(results: Results | None, *regressions: Regression) -> str:
     """Return the summary as Markdown: the verdict, what changed, what failed, all verdicts.
 
-    `results`: None where only a comparison was made.
-    `*regressions`: of each engine that was compared.
+    `results`: None if only a comparison was made.
+    `*regressions`: the comparisons with baselines, one for each compared engine.
     """
     changes = []
     for regression in regressions:
@@ -106,7 +106,7 @@ def summary_text(results: Results | None, *regressions: Regression) -> str:
 
 
 def _verdicts(results: Results | None, *regressions: Regression) -> list[tuple[str, str]]:
-    """Return what came of it all, a sign and a sentence each; what is no pass stands first."""
+    """Return the verdicts, each with a sign and a sentence; those that don't pass come first."""
     said = []
     for regression in regressions:
         compared = of_comparison(regression)
@@ -124,7 +124,7 @@ def _is_shown(change: SceneChange) -> bool:
 
 
 def _in_order(changes: Sequence[SceneChange]) -> list[SceneChange]:
-    """Return what fails first, then what could not be compared, then the rest."""
+    """Return the changes: failures first, then those that could not be compared, then the rest."""
     return sorted(changes, key=lambda one: (not one.failed, one.change not in UNCOMPARED))
 
 
@@ -138,7 +138,7 @@ def _change_cells(change: SceneChange) -> list[str]:
 
 
 def _failure_cells(failure: Failure) -> list[str]:
-    """Return what failed, and what runs the case again, wherever the results came from."""
+    """Return the failure, and the command that repeats the case."""
     case = failure.case
     again = commands.validate(case.scene, case.label, "out/again")
     said = (case.scene, failure.words, failure.reason)
@@ -158,7 +158,7 @@ def _engine_cells(results: Results, label: str, kinds: Sequence[AccuracyKind]) -
 
 
 def _cell(text: str) -> str:
-    """Return a text for a cell: one line, not too long, and no HTML."""
+    """Return a text for a cell: one line, shortened, with HTML escaped."""
     plain = " ".join(text.split())
     if len(plain) > CELL:
         plain = f"{plain[: CELL - 1]}…"
@@ -166,10 +166,10 @@ def _cell(text: str) -> str:
 
 
 def _code(text: str) -> str:
-    """Return a text for a cell as code, whole: half a command is none."""
+    """Return a command for a cell, as code and not shortened."""
     return f"`{_one_line(text)}`" if text else ""
 
 
 def _one_line(text: str) -> str:
-    """Keep a text on one line and within its cell, and its control characters from any terminal."""
+    """Return a text on one line, shortened for a cell, with visible control characters."""
     return harmless(" ".join(text.split())).replace("|", "\\|")

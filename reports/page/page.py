@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from ghostball.reports.guarded import FailedPart, attempt, failed_text
+from ghostball.reports.failed_parts import FailedPart, attempt, failed_text
 from ghostball.reports.outcome import overall
 from ghostball.reports.page.about import environment_html, truth_html
 from ghostball.reports.page.changed import changed_html

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from ghostball.reports import style
 from ghostball.reports.page.chart import Series, draw, linear_axis
 from ghostball.reports.page.rendering import render
-from ghostball.reports.words import LIKENESS_KEY, likeness_cell
+from ghostball.reports.words import AGREEMENT_KEY, agreement_cell
 from ghostball.validation.measured.table_agreement import (
     ComparedFigure,
     FigureFamily,
@@ -50,7 +50,7 @@ def real_tables_html(results: Results) -> Markup:
             charts.append((drawn[0][1], _signs(drawn[0][1]), _chart(results, drawn)))
     return render(
         "real_tables.html",
-        key=LIKENESS_KEY,
+        key=AGREEMENT_KEY,
         charts=charts,
         series=_legend(results, found),
         tables=[(grades, *_table(found, grades=grades)) for grades in (True, False)],
@@ -65,7 +65,7 @@ def _table(
     """Return heads and rows of the families that grade, or of those that don't."""
     heads = [family.short for family in found[0].families if family.grades == grades]
     rows = [
-        (one.label, [(likeness_cell(f), f.lacks) for f in one.families if f.grades == grades])
+        (one.label, [(agreement_cell(f), f.lacks) for f in one.families if f.grades == grades])
         for one in found
     ]
     return heads, rows

@@ -15,7 +15,7 @@ from ghostball.model.arrays import FloatArray
 from ghostball.model.hashes import bits_hash
 from ghostball.reports import style
 from ghostball.reports.accuracy import cell_text
-from ghostball.reports.guarded import FailedPart
+from ghostball.reports.failed_parts import FailedPart
 from ghostball.reports.page.chart import Axis, Series, draw, linear_axis, log_axis
 from ghostball.reports.page.comparison import Comparison, comparison_of
 from ghostball.reports.page.rendering import embedded_json, render

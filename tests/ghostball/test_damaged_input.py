@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 from damage import DEEP, VALUES, assert_refused_or_done, faults, reads, run, texts
-from likenesses import keep_likenesses, likeness
 from pydantic import TypeAdapter
+from table_agreements import keep_likenesses, likeness
 
 from ghostball.validation.baselines.baseline import load_baseline
 from ghostball.validation.baselines.regression import Regression, SceneChange

@@ -6,12 +6,13 @@ from dataclasses import replace
 from typing import get_args
 
 import pytest
-from likenesses import likeness
 from regressions import quantity, regression, unchanged, uncompared, worse
+from table_agreements import likeness
 
 from ghostball.model import Scene
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.reports import shared_tables
+from ghostball.reports.error_changes import SHOTS, WIDTH, drawn, error_text, growth, shifted
 from ghostball.reports.outcome import (
     CHANGES,
     failures,
@@ -28,9 +29,8 @@ from ghostball.reports.shared_tables import (
     spread_remarks,
     spread_rows,
 )
-from ghostball.reports.shift import SHOTS, WIDTH, drawn, error_text, growth, shifted
 from ghostball.reports.shots import rest_error_text
-from ghostball.reports.words import likeness_cell, many, reused_text, run_time_text
+from ghostball.reports.words import agreement_cell, many, reused_text, run_time_text
 from ghostball.validation.baselines.regression import Change
 from ghostball.validation.diagnose.explanation import Explanation, explain
 from ghostball.validation.results.records import Accuracy
@@ -60,10 +60,10 @@ def test_what_an_earlier_run_measured_is_said_with_its_dates(small_folder):
 
 def test_an_engine_beside_real_tables_is_so_many_errors_off_or_lacks_it():
     rebound, rolling = likeness("ghostball", rebound=-3.0, rolling="it rolls none").families
-    assert likeness_cell(rebound) == "3.0 (3.0)"
-    assert likeness_cell(rolling) == "–"
+    assert agreement_cell(rebound) == "3.0 (3.0)"
+    assert agreement_cell(rolling) == "–"
     plain = rebound.model_copy(update={"grades": False, "unit": "degrees"})
-    assert likeness_cell(plain).endswith("°")
+    assert agreement_cell(plain).endswith("°")
 
 
 # Tables that the terminal and the page share: comparisons with the reference, and spreads.

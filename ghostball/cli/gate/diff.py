@@ -17,8 +17,8 @@ from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.model import GhostballError
+from ghostball.reports.error_changes import error_text
 from ghostball.reports.outcome import CHANGES, coloured
-from ghostball.reports.shift import error_text
 from ghostball.reports.words import many
 from ghostball.validation.baselines import SceneChange
 from ghostball.validation.baselines.run_pairs import changes_of, paired

@@ -14,10 +14,10 @@ from rich.markup import escape
 from ghostball.cli.gate.regress import compare_with_baselines
 from ghostball.cli.measure.commands import ValidateOptions
 from ghostball.cli.measure.verdicts import (
+    agreement_table,
     colour_of,
     details_table,
     headline,
-    likeness_table,
     spread_table,
     verdict_tables,
 )
@@ -115,7 +115,7 @@ def run(asked: ValidateOptions) -> ExitStatus:
             beside = plan.engines if plan.whole else ()
             measured = measure_agreements(beside, plan.out, asked.time_limit, reuse=not asked.rerun)
         if found := list(measured.records.values()):
-            console.print(likeness_table(found), crop=False)
+            console.print(agreement_table(found), crop=False)
         if measured.interrupted:
             raise KeyboardInterrupt
         if asked.report:

@@ -32,7 +32,7 @@ from ghostball.reports.shared_tables import (
     spread_remarks,
     spread_rows,
 )
-from ghostball.reports.words import LIKENESS_KEY, likeness_cell, many
+from ghostball.reports.words import AGREEMENT_KEY, agreement_cell, many
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
 from ghostball.validation.measured.table_agreement import TableAgreement
 from ghostball.validation.results.store import CaseRecord, Results
@@ -221,31 +221,31 @@ def _raised_at(case: CaseRecord) -> str:
     return f" ({Path(file).name}:{line})" if file else ""
 
 
-def likeness_table(found: Sequence[TableAgreement]) -> RenderableType:
+def agreement_table(found: Sequence[TableAgreement]) -> RenderableType:
     """Return the difference of each engine from measurements on real tables.
 
     It is in standard errors if the error of the measurements is known, else in their unit.
     """
     return Group(
-        *_likenesses(
+        *_agreement_tables(
             found,
             "Difference from measured tables: typical (largest)",
-            f"[dim]{LIKENESS_KEY}[/]\n",
+            f"[dim]{AGREEMENT_KEY}[/]\n",
             grades=True,
         ),
-        *_likenesses(
+        *_agreement_tables(
             found, "Typical difference from measurements without a known error", grades=False
         ),
     )
 
 
-def _likenesses(
+def _agreement_tables(
     found: Sequence[TableAgreement], title: str, key: str = "", *, grades: bool
 ) -> Iterator[RenderableType]:
     """Yield the title, the table and the key of the families whose `grades` is as given."""
     chosen = [(one, [f for f in one.families if f.grades is grades]) for one in found]
     rows = [
-        (escape(one.label), *map(likeness_cell, families))
+        (escape(one.label), *map(agreement_cell, families))
         for one, families in chosen
         if any(not family.lacks for family in families)
     ]

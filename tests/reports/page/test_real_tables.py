@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from likenesses import keep_likenesses
+from table_agreements import keep_likenesses
 
 from ghostball.reports.page.real_tables import real_tables_html
 from ghostball.validation.measured.table_agreement import (

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from likenesses import family, likeness
 from pydantic import ValidationError
+from table_agreements import family, likeness
 
 from ghostball.model import EngineFailedError, UnsupportedSceneError
 from ghostball.reference_adapters import make_engine

@@ -6,7 +6,7 @@ import sqlite3
 from contextlib import closing
 
 import pytest
-from likenesses import keep_likenesses, likeness
+from table_agreements import keep_likenesses, likeness
 
 from ghostball.validation.results.database import DATABASE
 from ghostball.validation.results.store import ResultsError

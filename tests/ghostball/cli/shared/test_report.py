@@ -5,8 +5,8 @@ from functools import partial
 from xml.etree import ElementTree
 
 import pytest
-from likenesses import keep_likenesses, likeness
 from regressions import regression, worse
+from table_agreements import keep_likenesses, likeness
 from written_results import LABELS, write_results
 
 from ghostball.cli.shared import report

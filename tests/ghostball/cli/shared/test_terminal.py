@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
-from likenesses import likeness
 from rich.console import Console
+from table_agreements import likeness
 
-from ghostball.cli.measure.verdicts import likeness_table
+from ghostball.cli.measure.verdicts import agreement_table
 from ghostball.cli.options import (
     FailOnChoice,
     complete_engine,
@@ -145,4 +145,4 @@ BESIDE_TABLES = [
 @pytest.mark.parametrize("found", [BESIDE_TABLES[:3], BESIDE_TABLES[3:]], ids=["graded", "shown"])
 def test_engines_beside_real_tables_come_with_how_to_read_them(found, snapshot):
     # What grades and what doesn't are two tables; an engine that lacks all has no row.
-    assert printed(likeness_table(found), 120) == snapshot
+    assert printed(agreement_table(found), 120) == snapshot

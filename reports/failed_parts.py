@@ -1,7 +1,7 @@
-"""A part of a report that can't be made costs itself, not the report of minutes of results.
+"""Write a report even if a bug prevents some of its parts.
 
-Each part is made by `attempt`, which keeps what went wrong: the part's place says so, and whoever
-asked for the report gets all of it in an `IncompleteReportError`, after the rest is written.
+`attempt` makes each part. If a part fails, the report says so in its place, and after the report is
+written, `IncompleteReportError` names all failed parts.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from ghostball.model import GhostballError
 T = TypeVar("T")
 
 NAMED = 5
-"""How many parts that could not be made a message names; the others are counted."""
+"""Number of failed parts that a message names; the rest are counted."""
 
 
 class FailedPart(NamedTuple):
-    """A part that could not be made, such as "figure stop-sheet": type and message, and where."""
+    """A part that failed, such as "figure stop-sheet", with the error and its traceback."""
 
     part: str
     error: str
@@ -28,7 +28,7 @@ class FailedPart(NamedTuple):
 
 
 class IncompleteReportError(Exception):
-    """A report was written, but for parts that `failed`: ghostball itself failed there."""
+    """A report was written without the parts in `failed`, because of a bug in Ghostball."""
 
     def __init__(self, report: Path, failed: Sequence[FailedPart]) -> None:
         super().__init__(report, tuple(failed))
@@ -40,7 +40,7 @@ class IncompleteReportError(Exception):
 
 
 def attempt(part: str, make: Callable[[], T], failed: list[FailedPart]) -> T | None:
-    """Return what `make` returns; where it fails, note that in `failed`, and return None."""
+    """Return the result of `make`; if it raises an error, add it to `failed` and return None."""
     try:
         return make()
     except GhostballError:
@@ -52,7 +52,7 @@ def attempt(part: str, make: Callable[[], T], failed: list[FailedPart]) -> T | N
 
 
 def failed_text(failed: Sequence[FailedPart]) -> str:
-    """Return in one sentence which parts could not be made, and why, without its full stop."""
+    """Return a sentence, without a full stop, with the failed parts and their errors."""
     count = "1 part" if len(failed) == 1 else f"{len(failed)} parts"
     named = [f"{one.part} ({one.error})" for one in failed[:NAMED]]
     more = [f"and {len(failed) - NAMED} more"] if len(failed) > NAMED else []

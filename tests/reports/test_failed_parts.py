@@ -7,7 +7,7 @@ from pool_tasks import crash_in_one_scene
 
 from ghostball.model import GhostballError
 from ghostball.reports import PAGE, IncompleteReportError, report, style, write_report
-from ghostball.reports.guarded import NAMED, FailedPart, attempt, failed_text
+from ghostball.reports.failed_parts import NAMED, FailedPart, attempt, failed_text
 from ghostball.reports.page import page
 
 

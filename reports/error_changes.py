@@ -1,6 +1,6 @@
-"""How far shots ended from the reference result, before and now, drawn in text.
+"""Changes of rest position errors between a baseline and a run, as text and as a text chart.
 
-On the page of a CI no other picture can be shown that isn't on the web already.
+The page of a CI service can't show a picture that isn't on the web, but it can show text.
 
     draw-shot  ───────────────────○──●──────   162 mm -> 191 mm
                1 nm      1 µm      1 mm      1 m
@@ -15,10 +15,10 @@ from ghostball.reports import style
 from ghostball.validation.baselines.regression import Regression, SceneChange
 
 WIDTH = 48
-"""Characters of the axis."""
+"""Width of the axis [characters]."""
 
 SHOTS = 12
-"""More shots than this are no picture any more."""
+"""Largest number of shots in the chart."""
 
 _BEFORE, _NOW, _BOTH = "○", "●", "◉"
 
@@ -32,26 +32,26 @@ def error_text(change: SceneChange) -> str:
 
 
 def is_shifted(change: SceneChange) -> bool:
-    """Whether the rest error is known on both sides, and differs."""
+    """Return whether the rest error is known on both sides, and differs."""
     return None not in (change.base_error, change.head_error) and (
         change.base_error != change.head_error
     )
 
 
 def growth(change: SceneChange) -> float:
-    """Return by which factor the rest error grew, as a logarithm; 0 where that isn't known."""
+    """Return the logarithm of the factor by which the rest error grew; 0 if unknown."""
     if not is_shifted(change):
         return 0.0
     return _log(change.head_error or 0.0) - _log(change.base_error or 0.0)
 
 
 def shifted(regression: Regression) -> list[SceneChange]:
-    """Return the scenes whose rest error differs, those first whose error grew by most."""
+    """Return the scenes with a different rest error, sorted by the growth of the error."""
     return sorted(filter(is_shifted, regression.scenes), key=lambda one: -growth(one))
 
 
 def drawn(changes: Sequence[SceneChange]) -> str:
-    """Return the picture of scenes whose rest errors differ; "" where there is nothing to draw."""
+    """Return the chart of scenes with different rest errors; "" if there are none."""
     shown = [(one, _log(one.base_error or 0.0), _log(one.head_error or 0.0)) for one in changes]
     shown = shown[:SHOTS]
     if not shown:
@@ -78,7 +78,7 @@ def drawn(changes: Sequence[SceneChange]) -> str:
 
 
 _LEAST = 1e-18
-"""What an error of nothing is drawn as [m]."""
+"""Position of an error of 0 on the axis [m]."""
 
 
 def _log(value: float) -> float:
