@@ -1,4 +1,4 @@
-"""Pictures: a sheet of each scene, and one run alone."""
+"""Pictures of shots: a sheet for each scene, and single runs."""
 
 from ghostball.reports.figures.sheet import draw_sheet
 from ghostball.reports.figures.single import draw_single

@@ -1,4 +1,4 @@
-"""Draw a table, its cushions and balls to scale: what every picture of a shot shares."""
+"""Draw a table, its cushions and balls to scale, for all pictures of shots."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from matplotlib.collections import EllipseCollection
 
 View = tuple[float, float, float, float]
-"""Left, right, bottom, top of what is shown [m]."""
+"""Left, right, bottom and top edge of a picture [m]."""
 
 CUSHION_DEPTH = 0.045
-"""How thick a cushion is drawn [m], about a real one's."""
+"""Depth of a cushion [m], about that of a real one."""
 
 
 def view_of(scene: Scene, *positions: FloatArray, needed: FloatArray | None = None) -> View:
-    """Return the part of the cloth to show: the table, and what lies near it.
+    """Return the part of the cloth to show: the table, and the positions near it.
 
-    `*positions` (..., 3) float64 [m]: centres that should be seen; values that aren't finite are
-        left out.
-    `needed` (n, 3) float64 [m]: centres that are seen however far away they are.
+    `*positions` (..., 3) float64 [m]: centres to show, if they aren't too far away; infinite values
+        and NaN are ignored.
+    `needed` (n, 3) float64 [m]: centres to show at any distance.
     """
     radius = float(scene.radii.max())
     low, high = _bounds(radius, scene.positions, *positions)
@@ -51,14 +51,14 @@ def view_of(scene: Scene, *positions: FloatArray, needed: FloatArray | None = No
 
 
 def _bounds(radius: float, *positions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of the box, (2,) each [m], around all centres, two radii wider."""
+    """Return two opposite corners, (2,) each [m], of a box around all centres with a margin."""
     xy = np.concatenate([p.reshape(-1, p.shape[-1])[:, :2] for p in positions])
     xy = xy[np.isfinite(xy).all(axis=1)]
     return xy.min(axis=0) - 2.0 * radius, xy.max(axis=0) + 2.0 * radius
 
 
 def aspect_of(view: View) -> float:
-    """Return height over width of a view."""
+    """Return the height of a view divided by its width."""
     left, right, bottom, top = view
     return (top - bottom) / (right - left)
 

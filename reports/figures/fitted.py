@@ -1,4 +1,4 @@
-"""What a fit of physics leaves of each event: noise alone, or something of the table."""
+"""Draw the residuals of a fit of physics, one for each event."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TITLES = {
 }
 _BINS = 8
 _SHOWN = 6.0
-"""Errors beyond which a point is drawn at the edge."""
+"""Residuals beyond this many standard errors are drawn at the edge."""
 
 
 def draw_fit(fitted: Fit, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""How high balls fly: height against time, and a shot seen from the side."""
+"""Draw balls in flight: height against time, and a shot from the side."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 
 
 FLIES_FROM = 1e-4
-"""Height over the cloth from which on a ball is seen to fly [m]: what only trembles isn't."""
+"""Smallest height over the cloth of a ball in flight [m]; smaller heights are numerical noise."""
 
 
 CORNERS = 600
-"""Of a curve."""
+"""Number of points of a curve."""
 
 
 def heights_of(run: Run, radii: FloatArray) -> FloatArray:
-    """Return how high the lowest point of each ball is over the cloth, (k, n) [m]."""
+    """Return the height of the lowest point of each ball over the cloth, (k, n) [m]."""
     return motion_of_run(run).positions[:, :, 2] - radii
 
 
 def flying(shot: Shot) -> NDArray[np.bool_]:
-    """Return which balls fly on some engine, (n,) bool."""
+    """Return which balls are in flight at some time on some engine, (n,) bool."""
     found = np.zeros(len(shot.scene.balls), dtype=np.bool_)
     for run in shot.drawn if shot.scene.physics.airborne else ():
         found |= np.any(heights_of(run, shot.scene.radii) > FLIES_FROM, axis=0)
@@ -38,7 +38,7 @@ def flying(shot: Shot) -> NDArray[np.bool_]:
 
 
 def part_in_flight(shot: Shot) -> float:
-    """Return when the last ball lands for good on the engine that is drawn first [s]."""
+    """Return the time of the last landing on the engine that is drawn first [s]."""
     run = shot.drawn[0]
     high = np.any(heights_of(run, shot.scene.radii) > FLIES_FROM, axis=1)
     times = motion_of_run(run).times

@@ -1,4 +1,4 @@
-"""Paths of balls, which differ where a ball slides: what every picture of a shot shares."""
+"""Draw paths of balls, with sliding parts marked, for all pictures of shots."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ WIDTH = 8.8
 """Width of a figure [inch]: text stays readable where a README shows it 900 pixels wide."""
 
 STRIP = 0.22
-"""Half the width of what is shown of the cloth where all motion is along x [m]."""
+"""Half the height of the picture if all motion is along x [m]."""
 
 LABEL_SIZE = 8.0
-"""Of the names of balls [pt]."""
+"""Font size of the names of balls [pt]."""
 
 LETTER_WIDTH = 0.62
-"""Mean width of a letter over the size of the font."""
+"""Mean width of a letter, relative to the font size."""
 
 
 SLIDING_WIDER = 1.2
@@ -43,7 +43,7 @@ SLIDING_DARKER = 1.5
 def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = None) -> None:
     """Draw x of every ball against time, one line for each ball and engine.
 
-    `colours` are those of the balls, where lines aren't to show whose engine they are of.
+    `colours`: colours of the balls, instead of those of the engines.
     """
     # A band that others are drawn upon would hide what a single run shows.
     alone = {"linewidth": 1.2, "alpha": 1.0} if len(shot.drawn) == 1 else {}
@@ -58,7 +58,7 @@ def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = No
 
 
 def _range_of_x(shot: Shot) -> tuple[float, float]:
-    """Return the part of x to show against time: where balls are, within the picture above it."""
+    """Return the range of x against time: that of the balls, within the picture above it."""
     left, right, _, _ = view_shown(shot, collinear=True)
     x = np.concatenate([motion_of_run(run).positions[:, :, 0].ravel() for run in shot.drawn])
     x = x[(left <= x) & (x <= right)]
@@ -67,7 +67,7 @@ def _range_of_x(shot: Shot) -> tuple[float, float]:
 
 
 def draw_panel(axes: Axes, shot: Shot, run: Run, view: View) -> None:
-    """Draw one engine's paths, and its rest positions against the truth."""
+    """Draw one engine's paths, and its rest positions with those of the reference."""
     assert run.motion is not None
     assert run.case is not None
     draw_table(axes, shot.scene, view, ticks=False)
@@ -89,7 +89,7 @@ def draw_panel(axes: Axes, shot: Shot, run: Run, view: View) -> None:
 
 
 def line_of(run: Run) -> dict[str, Any]:
-    """Return how an engine's line looks; ours is a band beneath the others."""
+    """Return the style of an engine's line; Ghostball's is a band beneath the others."""
     look = run.style
     return {
         "color": look.colour,
@@ -178,13 +178,13 @@ def _error_text(run: Run, shot: Shot) -> str:
 
 
 def is_collinear(shot: Shot) -> bool:
-    """Whether several balls move, and all along x: their paths hide each other."""
+    """Return whether several balls move, all along x, so that their paths hide each other."""
     first = motion_of_run(shot.drawn[0])
     return bool(np.ptp(first.positions[:, :, 1]) < 1e-6) and len(shot.scene.balls) > 1
 
 
 def view_shown(shot: Shot, collinear: bool) -> View:
-    """Return what of the cloth to show; of a motion along x, a strip around it."""
+    """Return the part of the cloth to show; for motion along x, a strip around it."""
     truth = shot.truth_positions
     needed = shot.scene.positions if truth is None else truth
     view = view_of(shot.scene, *(motion_of_run(run).positions for run in shot.drawn), needed=needed)
@@ -196,7 +196,7 @@ def view_shown(shot: Shot, collinear: bool) -> View:
 
 
 def median_end(shot: Shot) -> float:
-    """Return when the middle one of the runs ends [s]: one that never rests squeezes no other."""
+    """Return the median end of the runs [s], so that one endless run doesn't set the scale."""
     return float(np.median([motion_of_run(run).times[-1] for run in shot.drawn])) or 1.0
 
 
@@ -232,10 +232,9 @@ def draw_motion(
 
 
 def sliding_look(look: dict[str, Any]) -> dict[str, Any]:
-    """Return what of a line's look differs where the ball slides.
+    """Return the changes of a line's style where the ball slides: wider and darker.
 
-    Wider and darker: that prints, and everyone sees it. Dashes would hide a slide of a few
-    centimetres, and the colour says whose line it is.
+    Dashes would hide a slide of a few centimetres, and the colour already identifies the engine.
     """
     return {
         "linewidth": look["linewidth"] + SLIDING_WIDER,

@@ -1,7 +1,7 @@
-"""One sheet for each scene: all engines over each other, in four ways.
+"""Draw one sheet for each scene, with all engines.
 
-Where the balls rest, how many collisions there were by each instant, how the energy falls, and how
-far the balls are from our engine's as time continues; and a row of numbers for each engine.
+It shows the rest positions, and against time the number of collisions, the energy, and the distance
+of the balls from those of Ghostball's engine. Below are the numbers of each engine.
 """
 
 from __future__ import annotations
@@ -42,41 +42,41 @@ if TYPE_CHECKING:
 
 
 WIDTH, HEIGHT = 13.0, 7.0
-"""Size of a sheet [inch]; where engines are many, it is higher by a row for each."""
+"""Size of a sheet [inch]; with many engines it is higher, by a row for each."""
 
 MARGIN, TITLE, FOOT = 0.3, 0.66, 0.3
-"""Left of the left column, above and beneath everything [inch]."""
+"""Margins to the left, at the top and at the bottom [inch]."""
 
 TABLE_WIDTH, TABLE_HEIGHT = 6.6, 3.45
-"""Room for the table with its balls [inch]."""
+"""Size of the picture of the table [inch]."""
 
 TIME_LEFT, TIME_WIDTH = 8.15, 4.7
-"""Where the panels against time begin, and how wide they are [inch]."""
+"""Left edge and width of the panels against time [inch]."""
 
 ROW_HEIGHT = 0.215
 """Height of an engine's row of numbers [inch]."""
 
 ROWS = 9
-"""Rows that there is room for at the usual height."""
+"""Number of rows that fit at the usual height."""
 
 DPI = 110
-"""Pixels to an inch of a sheet as PNG: 1430 across."""
+"""Pixels per inch of a PNG sheet, which is then 1430 pixels wide."""
 
 SAMPLE = (0.3, 0.75)
-"""From where to where an engine's line is shown beside its numbers [inch]."""
+"""Left and right end of an engine's sample line [inch]."""
 
 COLUMNS = (0.87, 2.35, 5.3, 6.3)
-"""Where name, how right it is and both counts begin [inch]."""
+"""Left edges of the name, the accuracy and the two counts [inch]."""
 
 LETTERS = 118
-"""How many fit into a line beneath the numbers."""
+"""Number of letters that fit into a line below the numbers."""
 
 WRONG = "#A84300"
-"""Colour of a count that isn't the true one: 5.7 : 1 against white."""
+"""Colour of a wrong count, with a contrast of 5.7 : 1 to white."""
 
 
 def draw_sheet(shot: Shot) -> Figure | None:
-    """Draw the sheet of a scene; None where no engine has a motion."""
+    """Return the sheet of a scene, or None if no engine has a motion."""
     if not shot.drawn:
         return None
     notes = _notes(shot)
@@ -174,7 +174,7 @@ def _draw_energy(axes: Axes, shot: Shot) -> None:
 
 
 def _draw_errors(axes: Axes, shot: Shot) -> None:
-    """Draw the largest distance of a ball from where it is in our engine's motion."""
+    """Draw the largest distance of a ball from its position on Ghostball's engine."""
     _set_title(axes, "Largest distance of a ball from Ghostball's result")
     curves, most = error_curves(shot)
     if not curves:
@@ -243,7 +243,7 @@ def _notes(shot: Shot) -> list[str]:
 
 
 def _scale(view: View) -> tuple[float, str]:
-    """Return a length that suits a picture [m], and its name."""
+    """Return a suitable length for the scale bar of a picture [m], and its name."""
     length = 10.0 ** np.floor(np.log10(0.4 * (view[1] - view[0])))
     return float(length), style.format_length(float(length))
 
@@ -254,7 +254,7 @@ def _set_title(axes: Axes, text: str) -> None:
 
 
 def _thin(run: Run, order: int) -> dict[str, Any]:
-    """Return the look of a curve: ours is a band beneath the others."""
+    """Return the style of a curve; Ghostball's is a band beneath the others."""
     return line_of(run) | {"zorder": 2 + 0.01 * order}
 
 

@@ -1,4 +1,4 @@
-"""One run alone, compared with nothing: where its balls started, went and ended."""
+"""Draw a single run: initial positions, paths and rest positions of its balls."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 
 FEW = 8
-"""Up to this many balls there is room for names beside them; more are named within."""
+"""Up to this many balls, names are beside the balls; with more, inside them."""
 
 SHORT = 3
-"""Letters of a name that fit within a ball."""
+"""Number of letters that fit inside a ball."""
 
 BALL_COLOURS = (
     *(style.BLUE, style.VERMILLION, style.GREEN, style.PURPLE, style.ORANGE, style.BROWN),
@@ -40,7 +40,7 @@ BALL_COLOURS = (
 """Of balls in one picture, all dark enough for lines on the cloth and white names within them."""
 
 LEGIBLE = 8.0
-"""Diameter [pt] from which a name within a ball can be read."""
+"""Smallest diameter of a ball with a legible name inside [pt]."""
 
 
 def draw_single(shot: Shot) -> Figure:
@@ -115,7 +115,7 @@ def ball_colours(count: int) -> list[str]:
 
 
 def _names(scene: Scene) -> list[str]:
-    """Return what balls are called in the picture: their ids, or numbers where these are long."""
+    """Return the names of the balls in the picture: their ids, or numbers if the ids are long."""
     ids = [ball.id for ball in scene.balls]
     if len(ids) <= FEW or max(map(len, ids)) <= SHORT:
         return ids

@@ -1,4 +1,4 @@
-"""The page: `report.html`, one file with everything in it, from a results folder alone."""
+"""The page of a report: `report.html`, one complete file, made from a results folder."""
 
 from ghostball.reports.page.page import page_text
 from ghostball.reports.page.scenes import ScenePart, failed_scene_part, scene_part

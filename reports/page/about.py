@@ -1,4 +1,4 @@
-"""What lies around a run: what is true in it, where it was made, what was found beside it."""
+"""Sections of the page about the run itself: references, environment, engine settings."""
 
 from __future__ import annotations
 

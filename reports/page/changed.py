@@ -1,4 +1,4 @@
-"""Each scene that changed: base and head side by side, and what differs in numbers."""
+"""Section of the changed scenes: baseline and new result side by side, and their differences."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ MOVED = ("wrong collisions", "worse", "changed", "better")
 
 
 def changed_html(results: Results, regression: Regression | None) -> Markup:
-    """Return each scene that changed or fails, with base and head; "" where none does."""
+    """Return the changed and failed scenes, with baseline and new result; "" if there are none."""
     if regression is None:
         return Markup()
     return Markup("").join(_changed(results, one) for one in regression.scenes if has_part(one))
 
 
 def has_part(change: SceneChange) -> bool:
-    """Say whether a scene has a view of its own, which "#change=NAME" leads to."""
+    """Return whether a scene has its own view, the target of links "#change=NAME"."""
     return change.change in MOVED or change.failed
 
 
@@ -61,7 +61,7 @@ def _ends(case: CaseRecord, change: SceneChange) -> dict[str, Any] | None:
 
 
 def _rests(case: CaseRecord | None, change: SceneChange) -> list[tuple[str, Place, Place, float]]:
-    """Return each ball, where it rests on both sides, and how far apart that is [m]."""
+    """Return each ball with its rest positions on both sides, and their distance [m]."""
     if change.rest_base is None or change.rest_head is None:
         return []
     names = [str(k) for k in range(len(change.rest_head))]

@@ -27,10 +27,10 @@ The last tick of x, such as "100 ms", is centred at the end of the axis.
 """
 
 DEVIATION = 0.4
-"""How far a curve that is drawn may run beside the one that was given [pixels]."""
+"""Largest distance of a simplified curve from the original one [pixels]."""
 
 MOST_DECADES = 6
-"""More decades than this get a tick at every second, third ... one."""
+"""Largest number of decades with a tick at each; with more, ticks are at every second or so."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Axis:
-    """What an axis shows: its label, scale and range; ticks are (value, text)."""
+    """An axis: label, scale and range; ticks are (value, text)."""
 
     label: str
     low: float
@@ -67,7 +67,7 @@ class Axis:
     ticks: tuple[tuple[float, str], ...] = ()
 
     def place(self, values: FloatArray) -> FloatArray:
-        """Return where values lie between the ends of the axis, 0 to 1; outside of it too."""
+        """Return the positions of values on the axis: 0 and 1 are its ends."""
         if self.scale == "log":
             with np.errstate(divide="ignore", invalid="ignore"):
                 low, high = math.log10(self.low), math.log10(self.high)

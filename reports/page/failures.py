@@ -1,6 +1,6 @@
-"""Every failure explained: what was expected and found, why, what it may mean, how to see it.
+"""Section of the failures: expected and found values, reasons, and commands to repeat them.
 
-What a broken limit may mean is said in the template.
+The template explains the possible causes of a failed limit.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ghostball.validation.scenes.library import scene_names
 def failures_html(
     results: Results, scenes: Mapping[str, ScenePart], regression: Regression | None
 ) -> Markup:
-    """Return all that failed, explained: checks, cases that did not finish, changes."""
+    """Return the explained failures: checks, cases that did not finish, changes."""
     changes = [] if regression is None else [one for one in regression.scenes if one.failed]
     shipped = scene_names()
     return render(
@@ -53,7 +53,7 @@ def _failures(results: Results, scenes: Mapping[str, ScenePart]) -> Iterator[dic
 
 
 def _rests(case: CaseRecord) -> Iterator[tuple[str, str, str]]:
-    """Yield each ball with the place that it must come to again, to the bit."""
+    """Yield each ball with the rest position that a repeated run must reach, bit for bit."""
     if case.rest_positions is not None:
         for ball, (x, y, _) in zip(case.definition["balls"], case.rest_positions, strict=True):
             yield str(ball["id"]), repr(float(x)), repr(float(y))

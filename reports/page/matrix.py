@@ -27,15 +27,15 @@ from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdic
 from ghostball.validation.results.store import CaseRecord, Results
 
 FAILING = {"unchanged": "bit-identical, but its work counters differ or its limits failed"}
-"""What a class of changes means where it fails, if that is something else."""
+"""Meanings of changes that fail, if they differ from the usual meaning."""
 
 
 MANY_ROWS = 40
-"""More scenes than this scroll in a box of their own, below the headings."""
+"""Number of scenes above which the table scrolls in a box, with fixed headings."""
 
 
 def changes_html(results: Results, regression: Regression | None) -> Markup:
-    """Return what changed since the baselines, by class of change: what fails stands first."""
+    """Return the changes since the baselines, by class; failures come first."""
     return render(
         "changes.html",
         regression=regression,
@@ -64,7 +64,7 @@ def _groups(regression: Regression) -> Iterator[dict[str, Any]]:
 
 
 def matrix_html(results: Results) -> Markup:
-    """Return the table of engines by scenes, each cell with why it is what it is."""
+    """Return the table of engines by scenes; each cell has the reason of its verdict."""
     rows = [
         (scene, [_cell(*one, scene) for one in zip(cases, results.labels, strict=True)])
         for scene, cases in results.by_scene()
@@ -82,7 +82,7 @@ def matrix_html(results: Results) -> Markup:
 
 
 def why_text(case: CaseRecord | None) -> str:
-    """Return why a case has its verdict, in one line without markup."""
+    """Return the reason of a case's verdict, in one line without markup."""
     verdict = verdict_of(case)
     if case is None:
         return "not run: the run stopped first"

@@ -25,7 +25,7 @@ SMALLEST_ERROR = 1e-16
 
 
 def closed_forms_html(results: Results) -> Markup:
-    """Return the errors in the scenes of closed form, in units of what rounding makes of them."""
+    """Return the errors in scenes with a closed form, in units of the rounding error."""
     rows = [
         (scene, cases)
         for scene, cases in results.by_scene()
@@ -80,7 +80,7 @@ def cost_html(results: Results) -> Markup:
 
 
 def horizons_html(results: Results) -> Markup:
-    """Return how far the shots can be predicted, and each engine in each of them."""
+    """Return the predictability horizon of each shot, and of each engine in it."""
     shots = {one.scene: one for one in results.cases if one.shot_horizon is not None}
     labels = [
         label
@@ -102,7 +102,7 @@ def horizons_html(results: Results) -> Markup:
 
 
 def ensembles_html(results: Results) -> Markup:
-    """Return how much the ends of varied starts vary; "" where none were played."""
+    """Return the spread of the results of ensembles; "" if there are none."""
     if not results.varied:
         return Markup()
     rows, remarks = list(spread_rows(results)), list(spread_remarks(results))
@@ -110,7 +110,7 @@ def ensembles_html(results: Results) -> Markup:
 
 
 def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:
-    """Return where the energy went in each scene, by our engine."""
+    """Return the energy ledger of each scene on Ghostball's engine."""
     known = {scene: one for scene, one in ledgers.items() if one.entries is not None}
     present = [e for e in ENTRIES if any(e in (one.entries or {}) for one in known.values())]
     return render("ledgers.html", ledgers=known, entries=present)
@@ -138,7 +138,7 @@ def timing_html(results: Results) -> Markup:
 
 
 def _timed(case: CaseRecord | None) -> tuple[str, float | None]:
-    """Return the run time of a case as text, and as the number by which rows are sorted [s]."""
+    """Return the run time of a case as text, and as a number for sorting [s]."""
     if case is None:
         return "–", None
     return run_time_text(case, dated=case.reused), case.wall_time

@@ -1,4 +1,4 @@
-"""Section of the page: what was measured on real tables, and what each engine makes of it."""
+"""Section of the real tables: measurements, and the results of each engine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.suite.real_tables import load_agreements
 
 SIGNS: Final = ("●", "■")
-"""Of what was measured, one for each thing that a family has figures of."""
+"""Signs of measured values, one for each quantity of a family."""
 
 _UPWARDS: Final = {
     "cushion": "speed after / speed before",
@@ -32,14 +32,14 @@ _UPWARDS: Final = {
     "hit-angle": "direction [degrees]",
     "throw-pool": "throw [degrees]",
 }
-"""What is drawn upwards, in a few words."""
+"""Labels of the vertical axes, by family."""
 
 _OVER: Final = ("banks-pool", "cushion-snooker")
 """Families that are nearly proportional to what they are drawn against: they are drawn over it."""
 
 
 def real_tables_html(results: Results) -> Markup:
-    """Return a chart for each family of figures, and how far off each engine is."""
+    """Return a chart for each family of measurements, and the difference of each engine."""
     found = load_agreements(results.path)
     if not found:
         return Markup()
@@ -105,13 +105,13 @@ def _colour(results: Results, label: str) -> str:
 
 
 def _signs(family: FigureFamily) -> list[tuple[str, str]]:
-    """Return which sign is of what, where a family has figures of several things."""
+    """Return the sign for each quantity of a family with several quantities."""
     things = list(_of_each(family.figures))
     return list(zip(SIGNS, things, strict=True)) if len(things) > 1 else []
 
 
 def _chart(results: Results, drawn: Sequence[tuple[str, FigureFamily]]) -> Markup:
-    """Draw what was measured, with bars of two standard errors where known, and engines' curves."""
+    """Return a chart of the measurements, with bars of two standard errors, and of the engines."""
     family = drawn[0][1]
     series = [
         _curve(label, _colour(results, label), figures)
