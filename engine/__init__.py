@@ -1,64 +1,87 @@
-"""The in-house continuous-collision engine.
+"""Ghostball's own engine: billiards in continuous time, without a time step.
 
     >>> from ghostball import Ball, Scene, simulate
     >>> scene = Scene(name="roll", balls=[Ball(id="cue", position=(0, 0), velocity=(1, 0))])
     >>> simulate(scene).rest_time
     5.098...
 
-Its names, listed in `__init__.pyi`, are imported when they are asked for. Importing them compiles
-nothing and loads no compiler: that waits for the first `simulate`.
+Between two events every ball moves along a known curve. The engine computes the time of the next
+event (a collision, a slide that becomes a roll, a ball that stops), moves the balls of the event to
+this time, and resolves the event.
 
-Geometry
---------
-The table lies in the plane z = 0, from (0, 0) to (length, width). Balls move in the plane of their
-centres: two touch where their centres are the sum of their radii apart in that plane, also when the
-radii differ, as in the paper; a ball touches a cushion where its centre is a radius away from it,
-whatever the height of the nose, which only some laws of impacts use. Where balls may leave the
-cloth, all of this is in space: see "Flight".
+Where to find what
+------------------
+`shot`, `batch`, `sweep`, `starts`, `needed_kernels`: the public functions. `__init__.pyi` lists
+their names, which are imported when they are used.
+`event_loop`: the loop; one file for each of its steps (find, resolve, predict, record).
+`motion`: the curve of one ball up to its next event, and the gaps between balls and obstacles.
+`scheduling`: the next collision of every pair.
+`impacts`: the effect of a collision on velocities and spins; `impacts/laws` has the impact laws.
+`resting_contact`: balls that friction holds together.
+`sensitivity`: the growth of small changes of a shot.
+`running`: conversion of a scene to arrays, and of the arrays to a result.
+`library`: compiled kernels. Importing this package compiles nothing; the first `simulate` does.
+
+Coordinates
+-----------
+SI units. The table is the plane z = 0 from (0, 0) to (length, width); z points up. Two balls touch
+when the distance of their centres, measured in the plane, is the sum of their radii; this also
+holds for balls of different radii, as in the paper. A ball touches a cushion when its centre is one
+radius away from it. The height of the cushion nose only matters to some impact laws. With
+`airborne`, all distances are measured in space instead.
 
 Motion
 ------
-With `motion` = "rolling", the paper's model, a ball always rolls without slip: its velocity gives
-its spin, and it slows down at `rolling_friction` times `gravity` until it rests. With "sliding",
-spin is a state of its own. The lowest point of a ball slips over the cloth at u = (vx - R wy,
-vy + R wx). While u isn't 0 the ball slides: friction `sliding_friction` times its weight acts
-against u, whose direction never changes, so that the centre follows a parabola and the slip ends
-in a time known beforehand; then the ball rolls. Spin about the vertical decays steadily, at
-`spinning_friction_rate`, as long as the ball is on the cloth, and moves nothing until an impact. A
-ball may have frictions of its own.
+`motion` = "rolling" (the paper's model): balls never slip. Spin follows from velocity, and a ball
+decelerates at `rolling_friction` times `gravity` until it stops.
 
-With `air_drag`, or `rolling_friction_quadratic`, balls are slowed by more the faster they are, and
-such a motion is no parabola (`engine/motion/drag.py`).
+`motion` = "sliding": spin is independent of velocity. The lowest point of a ball moves over the
+cloth with the slip velocity u = (vx - R wy, vy + R wx).
+
+- While u isn't 0, a friction of `sliding_friction` times the ball's weight acts against u. The
+  direction of u is constant, so the centre moves along a parabola, and the time at which u reaches
+  0 is known.
+- Then the ball rolls.
+- Spin about the vertical decays at `spinning_friction_rate` while the ball is on the cloth. It
+  affects the motion only at impacts.
+
+A ball may have friction coefficients of its own. With `air_drag` or `rolling_friction_quadratic`
+the deceleration grows with the speed, and the curves aren't parabolas (`engine/motion/drag.py`).
 
 Impacts
 -------
-They take no time. `Physics.ball_impact` and `Physics.cushion` name the law of each kind
-(`ghostball/model/impact_laws.py` lists them), and `Physics.impacts` says whether those of
-balls that share one at one instant are resolved together, so that no order of balls matters, or one
-after another; together, balls rub by Coulomb's law, whatever `ball_impact` is. Both cushions of a
-corner are met together too; a cushion and a ball at one instant, the cushion first. Impulses along
-the vertical turn balls and never lift them, unless `airborne` is true. Laws that act through spin
-need `motion` = "sliding".
+Impacts take no time. `Physics.ball_impact` and `Physics.cushion` select the impact laws
+(`ghostball/model/impact_laws.py` lists them). Laws that change spin need `motion` = "sliding".
+
+`Physics.impacts` decides how simultaneous impacts that share a ball are resolved:
+
+- "simultaneous": together, independently of the order of the balls, with Coulomb friction whatever
+  `ball_impact` is.
+- "sequential": one after another, the fastest first.
+
+A ball that hits both cushions of a corner at once bounces off both together. If a ball hits a
+cushion and another ball at the same time, the cushion is resolved first. Vertical impulses change
+spin, but lift a ball only if `airborne` is true.
 
 Flight
 ------
-With `airborne` = true a ball may begin above the cloth, or be lifted by an impact. It goes along a
-parabola (`engine/motion/flight.py`), or as air lets it (`engine/motion/flight_in_air.py`). It
-bounces where it lands, `table_restitution` says how high, and may fly over a cushion and off the
-table. Contacts are where the surfaces meet in space, that with a cushion at its nose,
-`cushion_height` above the cloth. Impacts have the scene's restitution and friction, but follow no
-law by name, unless they are too slow to lift a ball (`engine/impacts/in_space.py`).
+With `airborne` = true, balls may start above the cloth or be lifted by an impact. They fly along
+parabolas (`engine/motion/flight.py`), or along curves in air (`engine/motion/flight_in_air.py`).
+They bounce with `table_restitution`, and may fly over a cushion and leave the table. Contacts are
+those of spheres in space; a cushion acts at its nose, `cushion_height` above the cloth. Impacts use
+the scene's restitution and friction instead of the named laws, unless they are too slow to lift a
+ball (`engine/impacts/in_space.py`).
 
-Sustained contact
------------------
-Balls that friction pushes together don't bounce without end: contact forces hold their gaps closed
-for as long as they push, in steps that keep every gap within a tolerance
-(`engine/resting_contact/step.py`).
+Resting contact
+---------------
+Balls that friction presses together would bounce endlessly. Contact forces hold them together
+instead, in steps that keep every gap within a tolerance (`engine/resting_contact/step.py`).
+`Result.work["contact_steps"]` counts these steps.
 """
 
 import lazy_loader
 
-if not __name__.startswith("ghostball."):  # else there were two of each class
+if not __name__.startswith("ghostball."):  # every class would exist twice
     raise ImportError(
         f"this package is part of ghostball: import `ghostball.{__name__}`, or "
         "`from ghostball import Scene, simulate`"

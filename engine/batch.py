@@ -1,4 +1,4 @@
-"""Many scenes at once, on all processors, their results as arrays."""
+"""Simulation of many scenes on all processors, with the results as arrays."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ghostball.model.events import Status
 from ghostball.model.rounding import position_rounding
 
 STATUSES = tuple(Status)
-"""What the numbers in `Batch.status` mean: indices of this."""
+"""The meaning of the numbers in `Batch.status`, which are indices of this tuple."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +32,9 @@ class Batch:
     status : (k,) int8
         How each run ended: an index of `ghostball.engine.STATUSES`; see `complete`.
     rest_times : (k,) float64 [s]
-        When the last ball came to rest, or the run stopped.
+        Time when the last ball came to rest, or the run stopped.
     rest_positions : (k, n, 3) float64 [m]
-        Centres when the run ended; if a scene has fewer than n balls, NaN fills its other rows.
+        Final positions of the centres; if a scene has fewer than n balls, the other rows are NaN.
     ball_ball, ball_cushion, events : (k,) int64
         Numbers of ball-ball collisions, of cushion collisions, and of all events.
     """
@@ -64,16 +64,16 @@ def simulate_many(
     max_events: int = MAX_EVENTS,
     max_work: int = MAX_WORK,
 ) -> Batch:
-    """Simulate scenes, each as `simulate` would, to the bit.
+    """Simulate scenes; each result is bit-identical to that of `simulate`.
 
     Parameters
     ----------
     scenes : sequence of k Scene
         They may differ in everything.
     threads : int or None
-        How many work at once; None: one per processor. The results don't depend on it.
+        Number of threads; None: one per processor. The results don't depend on it.
     max_events, max_work : int
-        As for `simulate`, for each.
+        As for `simulate`, for each shot.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def simulate_many(
     Raises
     ------
     UnsupportedSceneError, GhostballError
-        As `simulate`, before anything is simulated.
+        As for `simulate`, before anything is simulated.
     """
     workers = workers_of(threads)
     scenes = tuple(scenes)
@@ -96,9 +96,9 @@ def simulate_many(
 
 
 def batch_of(shots: Shots, smallest: NDArray[np.float64] | float) -> Batch:
-    """Return what became of shots that have been played; `smallest` is each one's least radius.
+    """Return the results of shots that have been played.
 
-    It is (k,) [m], or one number for all.
+    `smallest` [m]: the smallest radius in each shot, (k,), or one number for all.
     """
     resolved = position_rounding(1.0) * shots.clocks[:, st.FARTHEST] < smallest
     codes = np.empty(max(STATUS) + 1, dtype=np.int8)
@@ -114,7 +114,7 @@ def batch_of(shots: Shots, smallest: NDArray[np.float64] | float) -> Batch:
 
 
 def workers_of(threads: int | None) -> int:
-    """Return how many threads work: as many as there are processors, where it isn't given."""
+    """Return the number of threads; by default, the number of processors."""
     if threads is None:
         affinity = getattr(os, "sched_getaffinity", None)
         return len(affinity(0)) if affinity else os.cpu_count() or 1

@@ -1,4 +1,4 @@
-"""One shot, the engine's front door: check the scene, run the kernel, wrap what it found."""
+"""Simulation of one shot: check the scene, run the kernel, return the result."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ MAX_EVENTS = 10_000_000
 """Default event limit: a shot has hundreds of events, a long run of an elastic gas millions."""
 
 MAX_WORK = 10_000_000_000
-"""Default limit of work: a minute or two. A shot takes thousands, a long run of a gas 10^9."""
+"""Default work limit: a minute or two. A shot takes thousands, a long run of a gas 10^9."""
 
 _LARGEST = 2**62
-"""Limits beyond that aren't distinguished from it: the kernels count in 64 bits."""
+"""Largest limit that is accepted, because the kernels count in 64 bits."""
 
 
 def simulate(
@@ -37,15 +37,15 @@ def simulate(
     ----------
     scene : Scene
     record : "rest", "events" or "trajectory"
-        "rest" keeps the end only. "events" keeps every event with the states there, from which the
-        motion can be sampled at any time; "trajectory" is the same for this engine.
+        "rest" keeps only the end. "events" keeps every event with its states, from which the motion
+        can be sampled at any time; "trajectory" is the same for this engine.
     max_events : int
-        Events and contact steps after which to give up; the result then says so in `status`.
+        Limit of events and contact steps, after which the run stops; `status` then says so.
     max_work : int
-        Work after which to give up: turns of all loops, in units of some 6 ns. No shot runs on
-        for ever, whatever holds it up.
+        Limit of work, after which the run stops: iterations of all loops, in units of about 6 ns.
+        So every run ends, whatever delays it.
     no_skip : collection of str
-        Skips that are switched off; `engine.running.skips` has their names. The answer is the same.
+        Skips that are switched off; `engine.running.skips` has their names. The result is the same.
 
     Returns
     -------
@@ -54,27 +54,27 @@ def simulate(
     Raises
     ------
     UnsupportedSceneError
-        Where the scene needs physics that this engine lacks.
+        If the scene needs physics that this engine lacks.
     SceneError
-        Where the scene was made without its checks, and breaks a rule.
+        If the scene was made without validation, and breaks a rule.
     GhostballError
-        Where `scene`, `record`, a limit or `no_skip` is wrong.
+        If `scene`, `record`, a limit or `no_skip` is invalid.
     KeyboardInterrupt
         On Ctrl-C, within a second. The unfinished shot is discarded, and a loop over shots ends. To
         get the first part of a long shot, set `t_max` or `max_work`.
 
     Notes
     -----
-    Between events each ball moves in closed form, or along power series that are exact to rounding
-    where air slows it (`engine/motion/drag.py`); the next contact is the first entering root of the
-    true gap (`engine/scheduling/all_pairs.py`). There is no time step, but for balls that friction
-    pushes together: these move in steps that keep their gaps within a stated tolerance
-    (`engine/resting_contact/step.py`), counted in `work["contact_steps"]`. Impacts at one instant
+    Between events each ball moves in closed form, or in air along power series
+    (`engine/motion/drag.py`); the next contact is the first entering root of the exact gap
+    (`engine/scheduling/all_pairs.py`). There is no time step, except for balls that friction
+    presses together: these move in steps that keep their gaps within a stated tolerance
+    (`engine/resting_contact/step.py`), counted in `work["contact_steps"]`. Simultaneous impacts
     that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in
     `work["joint_impacts"]`.
 
     The run ends when the last centre rests and the last spin about the vertical has decayed; a
-    spin that nothing slows isn't waited for.
+    spin that no friction slows isn't waited for.
     """
     check_request(scene, record, max_events, max_work)
     off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)
@@ -104,7 +104,7 @@ def simulate(
 
 
 def check_request(scene: Scene, record: Record, max_events: int, max_work: int = MAX_WORK) -> None:
-    """Raise where an argument of `simulate` is wrong, or this engine lacks what the scene needs."""
+    """Raise if an argument of `simulate` is invalid, or this engine lacks what the scene needs."""
     if not isinstance(scene, Scene):
         raise GhostballError(
             f"`scene` must be a Scene, got {type(scene).__name__}. Read one with Scene.load(path)"

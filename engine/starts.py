@@ -1,4 +1,4 @@
-"""One scene from many starts: all of its balls elsewhere, or with other motions, in each shot."""
+"""Simulation of one scene from many initial states, in which all balls may start differently."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from ghostball.model.scene.rules import check_places
 from ghostball.model.scene.starts import Starts
 
 _AT_ONCE = 2**18
-"""Balls whose starts are checked, or laid out, at a time: arrays of some ten megabytes."""
+"""Number of balls whose initial states are checked or laid out at a time: about ten megabytes."""
 
 
 class Given(NamedTuple):
-    """How m balls of a scene begin in each of k shots, (k, m, 3); the others begin as in the scene.
+    """Initial states of m balls in each of k shots, (k, m, 3); others start as in the scene.
 
     The m balls are consecutive, and the first of them is ball `who`.
     """
@@ -35,23 +35,23 @@ class Given(NamedTuple):
     who: int
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64]
-    spins: NDArray[np.float64] | None  # None where all roll
-    given: NDArray[np.bool_]  # (m,) whose spin is given
+    spins: NDArray[np.float64] | None  # None if all balls roll
+    given: NDArray[np.bool_]  # (m,) whether the spin of a ball is given
 
     @property
     def balls(self) -> NDArray[np.int64]:
-        """The balls' places in the scene, (m,)."""
+        """The indices of the balls in the scene, (m,)."""
         return np.arange(self.who, self.who + len(self.given))
 
     def part(self, shots: slice) -> Given:
-        """Return how some of the shots begin."""
+        """Return the initial states of some of the shots."""
         spins = None if self.spins is None else self.spins[shots]
         return self._replace(
             positions=self.positions[shots], velocities=self.velocities[shots], spins=spins
         )
 
     def rolling_and_spins(self, scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the spins of rolling, and those with which the balls begin, (k, m, 3) [rad/s]."""
+        """Return the spins of rolling, and the initial spins, (k, m, 3) [rad/s]."""
         rolling = rolling_angular_velocity(self.velocities, scene.radii[self.balls])
         if self.spins is None:
             return rolling, rolling
@@ -68,32 +68,33 @@ def simulate_starts(
     max_events: int = MAX_EVENTS,
     max_work: int = MAX_WORK,
 ) -> Batch:
-    """Simulate one scene from each of k starts: its balls, table and physics, begun otherwise.
+    """Simulate one scene from each of k initial states, with the same table and physics.
 
     Parameters
     ----------
     scene : Scene
         With n balls.
     positions : (k, n, 2 or 3) float64 [m], or (n, 2 or 3) for all shots
-        Centres; a height that is left out is the radius: on the cloth. None: those of the scene.
+        Centres; without a height, balls lie on the cloth. None: those of the scene.
     velocities : (k, n, 2 or 3) float64 [m/s], or (n, 2 or 3) for all shots
-        Of the centres; left out, z is 0. None: those of the scene.
+        Of the centres; without z, z is 0. None: those of the scene.
     angular_velocities : (k, n, 3) float64 [rad/s], or (n, 3) for all shots
-        None: where `velocities` are given, those of rolling without slip; else those of the scene.
+        None: if `velocities` are given, those of rolling without slip; otherwise those of the
+        scene.
     threads, max_events, max_work
         As for `simulate_many`.
 
     Returns
     -------
     Batch
-        The results of `simulate` on such scenes, to the bit; sooner, since no scene is built.
+        Bit-identical to `simulate` with such scenes, but faster, because no scene is built.
 
     Raises
     ------
     UnsupportedSceneError, GhostballError
-        Where the scene, or an argument, is wrong.
+        If the scene, or an argument, is invalid.
     SceneError
-        Where a scene with one of these starts would be refused; before anything is simulated.
+        If a scene with one of these initial states would be invalid; before anything is simulated.
     """
     workers = workers_of(threads)
     check_request(scene, "rest", max_events, max_work)
@@ -102,9 +103,9 @@ def simulate_starts(
 
 
 def play_starts(scene: Scene, given: Given, limits: Limits, threads: int) -> Batch:
-    """Play a scene from each of k starts, once all are checked.
+    """Play a scene from each of k initial states, after checking all of them.
 
-    Raises `SceneError` where a scene with one of these starts would be refused.
+    Raises `SceneError` if a scene with one of these initial states would be invalid.
     """
     k, m = given.positions.shape[:2]
     size = max(1, _AT_ONCE // m)
@@ -131,7 +132,7 @@ def _given(
     velocities: ArrayLike | None,
     spins: ArrayLike | None,
 ) -> Given:
-    """Return how each shot begins."""
+    """Return the initial states of all shots."""
     n = len(scene.balls)
     turned = np.array([ball.angular_velocity is not None for ball in scene.balls])
     if spins is not None or velocities is not None:
@@ -177,12 +178,12 @@ def _array(
 
 
 def _check(scene: Scene, given: Given, first: int) -> None:
-    """Refuse starts that a scene with them would be refused for; the first is that of shot `first`.
+    """Raise if a scene with these initial states would be invalid; the first is shot `first`.
 
-    What a single number may be is a range; the rest is for the rules of scenes to say.
+    This checks the range of single numbers; the rules of scenes check the rest.
     """
     k, m = given.positions.shape[:2]
-    with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused below
+    with np.errstate(over="ignore", invalid="ignore"):  # infinite numbers are refused below
         rolling, spins = given.rolling_and_spins(scene)
     everyone = np.ones(m, dtype=np.bool_)
     for name, vectors, asked in (
@@ -190,7 +191,7 @@ def _check(scene: Scene, given: Given, first: int) -> None:
         ("velocity", given.velocities, everyone),
         ("angular_velocity", spins, given.given),
     ):
-        # Written so that a NaN is wrong, too.
+        # Written so that NaN is refused, too.
         for j, i, c in np.argwhere(~(np.abs(vectors) <= LARGEST) & asked[:, None])[:1]:
             raise refusal(
                 f"`balls[{given.who + i}].{name}` in shot {first + j} must be finite and at most "
@@ -207,7 +208,7 @@ def _check(scene: Scene, given: Given, first: int) -> None:
         np.arange(first, first + k).repeat(m),
     )
     try:
-        if m == len(scene.balls):  # else the balls begin where the scene has them
+        if m == len(scene.balls):  # if not, the positions are those of the scene
             check_places(scene, starts)
         check_motions(scene, starts)
     except PydanticCustomError as error:

@@ -1,4 +1,4 @@
-"""One scene with one ball shot in many ways."""
+"""Simulation of one scene with one ball shot at many speeds and angles."""
 
 from __future__ import annotations
 
@@ -31,12 +31,11 @@ def simulate_sweep(
     Parameters
     ----------
     scene : Scene
-        Its ball `ball` is shot; if that has an angular velocity of its own, or is struck by a cue,
-        its spin is turned with the direction and scaled with the speed, so that the tip would hit
-        the same spot. Else it rolls. Where it is shot upwards, that velocity is scaled with the
-        speed, too.
+        Its ball `ball` is shot. If this ball has an angular velocity of its own, or is struck by a
+        cue, its spin is rotated with the direction and scaled with the speed, as if the tip hit the
+        same spot; otherwise it rolls. An upward velocity is scaled with the speed, too.
     speeds : (k,) float64 [m/s], or one number for all; more than 0
-        Of the ball, over the cloth.
+        Speeds of the ball over the cloth.
     angles : (k,) float64 [rad], or one number for all; from the x axis, counterclockwise
     ball : int
         Index of the ball that is shot.
@@ -46,16 +45,16 @@ def simulate_sweep(
     Returns
     -------
     Batch
-        The results of `simulate` on such scenes, to the bit; sooner, since no scene is built.
+        Bit-identical to `simulate` with such scenes, but faster, because no scene is built.
 
     Raises
     ------
     UnsupportedSceneError, GhostballError
-        Where the scene, or an argument, is wrong; SceneError where one with such a shot would be.
+        If the scene, or an argument, is invalid; SceneError if a scene with such a shot would be.
     """
     workers = workers_of(threads)
     check_request(scene, "rest", max_events, max_work)
-    with np.errstate(over="ignore", invalid="ignore"):  # what isn't finite is refused by the rules
+    with np.errstate(over="ignore", invalid="ignore"):  # the rules refuse infinite numbers
         velocity, spin = _cue_motions(scene, speeds, angles, ball)
     shot = scene.balls[ball]
     given = Given(
@@ -104,7 +103,7 @@ def _cue_motions(
             "direction. Give it a velocity, or leave out its angular velocity"
         )
     factor = speed / over_cloth
-    # Cosine and sine of the angle by which the ball is turned, from where it goes in the scene.
+    # Cosine and sine of the angle from the ball's direction in the scene to its new direction.
     turned = cosine * along[0] + sine * along[1], sine * along[0] - cosine * along[1]
     wx, wy, wz = shot.angular_velocity
     spin = np.empty_like(velocity)
@@ -115,9 +114,9 @@ def _cue_motions(
 
 
 def _direction(shot: Ball) -> tuple[tuple[float, float], float]:
-    """Return where a ball goes over the cloth, as a unit vector, and how fast [m/s]."""
+    """Return the direction of a ball over the cloth, a unit vector, and its speed [m/s]."""
     x, y, _ = shot.velocity
-    scale = max(abs(x), abs(y))  # squares of a tiny speed, or a huge one, are no doubles
+    scale = max(abs(x), abs(y))  # the square of a tiny or huge speed may under- or overflow
     if scale == 0.0:
         return (1.0, 0.0), 0.0
     length = math.sqrt((x / scale) ** 2 + (y / scale) ** 2)
