@@ -17,10 +17,10 @@ from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.model import Scene, rolling_angular_velocity
 from ghostball.model.errors import GhostballError
 from ghostball.model.scene.fields import LARGEST
+from ghostball.model.scene.initial_states import InitialStates
 from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.motion_rules import check_motions
 from ghostball.model.scene.rules import check_places
-from ghostball.model.scene.starts import Starts
 
 _AT_ONCE = 2**18
 """Number of balls whose initial states are checked or laid out at a time: about ten megabytes."""
@@ -197,7 +197,7 @@ def _check(scene: Scene, given: Given, first: int) -> None:
                 f"`balls[{given.who + i}].{name}` in shot {first + j} must be finite and at most "
                 f"{LARGEST:g} in size, got {vectors[j, i, c]}"
             )
-    starts = Starts(
+    starts = InitialStates(
         np.tile(given.balls, k),
         np.tile(scene.radii[given.balls], k),
         given.positions.reshape(-1, 3),

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from ghostball.engine.library import cache as kept, processor, shipped, table
 from ghostball.engine.library.reached import kernel_in, reached_by
-from ghostball.model.cache_folder import CHOSEN
+from ghostball.model.cache_folder import CACHE_DIR_VARIABLE
 from ghostball.model.errors import GhostballError
 
 logger = logging.getLogger("ghostball.engine")
@@ -241,7 +241,7 @@ def entry(function: FunctionType, kinds: table.Kind, what: str) -> Any:
         if path not in shipped.files().values():
             raise GhostballError(
                 f"the system doesn't load what was compiled: {error}. Remove it, or name another "
-                f"folder in {CHOSEN}"
+                f"folder in {CACHE_DIR_VARIABLE}"
             ) from error
         shipped.set_aside(str(error))
     return entry(function, kinds, what)

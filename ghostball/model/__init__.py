@@ -1,10 +1,10 @@
-"""The language that all engines speak: what a scene is, and what a run of it returns.
+"""The data types that all engines share: scenes, and the results of simulating them.
 
     >>> from ghostball.model import Ball, Scene
     >>> scene = Scene(name="roll", balls=[Ball(id="cue", position=(0, 0), velocity=(1, 0))])
     >>> scene.save("roll.toml")
 
-It needs no compiler and knows no engine.
+This package needs no compiler and imports no engine.
 """
 
 from ghostball.model.errors import (

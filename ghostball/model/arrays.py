@@ -1,4 +1,4 @@
-"""The types of arrays, as every signature names them."""
+"""Array types for signatures."""
 
 from __future__ import annotations
 

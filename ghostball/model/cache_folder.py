@@ -1,23 +1,23 @@
-"""Where Ghostball keeps what it would otherwise make again: each cache in a folder of its own."""
+"""Locate Ghostball's caches: a folder for each, for results that are expensive to recompute."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
 
-CHOSEN = "GHOSTBALL_CACHE_DIR"
-"""The variable of the environment that names another folder for all of them."""
+CACHE_DIR_VARIABLE = "GHOSTBALL_CACHE_DIR"
+"""Environment variable that selects a different parent folder for all caches."""
 
 
 def cache_folder(name: str) -> Path:
-    """Return the folder of one cache: `libraries`, `pages`, `proofs`, `revisions` or `workers`.
+    """Return the folder of a cache: `libraries`, `pages`, `proofs`, `revisions` or `workers`.
 
-    The folder that holds them may have been chosen by the user, who may keep other things in it:
-    nothing is written, and nothing removed, outside the folders of our own.
+    If the user has chosen the parent folder, it may contain other files. Ghostball writes and
+    removes files only inside the folders of its caches.
     """
-    chosen = os.environ.get(CHOSEN)
+    chosen = os.environ.get(CACHE_DIR_VARIABLE)
     if chosen:
         return Path(chosen) / name
-    from platformdirs import user_cache_path  # noqa: PLC0415 - not whenever an engine is imported
+    from platformdirs import user_cache_path  # noqa: PLC0415 - imported only if needed
 
     return user_cache_path("ghostball") / name

@@ -1,4 +1,4 @@
-"""Errors that a user can mend; every one names the field, the rule, the value and what to do."""
+"""Errors that a user can fix; each message names the field, the rule, the value and the remedy."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ def storable(text: str) -> str:
 
 
 class GhostballError(Exception):
-    """Base of every error that is shown without a traceback; exit status 2 unless it says else."""
+    """Base class of errors that are shown without a traceback; the exit status is usually 2."""
 
 
 class SceneError(GhostballError, ValueError):
-    """A scene that breaks a rule: which file and line, which field, which value, which rule."""
+    """A scene breaks a rule; the message names the file, line, field, value and rule."""
 
 
 class UnsupportedSceneError(GhostballError):
-    """A valid scene that an engine can't represent; `features` says what it lacks.
+    """A valid scene that an engine doesn't support; `features` lists what is missing.
 
     Parameters
     ----------
@@ -38,24 +38,23 @@ class UnsupportedSceneError(GhostballError):
         )
 
     def __reduce__(self) -> tuple[type[UnsupportedSceneError], tuple[str, tuple[str, ...]]]:
-        # Exception pickles its message alone; a worker process must hand back both parts.
+        # `Exception` pickles only its message; a worker process must return both arguments.
         return (type(self), (self.engine, self.features))
 
 
 class EngineFailedError(GhostballError):
-    """An engine failed: it raised, crashed, hung, or handed back what no engine may.
+    """An engine failed: it raised an exception, crashed, hung, or returned an invalid result.
 
-    The command line turns it into exit status 1: that engine is wrong, neither the input nor
-    ghostball.
+    The command line then exits with status 1: the engine is at fault, not the input or Ghostball.
 
     Parameters
     ----------
     engine : str
         Name of the engine.
     reason : str
-        What it did.
+        Description of the failure.
     trace : str
-        Where it was raised; "" where nothing was.
+        Traceback, or "".
     """
 
     def __init__(self, engine: str, reason: str, trace: str = "") -> None:
@@ -66,7 +65,7 @@ class EngineFailedError(GhostballError):
 
     @property
     def is_our_bug(self) -> bool:
-        """Whether our own engine raised something: then it is ghostball that failed."""
+        """Whether Ghostball's own engine raised an exception, which is a bug in Ghostball."""
         return self.engine == "ghostball" and bool(self.trace)
 
     def __reduce__(self) -> tuple[type[EngineFailedError], tuple[str, str, str]]:

@@ -1,4 +1,4 @@
-"""What can happen in a shot, how a run can end, and what can be kept of one."""
+"""Kinds of events, states in which a run can end, and levels of recording."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 Record = Literal["rest", "events", "trajectory"]
-"""What to keep: the end only; every event too; whatever is needed to sample the motion, too."""
+"""What to record: the final state; the final state and all events; or, in addition, the motion."""
 
 RECORDS: tuple[Record, ...] = ("rest", "events", "trajectory")
 
 EVENT_DTYPE = np.dtype([("t", np.float64), ("kind", np.uint8), ("a", np.int32), ("b", np.int32)])
-"""One event: time [s]; `EventKind`; first ball; second ball, or an obstacle's index, or -1."""
+"""One event: time [s]; `EventKind`; first ball; second ball, or index of an obstacle, or -1."""
 
 Events = NDArray[np.void]
 
 
 class EventKind(enum.IntEnum):
-    """What happened; `label` is the name used in files and reports."""
+    """Kind of an event; `label` is its name in files and reports."""
 
     BALL_BALL = 0
     BALL_CUSHION = 1
     SLIDE_TO_ROLL = 2
     ROLL_TO_REST = 3
-    POCKETED = 4  # its centre entered the hole of a pocket
-    BALL_CLOTH = 5  # one in the air came down, or its last bounces ended
-    LEAVES_TABLE = 6  # it flew over a cushion, or over a pocket and its back
+    POCKETED = 4  # the centre of a ball entered the hole of a pocket
+    BALL_CLOTH = 5  # an airborne ball landed, or its last bounces ended
+    LEAVES_TABLE = 6  # a ball flew over a cushion, or over a pocket and its back
 
     @property
     def label(self) -> str:
@@ -38,27 +38,29 @@ class EventKind(enum.IntEnum):
 
 COLLISION_KINDS = (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
 OBSTACLE_KINDS = (EventKind.BALL_CUSHION, EventKind.POCKETED, EventKind.LEAVES_TABLE)
-"""Those of a ball and an obstacle, or a pocket, whose index the event names."""
+"""Kinds of events of a ball with an obstacle or a pocket; `b` is the index of that."""
 
 LEAVING_KINDS = (EventKind.POCKETED, EventKind.LEAVES_TABLE)
 """Kinds of events after which a ball is no longer part of the shot."""
 
 
 class Status(enum.Enum):
-    """How a run ended; the text says what it means and what to do."""
+    """How a run ended; the value explains the status and names a remedy."""
 
     REST = "every ball came to rest"
-    T_MAX = "stopped at the scene's `t_max`; balls may still be moving"
+    T_MAX = "reached the scene's `t_max`; balls may still be moving"
     EVENT_LIMIT = (
-        "the event limit was reached; raise `max_events`, or look for balls in resting contact"
+        "reached the event limit; raise `max_events`, or check for balls in resting contact"
     )
-    WORK_LIMIT = "the limit of work was reached before every ball rested; raise `max_work`"
-    ENDLESS = "balls bounce without coming to rest, which no limit mends; see `reason`"
-    STEP_LIMIT = "the step limit was reached before every ball rested; raise `max_time` or `dt`"
-    UNPROVED = "what comes next can't be proved; the result holds what is; see `reason`"
+    WORK_LIMIT = "reached the work limit before all balls came to rest; raise `max_work`"
+    ENDLESS = "balls bounce endlessly; raising a limit won't help; see `reason`"
+    STEP_LIMIT = "reached the step limit before all balls came to rest; raise `max_time` or `dt`"
+    UNPROVED = (
+        "the next event can't be certified; the result contains everything before it; see `reason`"
+    )
     FAILED = "the engine failed; see `reason`"
 
     @property
     def complete(self) -> bool:
-        """Whether the run reached its natural end."""
+        """Whether the run reached its normal end."""
         return self in (Status.REST, Status.T_MAX)

@@ -1,4 +1,4 @@
-"""What physics a scene asks of an engine, feature by feature, and which of it an engine has."""
+"""Features: the physics that a scene needs, and whether an engine supports it."""
 
 from __future__ import annotations
 
@@ -16,29 +16,30 @@ from ghostball.model.scene.sides import CUSHIONS
 
 
 class Feature(enum.Enum):
-    """A piece of physics that a scene may need; the value is how a report names it.
+    """A piece of physics that a scene may need; the value is its name in reports.
 
-    `ROLLING` is the paper's model: a ball always rolls and never slides, from the first instant and
-    after every impact. An engine whose balls slide until they roll has `SLIDING`, not `ROLLING`.
+    `ROLLING` is the paper's model: balls roll from the start and after every impact, and never
+        slide.
+    Engines whose balls slide until they roll have `SLIDING`, not `ROLLING`.
     """
 
-    ROLLING = "balls that always roll, never slide"
-    SLIDING = "sliding that turns into rolling"
-    FRICTIONLESS_CLOTH = "cloth without rolling resistance"
+    ROLLING = "pure rolling"
+    SLIDING = "sliding that becomes rolling"
+    FRICTIONLESS_CLOTH = "cloth without rolling friction"
     VERTICAL_SPIN = "spin about the vertical axis"
     BALL_RESTITUTION = "ball-ball restitution below 1"
     BALL_FRICTION = "ball-ball friction"
     SPEED_DEPENDENT_FRICTION = "speed-dependent ball friction"
     MATHAVAN_BALL = "ball impacts after Mathavan 2014"
-    UNEQUAL_MASSES = "balls of different mass"
-    UNEQUAL_RADII = "balls of different radius"
-    PER_BALL_FRICTION = "balls with a friction of their own"
-    UNBOUNDED_CLOTH = "cloth without cushions"
+    UNEQUAL_MASSES = "balls of different masses"
+    UNEQUAL_RADII = "balls of different radii"
+    PER_BALL_FRICTION = "friction coefficients per ball"
+    UNBOUNDED_CLOTH = "unbounded cloth"
     OPEN_SIDES = "table with open sides"
-    POLYGON = "table that is no rectangle"
+    POLYGON = "non-rectangular table"
     POCKETS = "pockets with jaws"
     POSTS = "posts on the table"
-    MIRROR_CUSHION = "cushions that mirror"
+    MIRROR_CUSHION = "mirror cushions"
     CUSHION_RESTITUTION = "cushions with normal restitution"
     FALLING_RESTITUTION = "cushions whose restitution falls with speed"
     CUSHION_TANGENTIAL = "cushions with tangential restitution"
@@ -46,13 +47,16 @@ class Feature(enum.Enum):
     HAN_CUSHION = "cushions after Han 2005"
     MATHAVAN_CUSHION = "cushions after Mathavan 2010"
     AIR_DRAG = "air drag"
-    QUADRATIC_ROLLING = "rolling friction that grows with the square of the speed"
-    FLIGHT = "balls that leave the cloth"
+    QUADRATIC_ROLLING = "rolling friction with a quadratic term"
+    FLIGHT = "airborne balls"
 
 
 @dataclass(frozen=True)
 class Capability:
-    """How an engine represents a feature: `support`, and `how` (approximate) or why not (none)."""
+    """How an engine supports a feature.
+
+    `how` describes the approximation, or says why the feature is unsupported.
+    """
 
     support: Literal["exact", "approximate", "none"]
     how: str = ""
@@ -78,7 +82,7 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
         Feature.SPEED_DEPENDENT_FRICTION: speed_dependent and several,
         Feature.UNEQUAL_MASSES: len({ball.mass for ball in scene.balls}) > 1,
         Feature.UNEQUAL_RADII: len({ball.radius for ball in scene.balls}) > 1,
-        Feature.PER_BALL_FRICTION: _has_friction_of_its_own(scene),
+        Feature.PER_BALL_FRICTION: _has_friction_per_ball(scene),
         Feature.UNBOUNDED_CLOTH: table is None or not table.cushions,
         Feature.OPEN_SIDES: table is not None and 0 < len(table.cushions) < len(CUSHIONS),
         Feature.POLYGON: table is not None and bool(table.vertices),
@@ -89,9 +93,9 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
         Feature.FLIGHT: physics.airborne,
     }
     if several:
-        needed |= _needed_by(BALL_LAWS, physics.ball_impact)
+        needed |= _features_of_law(BALL_LAWS, physics.ball_impact)
     if table is not None and table.has_cushions:
-        needed |= _needed_by(CUSHION_LAWS, physics.cushion)
+        needed |= _features_of_law(CUSHION_LAWS, physics.cushion)
         falls = physics.cushion_restitution_loss > 0.0 and physics.cushion != "mirror"
         needed[Feature.FALLING_RESTITUTION] = falls
         tangential = physics.cushion_tangential_restitution < 1.0
@@ -99,13 +103,13 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
     return tuple(feature for feature in Feature if needed.get(feature, False))
 
 
-def _needed_by(laws: tuple[LawEntry, ...], name: str) -> dict[Feature, bool]:
+def _features_of_law(laws: tuple[LawEntry, ...], name: str) -> dict[Feature, bool]:
     return {Feature[law.feature]: True for law in laws if law.name == name and law.feature}
 
 
-def _has_friction_of_its_own(scene: Scene) -> bool:
-    # All may differ from the scene's in the same way: an engine that knows one friction only would
-    # take the scene's.
+def _has_friction_per_ball(scene: Scene) -> bool:
+    # All balls may differ from the scene in the same way: an engine that supports a single
+    # coefficient would use that of the scene.
     physics = scene.physics
     own = bool(np.any(scene.rolling_frictions != physics.rolling_friction))
     if physics.motion == "sliding":
@@ -115,12 +119,15 @@ def _has_friction_of_its_own(scene: Scene) -> bool:
 
 
 def has_feature(capabilities: Capabilities, feature: Feature) -> bool:
-    """Whether an engine has a feature, exactly or nearly; it hasn't what it doesn't mention."""
+    """Return whether an engine supports a feature, exactly or approximately.
+
+    A feature that isn't in `capabilities` is unsupported.
+    """
     return capabilities.get(feature, _NONE).support != "none"
 
 
 def missing_features(capabilities: Capabilities, scene: Scene) -> tuple[str, ...]:
-    """Return a sentence for each feature of `scene` that the capabilities lack; () is "can do"."""
+    """Return a sentence for each feature of `scene` that the capabilities lack."""
     sentences = []
     for feature in scene_features(scene):
         if not has_feature(capabilities, feature):
@@ -131,7 +138,7 @@ def missing_features(capabilities: Capabilities, scene: Scene) -> tuple[str, ...
 
 
 def check_supported(engine: str, capabilities: Capabilities, scene: Scene) -> None:
-    """Raise `UnsupportedSceneError` where the engine lacks a feature of the scene."""
+    """Raise `UnsupportedSceneError` if the engine lacks a feature of the scene."""
     missing = missing_features(capabilities, scene)
     if missing:
         raise UnsupportedSceneError(engine, missing)

@@ -1,8 +1,9 @@
-"""The impact laws: their names, what each uses, and where it comes from.
+"""The impact laws: names, the fields of `Physics` that each law uses, and sources.
 
-In our engine a law is a function in a file of `engine/impacts/laws/`, its entry here, and its
-branch in `dispatch` there; its place in its tuple is its code. A file may have two: the cushions'
-"frictional" is in `cushion_han2005`, "mirror" in `cushion_restitution`.
+In Ghostball's engine, a law is a function in a file of `engine/impacts/laws/`, an entry here, and a
+branch of `dispatch` there. The index of the law in its tuple here is its code in `dispatch`. Two
+files contain two cushion laws: "frictional" is in `cushion_han2005`, "mirror" in
+`cushion_restitution`.
 """
 
 from __future__ import annotations
@@ -11,22 +12,26 @@ from typing import NamedTuple
 
 
 class LawEntry(NamedTuple):
-    """One law: its name in a scene, the fields of `Physics` that it uses, its source."""
+    """One law: its name in a scene, the fields of `Physics` that it uses, and its source."""
 
     name: str
     uses: tuple[str, ...]
     source: str
     feature: str | None = None
-    """What other engines must be able to do for it: a name of `model.features.Feature`."""
+    """Name of the `model.features.Feature` that an engine needs for this law."""
     limits: tuple[tuple[str, float], ...] = ()
-    """Fields that it uses, each with the largest value up to which it describes balls."""
+    """Pairs of a field and the largest value of the field for which the law is valid."""
     turns: bool = False
-    """Whether it turns balls, by friction that is part of it: spin must be a state of its own.
+    """Whether the law always includes friction, which changes the spin of balls.
 
-    `ball_friction` is no such part: it may be 0, and then a law leaves spin alone.
+    Such a law requires `motion` = "sliding". `ball_friction` doesn't count here, because it may be
+    0, and then the law doesn't change spin.
     """
     integrated: bool = False
-    """Whether it integrates over the impact: such laws are compiled only where a scene has one."""
+    """Whether the law is a numerical integration over the impact.
+
+    Such laws are compiled only if a scene uses one.
+    """
 
 
 BALL_LAWS = (
@@ -40,9 +45,11 @@ BALL_LAWS = (
         ("ball_restitution", "ball_friction", "sliding_friction"),
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2014)",
         feature="MATHAVAN_BALL",
-        # Far above, the ball on the cloth could jam between it and the other, and wouldn't stay
-        # on it. Below 5/7 the cloth can't keep the ball from slipping however strongly it is
-        # there: so its slip passes through zero, and it never rolls during an impact.
+        # With far larger friction, the ball on the cloth could jam between the cloth and the other
+        # ball
+        # and leave the cloth. Below 5/7, the cloth can't prevent slip, however strong the normal
+        # force
+        # is: the slip passes through zero, and the ball never rolls during an impact.
         limits=(("ball_friction", 1.0), ("sliding_friction", 0.7)),
         turns=True,
         integrated=True,
@@ -55,13 +62,13 @@ CUSHION_LAWS = (
     LawEntry(
         "mirror",
         (),
-        "the normal velocity changes sign (the paper, section 4.2)",
+        "the normal velocity is reversed (the paper, section 4.2)",
         feature="MIRROR_CUSHION",
     ),
     LawEntry(
         "restitution",
         (*_RESTITUTION, "cushion_tangential_restitution"),
-        "factors on the normal and the tangential velocity; spin untouched",
+        "constant factors on normal and tangential velocity; spin unchanged",
         feature="CUSHION_RESTITUTION",
     ),
     LawEntry(
@@ -93,5 +100,5 @@ CUSHION_LAW_NAMES = tuple(law.name for law in CUSHION_LAWS)
 
 
 def any_integrated(*names: str) -> bool:
-    """Whether one of the laws of these names integrates over the impact."""
+    """Return whether one of the named laws is integrated over the impact."""
     return any(law.integrated for law in (*BALL_LAWS, *CUSHION_LAWS) if law.name in names)

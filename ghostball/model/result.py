@@ -1,4 +1,4 @@
-"""What any engine returns: rest positions, events, counts, samples, energy, and what it cost."""
+"""The result of any engine: rest positions, events, counts, samples, energy, and run time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.errors import EngineFailedError, GhostballError
 from ghostball.model.events import LEAVING_KINDS, OBSTACLE_KINDS, EventKind, Events, Status
 from ghostball.model.hashes import bits_hash
-from ghostball.model.scene.later import fields_at, gone_by_place
+from ghostball.model.scene.continuation import fields_at, gone_by_place
 from ghostball.model.scene.obstacles import partner_name
 from ghostball.model.scene.scene import Scene, made_after
 from ghostball.model.strokes import struck_balls
@@ -35,33 +35,33 @@ from ghostball.model.views import view_of
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The outcome of one scene on one engine.
+    """The result of one scene on one engine.
 
     Attributes
     ----------
     engine : str
         Name of the engine.
     settings : mapping of str to str, int, float or bool
-        The engine's settings, frozen when it ran.
+        Settings of the engine at the time of the run, frozen.
     scene : Scene
     status : Status
     final_state : Samples, arrays (1, n, 3)
-        State of every ball when the run ended; `status` says whether that is at rest.
+        State of every ball at the end of the run; at rest if `status` is REST.
     rest_time : float [s]
-        When the last ball came to rest, or when the run stopped.
+        Time at which the last ball came to rest, or at which the run stopped.
     collision_counts : mapping of str to int
-        By kind, "ball-ball" and "ball-cushion".
+        Number of collisions by kind, "ball-ball" and "ball-cushion".
     work : mapping of str to int
         Machine-independent counters: events, bounds, steps ...
     wall_time : float [s]
-        Of the simulation alone, without building the world or compiling.
+        Run time of the simulation, without building the world or compiling.
     events : structured array (`EVENT_DTYPE`) in order of time, or None
-        None where `record="rest"`.
+        None if `record="rest"`.
     trajectory : Trajectory or None
         None if no motion was recorded. Samples continue until the run ends, or until all balls on
         the table rest.
     reason : str
-        Where the run stopped early, why; else "".
+        Why the run stopped early, or "".
     """
 
     engine: str
@@ -91,7 +91,7 @@ class Result:
 
     @property
     def rest_positions(self) -> FloatArray:
-        """Centres when the run ended, (n, 3) float64 [m]."""
+        """Centres of the balls at the end of the run, (n, 3) float64 [m]."""
         positions: FloatArray = self.final_state.positions[0]
         return positions
 
@@ -151,18 +151,20 @@ class Result:
         return made_after(lambda: Scene(name=name or scene.name, **fields), self.engine)
 
     def sample(self, times: ArrayLike) -> Samples:
-        """Return positions, velocities, angular velocities at `times`, each (k, n, 3).
+        """Return positions, velocities and angular velocities at `times`, each (k, n, 3).
 
         Parameters
         ----------
-        times : (k,) float64 [s], in any order, from 0; past the end the balls stay as they ended
+        times : (k,) float64 [s]
+            In any order, from 0; after the end, the final state is returned.
 
         Raises
         ------
         GhostballError
-            Where the run recorded nothing to sample from, or a time is negative or NaN.
+            If the run recorded no motion, or if a time is negative or NaN.
         EngineFailedError
-            Where the engine brought a trajectory of its own, and that raises or returns no states.
+            If the engine returned its own trajectory type, and sampling it fails or returns invalid
+            states.
         """
         t, trajectory = _instants(times), self._recorded()
         if type(trajectory) in (ExactTrajectory, SampledTrajectory):
@@ -170,7 +172,7 @@ class Result:
         return _sampled_by(self.engine, trajectory, t, len(self.scene.balls))
 
     def energy(self, times: ArrayLike) -> Energy:
-        """Return the total energy at `times` [J], split in translation, rotation and height.
+        """Return the total energy at `times` [J], split into translation, rotation and height.
 
         Parameters and errors are those of `sample`.
         """
@@ -179,13 +181,14 @@ class Result:
     def orientation(self, times: ArrayLike) -> FloatArray:
         """Return the orientation of every ball at `times`: unit quaternions (k, n, 4), w first.
 
-        Parameters are those of `sample`; every ball starts at (1, 0, 0, 0). Of an engine that
-        records frames: what the angular velocities of these come to, straight from one to the next.
+        Parameters are those of `sample`; every ball starts at (1, 0, 0, 0). For an engine that
+        records frames, the angular velocities of the frames are interpolated linearly and
+        integrated.
 
         Raises
         ------
         GhostballError
-            Where the run recorded nothing, or the engine brought a trajectory of its own.
+            If the run recorded no motion, or if the engine returned its own trajectory type.
         """
         t, trajectory = _instants(times), self._recorded()
         if isinstance(trajectory, (ExactTrajectory, SampledTrajectory)):
@@ -197,54 +200,54 @@ class Result:
     def phases(self, times: ArrayLike) -> NDArray[np.int8]:
         """Return how every ball moves at `times`: `Phase` as (k, n) int8.
 
-        Parameters are those of `sample`; where an event falls on a time, the phase after it.
+        Parameters are those of `sample`. At the time of an event, the phase after the event is
+        returned.
 
         Raises
         ------
         GhostballError
-            Where the run recorded nothing, or the engine records frames instead of exact motion: a
-            frame has no phase, and which slip is but an engine's rounding it does not say.
+            If the run recorded no motion, or if the engine records frames instead of exact motion.
+            A frame has no phase, because it doesn't tell slip from the rounding of the engine.
         """
         return self._exact("phases").phases(_instants(times))
 
     def sensitivity(self, times: ArrayLike) -> FloatArray:
-        """Return how far rounding displaces each ball by `times`, over 2^-53: (k, n) float64 [m].
+        """Return the displacement of each ball by rounding, over 2^-53: (k, n) float64 [m].
 
-        The root mean square of what becomes of rounding the state once at the start and at each
-        event, to first order. A number that is exactly 0 by symmetry stays so, as in our engine:
-        what becomes of changes that respect no symmetry, `tangent` says.
-        Infinite where no derivative exists: after collisions of one ball at one instant, and after
-        sustained contact. See `engine.sensitivity`.
+        The rms displacement, to first order, if the state is rounded once at the start and at each
+        event. Values that are exactly 0 by symmetry stay 0, as in Ghostball's engine; use `tangent`
+        for perturbations without that symmetry. Infinite after simultaneous collisions of one ball
+        and after resting contact, where no derivative exists. See `engine.sensitivity`.
 
         Parameters are those of `sample`.
 
         Raises
         ------
         GhostballError
-            Where the run recorded nothing, or the engine records frames instead of exact motion.
+            If the run recorded no motion, or if the engine records frames instead of exact motion.
         """
         return self.rounding.growth(_instants(times))
 
     def horizon(self, tolerance: float = 1e-3, error: float | None = None) -> float:
-        """Return the predictability horizon [s]: until when errors stay within a tolerance.
+        """Return the predictability horizon [s]: until then, errors stay within a tolerance.
 
         Parameters
         ----------
         tolerance : float [m]
         error : float, optional
-            Relative size of the error that is made at the start and at each event; if left out,
-            32 times that of rounding, within which our engine stays.
+            Relative size of the error made at the start and at each event; default: 32 roundings,
+            the guaranteed bound of Ghostball's engine.
 
         Returns
         -------
         float [s]
-            The first instant at which error times `sensitivity` exceeds the tolerance for a ball;
-            inf where that never happens.
+            The first time at which `error` times `sensitivity` exceeds the tolerance for a ball;
+            inf if there is none.
 
         Raises
         ------
         GhostballError
-            As `sensitivity`; or where an argument isn't a positive number.
+            As `sensitivity`; or if an argument isn't a positive number.
         """
         for name, value in (("tolerance", tolerance), ("error", error)):
             if value is not None and not (math.isfinite(value) and value > 0.0):
@@ -254,23 +257,25 @@ class Result:
         return self.rounding.horizon(instants, tolerance, error)
 
     def tangent(self, directions: ArrayLike) -> TangentMap:
-        """Return what becomes of small changes of the first state; see `sensitivity.tangent_of`.
+        """Return the effect of small changes of the initial state on the shot, to first order.
+
+        See `sensitivity.tangent_of`.
 
         Parameters
         ----------
         directions : (m, n, 7) float64
-            Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular
+            Each row is a change of every ball's position x, y [m], velocity x, y [m/s] and angular
             velocity x, y, z [rad/s].
 
         Raises
         ------
         GhostballError
-            As `sensitivity`; or where `directions` has another shape, or isn't finite.
+            As `sensitivity`; or if `directions` has a wrong shape or isn't finite.
         """
         return self._tangents("tangent map", directions)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain values, which `ghostball run --format json` prints."""
+        """Return the result as plain values, as printed by `ghostball run --format json`."""
         end = energy_of(self.scene, self.final_state)
         return {
             "engine": self.engine,
@@ -290,37 +295,36 @@ class Result:
         }
 
     def to_json(self) -> str:
-        """Return `to_dict` as one line of JSON; floats read back to the same bits.
+        """Return `to_dict` as one line of JSON; floats are read back with the same bits.
 
-        JSON has no NaN or infinity: where an engine blew up, null stands for them.
+        JSON has no NaN or infinity: null stands for both, for example if an engine diverged.
         """
         return json.dumps(_finite(self.to_dict()), allow_nan=False)
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: how the shot ended, and the paths of the balls."""
+        """Return the picture for a notebook: the end of the shot and the paths of the balls."""
         return view_of(self)
 
     @cached_property
     def rounding(self) -> TangentMap:
-        """What becomes of rounding the state at each event; errors as `sensitivity`."""
+        """Effect of rounding the state at each event; errors as `sensitivity`."""
         return self._tangents("sensitivity", None)
 
     def __getstate__(self) -> dict[str, Any]:
-        # `rounding` is as large as the motion, and is computed again. Without numba it holds views
-        # of memory, which can't be sent to another process.
+        # `rounding` is as large as the motion and is recomputed if needed. In interpreted runs it
+        # contains views of memory, which can't be sent to another process.
         return {name: value for name, value in vars(self).items() if name != "rounding"}
 
     def _tangents(self, wanted: str, directions: ArrayLike | None) -> TangentMap:
         trajectory, events = self._exact(wanted), self._exact_events(wanted)
         if trajectory.tangents is None:
             raise GhostballError(
-                f"engine `{self.engine}` knows no {wanted} of what it records; engine `ghostball` "
-                "does"
+                f"engine `{self.engine}` provides no {wanted}; engine `ghostball` does"
             )
         return trajectory.tangents(self.scene, trajectory, events, directions)
 
     def _gone_by(self, t: float, positions: FloatArray) -> BoolArray:
-        """Return which balls have left the table by `t` [s], given their `positions` then, (n,)."""
+        """Return which balls have left the table by `t` [s], (n,), given their `positions` then."""
         if self.events is None:
             return gone_by_place(self.scene, positions)
         gone = np.zeros(len(self.scene.balls), dtype=np.bool_)
@@ -329,16 +333,16 @@ class Result:
         return gone
 
     def _exact_events(self, wanted: str) -> Events:
-        """Return the events, of an engine that records exact motion beside them."""
+        """Return the events of a run that recorded exact motion."""
         self._exact(wanted)
-        assert self.events is not None  # kept with every motion
+        assert self.events is not None  # events are recorded with every motion
         return self.events
 
     def _recorded(self) -> Trajectory:
         if self.trajectory is None:
             raise GhostballError(
-                f"no motion was recorded: engine `{self.engine}` ran with too little "
-                '`record`. Call simulate(scene, record="trajectory")'
+                f'no motion was recorded: engine `{self.engine}` ran without record="trajectory". '
+                'Call simulate(scene, record="trajectory")'
             )
         return self.trajectory
 
@@ -353,7 +357,7 @@ class Result:
 
 
 def _sampled_by(engine: str, trajectory: Trajectory, times: FloatArray, n: int) -> Samples:
-    """Sample a trajectory that an engine brought, and that it answers for."""
+    """Sample a trajectory of the engine's own type; errors count as failures of the engine."""
     try:
         samples = Samples(*trajectory.sample(times))
     except (Exception, SystemExit) as error:
@@ -372,13 +376,13 @@ def _sampled_by(engine: str, trajectory: Trajectory, times: FloatArray, n: int) 
 
 
 def _instants(times: ArrayLike, name: str = "times") -> FloatArray:
-    """Return `times` as an array (k,), checked; errors call the parameter `name`."""
+    """Return `times` as a checked array (k,); error messages call the parameter `name`."""
     try:
         given = np.asarray(times)
         t = np.atleast_1d(given.astype(np.float64))
     except (TypeError, ValueError):
         given = np.asarray(None)
-    # numpy takes None for a NaN, and reads numbers in texts.
+    # numpy converts None to NaN, and texts to numbers.
     if given.dtype.kind not in "biuf" and (given.dtype.kind != "O" or None in given.ravel()):
         raise GhostballError(
             f"`{name}` must be numbers of seconds, got {repr(times)[:80]}. "
@@ -393,7 +397,7 @@ def _instants(times: ArrayLike, name: str = "times") -> FloatArray:
 
 
 def _finite(value: Any) -> Any:
-    """Return `value` with null for every number in it that is not finite."""
+    """Return `value` with None in place of every number that isn't finite."""
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -411,12 +415,12 @@ def initial_state(scene: Scene) -> Samples:
 
 
 def first_energy(scene: Scene) -> float:
-    """Return the energy with which a shot starts [J], before what happens at once."""
+    """Return the initial energy of a shot [J], before any collisions at t = 0."""
     return float(energy_of(scene, initial_state(scene)).total[0])
 
 
 def event_dict(event: Any) -> dict[str, Any]:
-    """Return one event as plain values: b is a ball index, a cushion's name, or None."""
+    """Return an event as plain values: `b` is a ball index, the name of an obstacle, or None."""
     kind = EventKind(int(event["kind"]))
     b: int | str | None = int(event["b"])
     if kind in OBSTACLE_KINDS:

@@ -23,23 +23,23 @@ for longer sums. It decides only whether a scene is refused as overlapping; ball
 CONTACT_TOLERANCE = 2.0**-37
 """Opening or overlap, in diameters, of a gap that a contact force holds closed.
 
-4e-13 m for pool balls: a thousand roundings of a coordinate on a table. Our engine keeps the gaps
-of resting contacts within it (`engine.core.tolerances`), so a scene may begin with such an overlap:
-where balls come to rest is where the next shot begins.
+4e-13 m for pool balls: a thousand roundings of a coordinate on a table. Ghostball's engine keeps
+the gaps of resting contacts within this tolerance (`engine.core.tolerances`). A scene may start
+with such an overlap, because the rest positions of one shot are the initial positions of the next.
 """
 
 FLIGHT_CONTACT_TOLERANCE = 2.0**-22
-"""Overlap, in diameters, of a ball in the air with one that it lies on.
+"""Overlap, in diameters, of an airborne ball with a ball that it lies on.
 
 1.4e-8 m for pool balls, four times `LOWEST_BOUNCE` in `engine.core.tolerances`. No force holds such
-a contact: our engine lets the ball fall that deep before it bounces.
+a contact: in Ghostball's engine, the ball falls to this depth before it bounces.
 """
 
 
 def position_rounding(*lengths: Lengths) -> Lengths:
-    """Largest distance [m] that rounding can put between given positions made of `lengths` [m].
+    """Return the largest rounding error [m] of positions computed from `lengths` [m].
 
-    Elementwise.
+    The computation is elementwise.
     """
     total = abs(lengths[0])
     for length in lengths[1:]:
@@ -48,9 +48,9 @@ def position_rounding(*lengths: Lengths) -> Lengths:
 
 
 def permitted_overlap(reach: Lengths, *lengths: Lengths) -> Lengths:
-    """Return the largest overlap [m] with which balls on the cloth may begin, elementwise.
+    """Return the largest permitted initial overlap [m] of balls on the cloth, elementwise.
 
-    `reach` [m] is the sum of the radii of two balls, or the diameter of a ball beside an obstacle;
+    `reach` [m] is the sum of the radii of two balls, or the diameter of a ball at an obstacle.
     `lengths` [m] are the lengths from which the positions are computed.
     """
     return CONTACT_TOLERANCE * reach + position_rounding(*lengths)

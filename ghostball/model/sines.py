@@ -1,8 +1,8 @@
-"""Sines and cosines of arrays, by + - * / alone: the same bits on every machine.
+"""Sines and cosines of arrays with identical bits on every machine: only + - * / are used.
 
-Those of a system's library, and numpy's, differ from one to another in the last bit. The method,
+The sines of system libraries, and of numpy, differ between machines in the last bit. The method,
 the polynomials and the parts of pi / 2 are those of fdlibm (Sun Microsystems, 1993: `e_rem_pio2.c`,
-`k_sin.c`, `k_cos.c`), whose results are off by less than a unit in the last place.
+`k_sin.c`, `k_cos.c`). The errors of fdlibm are below one unit in the last place.
 """
 
 from __future__ import annotations
@@ -27,24 +27,26 @@ _COSINE = (
     -1.13596475577881948265e-11,
 )
 
-_QUARTER = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624871116645580e-21)
-"""The first 99 bits of pi / 2 in parts of 33, so that a part times a count of quarters is exact."""
+_QUARTER_TURN = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624871116645580e-21)
+"""The first 99 bits of pi / 2 in three parts of 33 bits: each times the number of quarter turns is
+exact."""
 
-_BEYOND = 8.47842766036889956997e-32
-"""What is left of pi / 2 after these parts."""
+_QUARTER_TURN_REST = 8.47842766036889956997e-32
+"""pi / 2 minus these parts."""
 
-_LARGE = 2.0**19
-"""Beyond, whole turns are taken off first: rounding of the angle itself is more than that errs."""
+_LARGEST_UNREDUCED = 2.0**19
+"""Whole turns are removed first from angles beyond this size [rad]: the error of the removal is
+smaller than the rounding of the angle."""
 
 
 def cosines_and_sines(
     angles: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the cosines and the sines of finite angles [rad], each of their shape."""
-    angles = np.where(np.abs(angles) < _LARGE, angles, np.fmod(angles, 2.0 * np.pi))
+    """Return the cosines and the sines of finite angles [rad], in arrays of the same shape."""
+    angles = np.where(np.abs(angles) < _LARGEST_UNREDUCED, angles, np.fmod(angles, 2.0 * np.pi))
     quarters = np.rint(angles / (0.5 * np.pi))
-    rest, low = angles, quarters * _BEYOND
-    for part in _QUARTER:
+    rest, low = angles, quarters * _QUARTER_TURN_REST
+    for part in _QUARTER_TURN:
         before, taken = rest, quarters * part
         rest = before - taken
         low = low - ((before - rest) - taken)
@@ -66,7 +68,7 @@ def cosines_and_sines(
 
 
 def _polynomial(coefficients: tuple[float, ...], z: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the polynomial of z, lowest coefficient first."""
+    """Return the value of a polynomial at z; the lowest coefficient comes first."""
     total = np.full_like(z, coefficients[-1])
     for coefficient in coefficients[-2::-1]:
         total = coefficient + z * total

@@ -1,4 +1,4 @@
-"""What the strikes of a scene came to: the strokes, and how the balls begin."""
+"""Compute the strokes of the struck balls of a scene, and the velocities with which they start."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from ghostball.model.scene import Ball, Scene, Strike, stroke_of
 
 
 @dataclass(frozen=True)
-class Struck:
-    """One ball of a scene, its strike, and what that gave it; see `to_dict`."""
+class StruckBall:
+    """A struck ball of a scene, its strike, and the result of the stroke; see `to_dict`."""
 
     index: int
     ball: Ball
@@ -21,18 +21,24 @@ class Struck:
 
     @property
     def squirt_angle(self) -> float:
-        """How far to the left of the cue's direction the ball leaves the tip, from above [rad]."""
+        """Squirt angle to the left [rad]: from the direction of the cue to that of the ball.
+
+        The ball's direction is taken as the ball leaves the tip, seen from above.
+        """
         x, y, _ = self.tip_velocity
         c, s = math.cos(self.strike.direction), math.sin(self.strike.direction)
         return math.atan2(c * y - s * x, c * x + s * y)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain values.
+        """Return the stroke as plain values.
 
-        `ball` is its index, `strike` has the fields in the scene, `tip_velocity` [m/s] is that of
-        the ball as it leaves the tip, `squirt_angle` [rad] is to the left of the cue's direction,
-        `cue_speed` [m/s] that of the cue afterwards, `velocity` and `angular_velocity` [m/s, rad/s]
-        are those with which the ball begins, when the table has answered.
+        `ball`: index of the ball.
+        `strike`: fields of the strike as in the scene.
+        `tip_velocity`: velocity of the ball as it leaves the tip [m/s].
+        `squirt_angle`: angle from the direction of the cue to that of the ball, to the left [rad].
+        `cue_speed`: speed of the cue after the stroke [m/s].
+        `velocity`, `angular_velocity`: initial velocities of the ball, after the reaction of the
+            table [m/s, rad/s].
         """
         assert self.ball.angular_velocity is not None  # a strike gives it
         return {
@@ -46,11 +52,11 @@ class Struck:
         }
 
 
-def struck_balls(scene: Scene) -> list[Struck]:
-    """Return the balls of a scene that are struck, in its order."""
+def struck_balls(scene: Scene) -> list[StruckBall]:
+    """Return the struck balls of a scene, in the order of the scene."""
     found = []
     for i, ball in enumerate(scene.balls):
         if ball.strike is not None:
             velocity, _, cue_speed = stroke_of(ball.strike, ball.radius, ball.mass)
-            found.append(Struck(i, ball, ball.strike, velocity, cue_speed))
+            found.append(StruckBall(i, ball, ball.strike, velocity, cue_speed))
     return found

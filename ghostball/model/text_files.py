@@ -1,4 +1,4 @@
-"""Read files from users: a named pipe is refused instead of waited for; no byte-order mark."""
+"""Read files from users: named pipes are refused, and byte-order marks are removed."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
         if is_pipe and not str(path).startswith(_DESCRIPTORS):
             raise OSError(errno.EINVAL, "it is a named pipe and must be a file", str(path))
         if hasattr(os, "O_NONBLOCK"):
-            os.set_blocking(file.fileno(), True)  # else a terminal's read gives None
+            os.set_blocking(file.fileno(), True)  # otherwise reading a terminal returns None
         return file.read(most)
 
 
 def read_text(path: Path) -> str:
-    """Return a file of UTF-8 text, without a byte-order mark, with lines that end in a newline.
+    r"""Return the content of a UTF-8 text file, without a byte-order mark, with "\n" at line ends.
 
-    Raises `OSError` as `read_bytes`; `UnicodeDecodeError` if it isn't UTF-8.
+    Raises `OSError` as `read_bytes`; `UnicodeDecodeError` if the file isn't UTF-8.
     """
     text = read_bytes(path).decode("utf-8-sig")
     return text.replace("\r\n", "\n").replace("\r", "\n")

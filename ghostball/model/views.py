@@ -1,6 +1,6 @@
-"""Pictures of scenes and results in a notebook: functions that `ghostball.reports` registers.
+"""Registry of the functions that draw scenes and results in a notebook.
 
-The model draws nothing itself, and imports nothing that does.
+`ghostball.reports` registers the functions; the model imports no drawing code.
 """
 
 from __future__ import annotations
@@ -9,10 +9,13 @@ from collections.abc import Callable
 from typing import Any
 
 VIEWS: dict[type, Callable[[Any], str]] = {}
-"""The function that draws an object of a type, as SVG or HTML."""
+"""For each type, the function that draws its objects as SVG or HTML."""
 
 
 def view_of(shown: object) -> str | None:
-    """Return an object's picture; None, for which a notebook shows text, if none is registered."""
+    """Return the picture of an object, or None if no function is registered for its type.
+
+    For None, a notebook shows the object as text.
+    """
     draw = VIEWS.get(type(shown))
     return None if draw is None else draw(shown)

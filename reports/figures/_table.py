@@ -112,7 +112,9 @@ def _draw_shaped(axes: Axes, table: Table) -> None:
     depth = CUSHION_DEPTH
     size = (table.length + 2.0 * depth, table.width + 2.0 * depth)
     axes.add_patch(Rectangle((-depth, -depth), *size, facecolor=style.CUSHION, zorder=0))
-    axes.add_patch(Polygon(np.array(table.drawn), facecolor=style.CLOTH, linewidth=0, zorder=0.4))
+    axes.add_patch(
+        Polygon(np.array(table.drawn_outline), facecolor=style.CLOTH, linewidth=0, zorder=0.4)
+    )
     for hole in table.holes:
         draw_ball(axes, np.array(hole.centre), hole.radius, facecolor=style.BLACK, zorder=0.5)
 

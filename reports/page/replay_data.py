@@ -89,7 +89,7 @@ def _shape_of(table: Table) -> dict[str, Any]:
     """Return what is drawn of a table besides a plain rectangle; nothing of one that is that."""
     shape: dict[str, Any] = {}
     if not table.is_rectangle:
-        shape["outline"] = [[round(c, 6) for c in point] for point in table.drawn]
+        shape["outline"] = [[round(c, 6) for c in point] for point in table.drawn_outline]
         shape["holes"] = [[*hole.centre, hole.radius] for hole in table.holes]
     if table.posts:
         shape["posts"] = [[*post.centre, post.radius] for post in table.posts]

@@ -95,11 +95,11 @@ def test_arrays_that_do_not_fit_are_refused(arrays, message):
         ("positions", (1, 0, 0), np.nan, r"`balls\[0\].position` in shot 1 must be finite .* nan"),
         ("velocities", (2, 1, 1), 1e60, r"`balls\[1\].velocity` in shot 2 must .* got 1e\+60"),
         ("velocities", (2, 1, 1), 1e308, r"`balls\[1\].velocity` in shot 2 must .* got 1e\+308"),
-        ("positions", (2, 1, 0), 0.61, r"`balls\[0\]` .* `balls\[1\]` in shot 2 .* not overlap"),
+        ("positions", (2, 1, 0), 0.61, r"`balls\[0\]` .* `balls\[1\]` in shot 2 .* overlap by"),
         ("positions", (1, 1, 1), 5.0, r"`balls\[1\].position` in shot 1 must be inside the table"),
         ("positions", (0, 1, 2), 0.5, r"`balls\[1\].position` in shot 0 z must be the radius"),
         ("velocities", (0, 1, 2), 0.5, r"`balls\[1\].velocity` in shot 0 z must be 0"),
-        ("velocities", (2, 0, 0), 1e49, "`t_max` must be given where"),
+        ("velocities", (2, 0, 0), 1e49, "`t_max` must be given if"),
     ],
 )
 def test_a_start_is_refused_that_a_scene_would_be_refused_for(field, at, value, message):

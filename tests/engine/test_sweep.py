@@ -72,7 +72,7 @@ def one_ball(**fields) -> Scene:
 @pytest.mark.parametrize(
     ("scene", "speeds", "rule"),
     [
-        (scene_of(ball((0, 0)), rolling_friction=0.0), [1.0, 2.0], r"`t_max` must be given where"),
+        (scene_of(ball((0, 0)), rolling_friction=0.0), [1.0, 2.0], r"`t_max` must be given if"),
         (
             one_ball(),
             [1.0, 1e60],
@@ -88,7 +88,7 @@ def one_ball(**fields) -> Scene:
         (
             one_ball(table=POOL_TABLE),
             [1.0, 1e8],
-            r"cushions more than 1e\+12 times .* `balls\[0\]` in shot 1 begins with 1e\+08 m/s",
+            r"cushions more than 1e\+12 times .* `balls\[0\]` in shot 1 starts at 1e\+08 m/s",
         ),
         (
             scene_of(
@@ -106,7 +106,7 @@ def one_ball(**fields) -> Scene:
                 spinning_friction_rate=1e-5,
             ),
             [1.0, 1e36],
-            "`t_max` must be given where a ball might spin",
+            "`t_max` must be given if a ball might spin",
         ),
         (
             scene_of(
@@ -115,7 +115,7 @@ def one_ball(**fields) -> Scene:
                 t_max=1.0,
             ),
             [1.0, 1e46],
-            r"`balls\[0\].angular_velocity` in shot 1 must turn the ball's surface",
+            r"`balls\[0\].angular_velocity` in shot 1 must give a surface speed",
         ),
     ],
     ids=["endless", "fast", "overflow", "long", "drag", "impacts", "spin", "spin-ends", "surface"],

@@ -9,10 +9,10 @@ from ghostball.cli.measure.verdicts import failure_lines
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
 from ghostball.model import GhostballError, Scene
-from ghostball.reference_adapters.answer import Run
+from ghostball.reference_adapters.answer import EngineAnswer
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.elsewhere import load_runs, recorded_engine
 from ghostball.reference_adapters.registry import engine_names
+from ghostball.reference_adapters.run_files import load_runs, recorded_engine
 from ghostball.reports.accuracy import cell_text
 from ghostball.validation.checks.requirements import asked_of
 from ghostball.validation.checks.verdict import few_ends_judged, not_judged
@@ -34,7 +34,7 @@ def run(asked: GradeOptions) -> ExitStatus:
     Raises `EngineError` if a run has an invalid engine name or scene, after the valid runs are
     printed.
     """
-    runs: list[Run] = []
+    runs: list[EngineAnswer] = []
     lost: list[str] = []
     for path in asked.files:
         try:
@@ -81,7 +81,7 @@ def _counts(case: CaseRecord) -> str:
     return f"{found}" if true is None else f"{found} of {sum(true.values())}"
 
 
-def _judge(run: Run) -> CaseRecord:
+def _judge(run: EngineAnswer) -> CaseRecord:
     if run.engine in engine_names():
         raise EngineError(
             f"`engine` of a run must not be {run.engine!r}, the name of an installed engine: "
@@ -95,7 +95,7 @@ def _judge(run: Run) -> CaseRecord:
     return record
 
 
-def _scene_of(run: Run) -> Scene:
+def _scene_of(run: EngineAnswer) -> Scene:
     if isinstance(run.scene, str):
         if run.scene not in scene_names():  # an untrusted run must not open files by path
             raise EngineError(

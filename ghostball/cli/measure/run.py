@@ -24,7 +24,7 @@ from ghostball.cli.shared.single_shots import (
 from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import busy, say, stdout
 from ghostball.model import EventKind, Result, partner_name
-from ghostball.model.strokes import Struck, struck_balls
+from ghostball.model.strokes import StruckBall, struck_balls
 from ghostball.reference_adapters import make_engine
 from ghostball.reports import plot_result
 from ghostball.reports.plot import is_film
@@ -147,7 +147,7 @@ def _strokes(result: Result) -> dict[str, str]:
     return rows
 
 
-def _strike_text(struck: Struck) -> str:
+def _strike_text(struck: StruckBall) -> str:
     strike = struck.strike
     offsets = _sided(strike.offset_left, "radii", "to the left", "to the right")
     offsets += _sided(strike.offset_up, "radii", "up", "down")
@@ -156,7 +156,7 @@ def _strike_text(struck: Struck) -> str:
     return f"{aim}, elevated by {_angle(strike.elevation)}, {where}"
 
 
-def _start_text(struck: Struck) -> str:
+def _start_text(struck: StruckBall) -> str:
     wx, wy, wz = struck.ball.angular_velocity or (0.0, 0.0, 0.0)
     turned = math.degrees(struck.squirt_angle)
     squirt = _sided(round(turned, 3), "degrees", "to the left", "to the right")

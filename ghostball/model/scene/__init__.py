@@ -1,5 +1,11 @@
-"""Scenes: what every engine simulates, checked once, read from and written to TOML."""
+"""Scenes, the input of every engine: validated once, read from and written to TOML."""
 
+from ghostball.model.scene.ball import (
+    POOL_BALL_MASS,
+    POOL_BALL_RADIUS,
+    Ball,
+    rolling_angular_velocity,
+)
 from ghostball.model.scene.obstacles import (
     POCKETS,
     Disc,
@@ -8,12 +14,6 @@ from ghostball.model.scene.obstacles import (
     Segment,
     partner_index,
     partner_name,
-)
-from ghostball.model.scene.parts import (
-    POOL_BALL_MASS,
-    POOL_BALL_RADIUS,
-    Ball,
-    rolling_angular_velocity,
 )
 from ghostball.model.scene.physics import Physics
 from ghostball.model.scene.scene import Scene, check_whole, json_schema

@@ -1,6 +1,6 @@
-"""What a scene has: its fields, each in order by itself, and the same as arrays.
+"""The fields of a scene, each valid on its own, and the same values as arrays.
 
-The rules between them are asked about this; a `Scene` has passed them.
+The rules between the fields take a `SceneContents`; a `Scene` has passed these rules.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.rounding import EPS
+from ghostball.model.scene.ball import Ball, rolling_angular_velocity
 from ghostball.model.scene.fields import Positive, SceneName, Text, whole_number
-from ghostball.model.scene.part import Part
-from ghostball.model.scene.parts import Ball, rolling_angular_velocity
+from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.physics import Physics
 from ghostball.model.scene.table import Table
 
@@ -23,8 +23,8 @@ ROLLING_ULPS = 4.0
 """Slip of a ball that counts as rolling, in units of EPS times its speed; see `Scene.rolls`."""
 
 
-class SceneContents(Part):
-    """The fields of a scene, which `Scene` explains, and its balls' numbers as arrays."""
+class SceneContents(ScenePart):
+    """The fields of a scene, documented in `Scene`, and the values of its balls as arrays."""
 
     schema_version: Annotated[Literal[1], BeforeValidator(whole_number)] = Field(
         default=1, alias="schema"
@@ -40,7 +40,7 @@ class SceneContents(Part):
     @model_validator(mode="before")
     @classmethod
     def _with_balls_of_table(cls, data: Any) -> Any:
-        """Give each ball without a radius or a mass the value of the table's preset."""
+        """Give each ball without a radius or a mass the values of the table's preset."""
         if not isinstance(data, dict):
             return data
         balls, table = data.get("balls"), data.get("table")
@@ -55,17 +55,17 @@ class SceneContents(Part):
 
     @property
     def positions(self) -> FloatArray:
-        """Centres at the start, (n, 3) float64 [m]; a fresh array."""
+        """Initial centres, (n, 3) float64 [m]; a new array."""
         return np.array([ball.position for ball in self.balls], dtype=np.float64)
 
     @property
     def velocities(self) -> FloatArray:
-        """Velocities at the start, (n, 3) float64 [m/s]; a fresh array."""
+        """Initial velocities, (n, 3) float64 [m/s]; a new array."""
         return np.array([ball.velocity for ball in self.balls], dtype=np.float64)
 
     @property
     def angular_velocities(self) -> FloatArray:
-        """Angular velocities at the start, (n, 3) float64 [rad/s]; a fresh array."""
+        """Initial angular velocities, (n, 3) float64 [rad/s]; a new array."""
         rolling = rolling_angular_velocity(self.velocities, self.radii)
         for i, ball in enumerate(self.balls):
             if ball.angular_velocity is not None:
@@ -74,41 +74,41 @@ class SceneContents(Part):
 
     @property
     def radii(self) -> FloatArray:
-        """Radii, (n,) float64 [m]; a fresh array."""
+        """Radii, (n,) float64 [m]; a new array."""
         return np.array([ball.radius for ball in self.balls], dtype=np.float64)
 
     @property
     def masses(self) -> FloatArray:
-        """Masses, (n,) float64 [kg]; a fresh array."""
+        """Masses, (n,) float64 [kg]; a new array."""
         return np.array([ball.mass for ball in self.balls], dtype=np.float64)
 
     @property
     def rolling_frictions(self) -> FloatArray:
-        """Coefficients of rolling resistance, (n,) float64 [1]; a fresh array."""
+        """Coefficients of rolling friction, (n,) float64 [1]; a new array."""
         shared = self.physics.rolling_friction
         return _own_or_shared([ball.rolling_friction for ball in self.balls], shared)
 
     @property
     def sliding_frictions(self) -> FloatArray:
-        """Coefficients of sliding friction, ball on cloth, (n,) float64 [1]; a fresh array."""
+        """Coefficients of sliding friction, ball on cloth, (n,) float64 [1]; a new array."""
         shared = self.physics.sliding_friction
         return _own_or_shared([ball.sliding_friction for ball in self.balls], shared)
 
     @property
     def spinning_friction_rates(self) -> FloatArray:
-        """Decelerations of vertical spin, (n,) float64 [rad/s^2]; a fresh array."""
+        """Decelerations of vertical spin, (n,) float64 [rad/s^2]; a new array."""
         shared = self.physics.spinning_friction_rate
         return _own_or_shared([ball.spinning_friction_rate for ball in self.balls], shared)
 
     @property
     def rolls(self) -> BoolArray:
-        """Whether each ball starts rolling without slip, or at rest, (n,) bool; a fresh array.
+        """Whether each ball starts rolling without slip, or at rest, (n,) bool; a new array.
 
-        A ball whose angular velocity isn't given rolls; so does every ball where `motion` is
-        "rolling". Otherwise the slip at its lowest point decides, (vx - R wy, vy + R wx): it must
-        be at most 4 EPS times the larger of |v| and R |(wx, wy)|, which leaves room for the
-        rounding of a v / R that somebody computed. Spin about the vertical doesn't matter, nor
-        does height: a ball in the air that would roll on the cloth counts as rolling.
+        A ball without a given angular velocity rolls, and so does every ball if `motion` is
+        "rolling". Otherwise the slip at the lowest point of the ball, (vx - R wy, vy + R wx), must
+        be at most 4 EPS times the larger of |v| and R |(wx, wy)|; the 4 allows for rounding in a
+        computed v / R. Vertical spin and height don't matter: a ball in the air that would roll on
+        the cloth counts as rolling.
         """
         given = np.array([ball.angular_velocity is not None for ball in self.balls])
         if self.physics.motion == "rolling" or not np.any(given):
@@ -117,10 +117,10 @@ class SceneContents(Part):
 
 
 def rolling(v: FloatArray, w: FloatArray, radii: FloatArray) -> BoolArray:
-    """Whether balls roll to rounding, as `Scene.rolls` has it, or rest.
+    """Return whether balls roll, up to rounding, or rest, as defined in `Scene.rolls`.
 
-    `v` and `w` are velocities and angular velocities (..., 3) [m/s, rad/s], `radii` [m] of the
-    shape of these without their last axis, or broadcast against it.
+    `v` and `w` are velocities and angular velocities (..., 3) [m/s, rad/s]; `radii` [m] has their
+    shape without the last axis, or is broadcast against it.
     """
     slip = np.hypot(v[..., 0] - radii * w[..., 1], v[..., 1] + radii * w[..., 0])
     speed = np.maximum(np.hypot(v[..., 0], v[..., 1]), radii * np.hypot(w[..., 0], w[..., 1]))
@@ -140,7 +140,7 @@ def rolls_alone(v: Sequence[float], w: Sequence[float], radius: float) -> bool:
 
 
 def _with_fields(ball: Any, fields: Mapping[str, float]) -> Any:
-    """Return a ball, or its values, with `fields` added where the ball has no value."""
+    """Return a ball, or its values, with `fields` added if the ball has no values for them."""
     if isinstance(ball, Ball):
         radius, given = ball.radius, ball.model_fields_set
         ball = {name: getattr(ball, name) for name in given}

@@ -1,4 +1,4 @@
-"""What a single field of a scene may hold: kinds of numbers, texts and vectors, and the laws."""
+"""Types for the fields of a scene: numbers, texts, vectors, and names of laws."""
 
 from __future__ import annotations
 
@@ -13,42 +13,45 @@ from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES
 LARGEST = 1e50
 """Largest size of a number in a scene, and the longest run [SI units].
 
-The engine multiplies distances by speeds and squares the product. A distance travelled is at most
-a speed times a time, 1e100 m, so that square is at most 1e300: still a double. Beyond, sums become
-infinite without a word.
+The engine multiplies distances by speeds and squares the product. A distance is at most a speed
+times a time, 1e100 m, so the square is at most 1e300, within the range of doubles. With larger
+numbers, sums would become infinite without an error.
 """
 
-FASTEST_DRAG = 1e10
+MAX_DRAG_RATE = 1e10
 """Largest rate at which air, or friction that grows with the speed, slows a ball [1/s].
 
 Motion in air is a power series in time: its n-th term is a speed, at most 1e50 m/s, times the n-th
-power of this rate, n up to 24. That is at most 1e290 and still a double; the ball stands after a
-ten-thousandth of a millionth of a second.
+power of this rate, for n up to 24. That is at most 1e290, within the range of doubles. At this rate
+a ball stops within 1e-10 s.
 """
 
-MOST_IMPACTS = 1e12
-"""Most collisions with cushions that a shot without `t_max` may need: they take days."""
+MAX_IMPACTS = 1e12
+"""Largest number of cushion collisions in a shot without `t_max`; computing them takes days."""
 
-FASTEST_FALL = 1e6
-"""Largest `air_drag` times `gravity` of balls that fly [1/s^2]: air then holds a fall within a
-thousandth of a second. At the top of a throw the power series of the motion grow like a rate that
-is at most 1e9 times its root, to the 24th power: 1e288."""
+MAX_FALL_DRAG = 1e6
+"""Largest `air_drag` times `gravity` for airborne balls [1/s^2].
+
+At this limit, a falling ball reaches its terminal speed within a thousandth of a second. At the top
+of a flight, the terms of the power series grow with a rate of at most 1e9 times the root of this
+limit, to the 24th power: 1e288.
+"""
 
 SMALLEST = 1.0 / LARGEST
-"""Smallest size of what must be positive, since it divides: a spin is v / R, at most 1e100."""
+"""Smallest value of a positive field. Such fields are divisors: a spin is v / R, at most 1e100."""
 
 
 def problem(kind: str, rule: str, *, at: tuple[int | str, ...] = ()) -> PydanticCustomError:
-    """Build the error that a validator raises.
+    """Return the error that a validator raises.
 
-    `kind` is pydantic's type of the error, `rule` a sentence, `at` the field to blame, from where
-    the validator stands down: it finds the line in a file.
+    `kind` is pydantic's type of the error, `rule` a sentence. `at` is the location of the field at
+    fault, relative to the validator; it is used to find the line in a file.
     """
     return PydanticCustomError(kind, "{sentence}", {"sentence": rule, "at": at})
 
 
 def in_degrees(value: float) -> str:
-    """Return the advice for an angle that somebody may have typed in degrees."""
+    """Return the advice for an angle that may have been given in degrees."""
     return f"Angles are in radians: {value:g} degrees are {math.radians(value):.9g}"
 
 
@@ -59,7 +62,7 @@ def _not_tiny(value: float) -> float:
 
 
 def whole_number(value: Any) -> Any:
-    """Refuse what isn't an int: a literal compares by value, and true == 1.0 == 1."""
+    """Reject a value that isn't an int; a literal compares by value, and true == 1.0 == 1."""
     if type(value) is not int:
         raise PydanticCustomError("literal_error", "not a whole number", {"expected": "1"})
     return value
@@ -75,7 +78,7 @@ def _two_or_three(value: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class _OneOf:
-    """Annotation of a text that must be one of `names`: a `Literal` whose values are data."""
+    """Annotation for a text that must be one of `names`: a `Literal` with values from data."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self.names = names
@@ -92,10 +95,10 @@ Fraction = Annotated[Finite, Field(ge=0.0, le=1.0)]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
 SceneName = Annotated[Text, Field(pattern=r"^[a-z0-9][a-z0-9._-]{0,63}$")]
-"""Part of the names of files, so that it must be no path."""
+"""Used in file names, so it must not be a path."""
 PlaneVector = Annotated[tuple[Real, ...], AfterValidator(_two_or_three)]
 SpaceVector = tuple[Real, Real, Real]
 
-# The registry alone lists the laws: to add one is to name it there.
+# Only `model.impact_laws` lists the laws.
 BallLaw = Annotated[str, _OneOf(BALL_LAW_NAMES)]
 CushionLaw = Annotated[str, _OneOf(CUSHION_LAW_NAMES)]

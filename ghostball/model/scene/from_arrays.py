@@ -1,4 +1,4 @@
-"""The fields of balls from arrays of all balls, for a scene to check."""
+"""Convert arrays of all balls to the fields of each ball, for a scene to check."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _PLURALS = {"radius": "radii", "mass": "masses", "velocity": "velocities"} | {
 def fields_of_balls(
     ids: Sequence[str] | None, columns: Mapping[str, ArrayLike | None]
 ) -> list[dict[str, Any]]:
-    """Return the fields of each ball, given by arrays of all; None leaves a field out.
+    """Return the fields of each ball from arrays for all balls; None omits a field.
 
-    Only shapes of arrays are checked, and a `SceneError` says where they don't go together: a scene
-    checks the rest.
+    Only the shapes of the arrays are checked; the scene checks the values. Raises `SceneError` if
+    the shapes don't match.
     """
     arrays = {name: _array(name, values) for name, values in columns.items() if values is not None}
     n = len(arrays["position"])
@@ -33,7 +33,7 @@ def fields_of_balls(
     counts = {_PLURALS[name]: len(array) for name, array in arrays.items() if array.ndim > 0}
     for name, count in {**counts, "ids": len(names)}.items():
         if count != n:
-            raise refusal(f"`{name}` must be of as many balls as `positions`, {n}, got {count}")
+            raise refusal(f"`{name}` must have {n} entries, one per ball, got {count}")
     lists: dict[str, list[Any]] = {"id": names}
     for name, values in arrays.items():
         vector = name in _COMPONENTS
@@ -43,9 +43,9 @@ def fields_of_balls(
 
 
 def add_strikes(balls: list[dict[str, Any]], strikes: Mapping[int, Strike]) -> None:
-    """Give balls, as `fields_of_balls` makes them, their strikes, by index.
+    """Add strikes, by index of the ball, to the fields of balls from `fields_of_balls`.
 
-    Raises `SceneError` where there is no such ball.
+    Raises `SceneError` if there is no ball with an index.
     """
     for i, strike in strikes.items():
         if type(i) is not int or not 0 <= i < len(balls):

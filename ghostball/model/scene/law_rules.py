@@ -1,22 +1,23 @@
-"""The rules between a scene's laws of impacts and its balls and table.
+"""The rules that connect the impact laws of a scene with its balls and its table.
 
-Each refuses what breaks it with one sentence. Those between the laws and other fields of the
-physics are in `scene.physics`.
+Each rule rejects a scene with one sentence. The rules that connect the laws with other fields of
+the physics are in `scene.physics`.
 """
 
 from __future__ import annotations
 
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
+from ghostball.model.scene.ball import Ball
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import problem
-from ghostball.model.scene.parts import Ball
 from ghostball.model.scene.physics import Physics, choice, entry_of, from_preset
 
 
 def check_laws_in_scene(scene: SceneContents) -> None:
-    """Check that the laws of impacts, which are in order themselves, suit the balls and the table.
+    """Check that the impact laws suit the balls and the table.
 
-    Raises `PydanticCustomError` for the first rule that is broken.
+    `scene` has passed the rules of `scene.physics`. Raises `PydanticCustomError` for the first rule
+    that is broken.
     """
     _check_laws_without_spin(scene)
     _check_limits(scene)
@@ -24,7 +25,8 @@ def check_laws_in_scene(scene: SceneContents) -> None:
 
 
 def _check_laws_without_spin(scene: SceneContents) -> None:
-    # A ball that always rolls has its velocity's spin and no other: these laws would be cut short.
+    # The spin of a ball that always rolls is determined by its velocity, but these laws change
+    # spin.
     physics, table = scene.physics, scene.table
     if physics.motion != "rolling":
         return
@@ -48,8 +50,8 @@ def _check_laws_without_spin(scene: SceneContents) -> None:
     mended = " and ".join(f"`{field}` = {value}" for field, value in wrong.items())
     raise problem(
         "needs_spin",
-        f'`motion` must be "sliding" with {" and ".join(found)}: where it is "rolling", a ball has '
-        'the spin of its velocity, and no impact can turn it. Set `motion` = "sliding", or '
+        f'`motion` must be "sliding" with {" and ".join(found)}: with "rolling", spin is fixed by '
+        'the velocity, so no impact can change it. Set `motion` = "sliding", or '
         f"{mended}",
         at=("physics", next(iter(wrong))),
     )
@@ -69,8 +71,8 @@ def _check_limits(scene: SceneContents) -> None:
                 continue
             raise problem(
                 "beyond_law",
-                f'`{prefix}{field}` must be at most {most} where `ball_impact` = "{law.name}", got '
-                f"{value}: the law describes balls that stay on the cloth. Set a smaller one, or "
+                f'`{prefix}{field}` must be at most {most} if `ball_impact` = "{law.name}", got '
+                f"{value}: the law applies only to balls that stay on the cloth. Lower it, or set "
                 f"`ball_impact` = {choice(other.name for other in BALL_LAWS if not other.limits)}",
                 at=(*owner_at, field),
             )
@@ -85,17 +87,17 @@ def _check_cushion_height(scene: SceneContents) -> None:
         return
     height = physics.cushion_height
     for i, ball in enumerate(scene.balls):
-        sine = (height - ball.radius) / ball.radius  # of the contact's elevation seen from the ball
+        sine = (height - ball.radius) / ball.radius  # of the elevation of the contact
         if -1.0 < sine < 1.0:
             continue
-        needed = "less than the height of every ball" if sine > 0.0 else "distinct from the cloth's"
+        needed = "less than the height of every ball" if sine > 0.0 else "above the cloth"
         where, mended = "`airborne` = true", "`airborne` = false"
         if not in_space:
             others = (law.name for law in CUSHION_LAWS if "cushion_height" not in law.uses)
             where, mended = f'`cushion` = "{physics.cushion}"', f"`cushion` = {choice(others)}"
         raise problem(
             "cushion_height",
-            f"`cushion_height` must be {needed} where {where}, got {height} m, but `balls[{i}]` is "
-            f"{2.0 * ball.radius} m high. Set `cushion_height`, or {mended}",
+            f"`cushion_height` must be {needed} if {where}, got {height} m, but `balls[{i}]` is "
+            f"{2.0 * ball.radius} m high. Change `cushion_height`, or set {mended}",
             at=("physics", "cushion_height"),
         )

@@ -1,6 +1,6 @@
-"""What is wrong with a scene, in one line for each mistake: place, field, rule, value, advice.
+"""Describe the mistakes in a scene, one line each: location, field, rule, value, remedy.
 
-Works on any pydantic model whose parts are models: it knows of scenes only the words.
+The code works for any pydantic model whose parts are models; only the sentences are about scenes.
 """
 
 from __future__ import annotations
@@ -53,25 +53,27 @@ _HINTS = {
 }
 
 
-MOST_SHOWN = 20
-"""Mistakes of a scene shown one by one: who generates scenes makes one a thousand times."""
+MAX_SHOWN = 20
+"""Largest number of mistakes shown: a generated scene may repeat a mistake a thousand times."""
 
 
 def describe(
     error: ValidationError, model: type[BaseModel], source: str = "", text: str = ""
 ) -> str:
-    """Say each problem of a failed validation in one line: place, field, rule, value, advice.
+    """Describe each problem of a failed validation in one line.
 
-    `model` is what was being validated, `Scene` or a part of one; `source` and `text` are the
-    file's name and content, where there is a file.
+    A line names the location, the field, the rule, the value and a remedy.
+
+    `model`: the model that was validated, `Scene` or a part of a scene.
+    `source`, `text`: name and content of the file, or "" without a file.
     """
     problems: dict[Location, list[Mapping[str, Any]]] = {}
     for problem in error.errors():  # the branches of a union share a location
         problems.setdefault(_without_union_branch(problem, model), []).append(problem)
     if any(location[:1] == ("balls",) and len(location) > 1 for location in problems):
-        problems.pop(("balls",), None)  # "too short" only because a ball of it was refused
+        problems.pop(("balls",), None)  # reported as too short only because a ball was rejected
     lines = []
-    for location, branches in list(problems.items())[:MOST_SHOWN]:
+    for location, branches in list(problems.items())[:MAX_SHOWN]:
         at = branches[0].get("ctx", {}).get("at", ())
         number = line_of(text, location + at) if text else None
         place = f"{source}:{number}: " if number else f"{source}: " if source else ""
@@ -83,13 +85,14 @@ def describe(
 
 
 def refusal(message: str) -> SceneError:
-    """Return the error of `message`, kept to one line."""
+    """Return the `SceneError` of a message, kept to one line."""
     return SceneError(one_line(message))
 
 
 def one_line(message: str) -> str:
-    """Escape what would break a line of a log or a terminal."""
-    # Keys, names and paths may hold line breaks and worse; a message is a line of a log.
+    """Return a message with line breaks and other unprintable characters escaped."""
+    # Keys, names and paths may contain line breaks and control characters; a message is one line of
+    # a log.
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in message
     )
@@ -100,7 +103,9 @@ def _sentence(branches: list[Mapping[str, Any]], location: Location, model: type
     field = _field_name(location)
     if kind == "extra_forbidden":
         return f"`{field}` is not a known field{_suggestion(location, model)}"
-    if kind not in _RULES:  # our own sentences, which may name the field and the value themselves
+    if (
+        kind not in _RULES
+    ):  # sentences of Ghostball's validators, which may name the field and the value
         return f"{message}." if "`" in message else f"`{field}` {message}."
     rule = ", or ".join(
         _RULES[branch["type"]].format(**branch.get("ctx", {}))
@@ -108,7 +113,7 @@ def _sentence(branches: list[Mapping[str, Any]], location: Location, model: type
         if branch["type"] in _RULES
     )
     if kind == "float_type" and type(value) is int:
-        rule = f"must be at most {LARGEST:g} in size"  # no double comes near it
+        rule = f"must be at most {LARGEST:g} in size"  # too large for a double
     got = "" if kind == "missing" else f", got {_shown(value)}"
     hint = _closest_choice(branches, value)
     hint = hint or next((_HINTS[part] for part in reversed(location) if part in _HINTS), "")
@@ -116,7 +121,7 @@ def _sentence(branches: list[Mapping[str, Any]], location: Location, model: type
 
 
 def _closest_choice(branches: list[Mapping[str, Any]], value: Any) -> str:
-    """Return the question whether one of the permitted texts was meant; "" if none is close."""
+    """Return a question suggesting the closest permitted text, or "" if none is close."""
     expected = [b["ctx"]["expected"] for b in branches if b["type"] == "literal_error"]
     known = re.findall(r"'([^']*)'", " ".join(expected))
     close = get_close_matches(value.lower(), known, n=1) if isinstance(value, str) else []
@@ -131,7 +136,7 @@ def _suggestion(location: Location, model: type[BaseModel]) -> str:
 
 
 class _Shortened(reprlib.Repr):
-    """`repr` that stays short for any input, however deep, long or large."""
+    """`repr` with a short result for any input, however deep, long or large."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -140,7 +145,8 @@ class _Shortened(reprlib.Repr):
         self.maxstring = self.maxlong = self.maxother = 80
 
     def repr_int(self, x: int, level: int) -> str:
-        # Python refuses to write more than 4300 decimal digits, but not hexadecimal ones.
+        # Python can't convert more than 4300 decimal digits to text, but has no limit for
+        # hexadecimal.
         return super().repr_int(x, level) if x.bit_length() <= 256 else hex(x)
 
 
@@ -161,7 +167,7 @@ def _field_name(location: Location) -> str:
 
 
 def _owner(location: Location, model: type[BaseModel]) -> type[BaseModel]:
-    """Return the model that the last part of `location` is a field of, or would be."""
+    """Return the model that the last part of `location` is a field of, or would be a field of."""
     for part in location[:-1]:
         field = _field(model, part)
         model = (_model_in(field.annotation) if field else None) or model
@@ -184,8 +190,8 @@ def _is_union(annotation: Any) -> bool:
 
 
 def _without_union_branch(problem: Mapping[str, Any], model: type[BaseModel]) -> Location:
-    # pydantic names the branch of a union it tried ("constrained-float") after the field's name.
-    # Only a known field has branches; what follows a name as an unknown key is a key.
+    # pydantic appends the branch of a union ("constrained-float") to the name of the field. Only a
+    # known field has branches; in the location of an unknown key, the last part is the key.
     location: Location = problem["loc"]
     if problem["type"] == "extra_forbidden" or len(location) < 2:
         return location

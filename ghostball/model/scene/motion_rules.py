@@ -1,4 +1,4 @@
-"""The rules of how balls begin to move: how fast they may turn and be slowed, and for how long."""
+"""The rules about initial motion: limits on spin, deceleration, and duration of the shot."""
 
 from __future__ import annotations
 
@@ -7,20 +7,21 @@ import numpy as np
 from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import (
-    FASTEST_DRAG,
-    FASTEST_FALL,
     LARGEST,
-    MOST_IMPACTS,
+    MAX_DRAG_RATE,
+    MAX_FALL_DRAG,
+    MAX_IMPACTS,
     SMALLEST,
     problem,
 )
-from ghostball.model.scene.starts import Starts
+from ghostball.model.scene.initial_states import InitialStates
 
 
-def check_motions(scene: SceneContents, starts: Starts) -> None:
-    """Check how balls of a scene begin to move.
+def check_motions(scene: SceneContents, starts: InitialStates) -> None:
+    """Check the initial motion of the balls of a scene.
 
-    Raises `PydanticCustomError` for the first rule that a scene with one of these would break.
+    Raises `PydanticCustomError` for the first rule that a scene with one of these states would
+    break.
     """
     _check_rolling(scene, starts)
     _check_spin(starts)
@@ -28,7 +29,7 @@ def check_motions(scene: SceneContents, starts: Starts) -> None:
     _check_ends(scene, starts)
 
 
-def _check_rolling(scene: SceneContents, starts: Starts) -> None:
+def _check_rolling(scene: SceneContents, starts: InitialStates) -> None:
     if scene.physics.motion != "rolling":
         return
     spin, rolling = starts.spin, starts.rolling
@@ -37,73 +38,74 @@ def _check_rolling(scene: SceneContents, starts: Starts) -> None:
         if scene.balls[starts.ball[k]].strike is not None and starts.shot is None:
             raise problem(
                 "not_rolling",
-                f"{starts.name(k, '.strike')} must make the ball roll without slip where "
+                f"{starts.name(k, '.strike')} must make the ball roll without slip if "
                 f'`motion` = "rolling": level, without side, with `offset_up` = 0.4 and `squirt` = '
-                f'"none". It gives {tuple(spin[k].tolist())} rad/s, and the ball would roll with '
-                f'{tuple(rolling[k].tolist())}. Strike it so, or set `motion` = "sliding"',
+                f'"none". It gives {tuple(spin[k].tolist())} rad/s instead of '
+                f'{tuple(rolling[k].tolist())}. Change the strike, or set `motion` = "sliding"',
                 at=("balls", int(starts.ball[k]), "strike"),
             )
         raise problem(
             "not_rolling",
-            f"{starts.name(k, '.angular_velocity')} must be that of rolling without slip, "
-            f'{tuple(rolling[k].tolist())}, where `motion` = "rolling", got '
-            f'{tuple(spin[k].tolist())}. Leave it out, or set `motion` = "sliding"',
+            f"{starts.name(k, '.angular_velocity')} must equal {tuple(rolling[k].tolist())}, "
+            f'rolling without slip, because `motion` = "rolling"; got '
+            f'{tuple(spin[k].tolist())}. Remove it, or set `motion` = "sliding"',
             at=("balls", int(starts.ball[k]), "angular_velocity"),
         )
 
 
-def _check_spin(starts: Starts) -> None:
+def _check_spin(starts: InitialStates) -> None:
     surface = np.where(starts.given, starts.radius * _size(starts.spin), 0.0)
     for k in np.flatnonzero(surface > LARGEST)[:1]:
         raise problem(
             "fast_spin",
-            f"{starts.name(k, '.angular_velocity')} must turn the ball's surface at no more than "
-            f"{LARGEST:g} m/s, got {tuple(starts.spin[k].tolist())} rad/s, which make "
+            f"{starts.name(k, '.angular_velocity')} must give a surface speed of at most "
+            f"{LARGEST:g} m/s, got {tuple(starts.spin[k].tolist())} rad/s, which gives "
             f"{surface[k]:g} m/s",
             at=("balls", int(starts.ball[k]), "angular_velocity"),
         )
 
 
 def _size(vectors: FloatArray) -> FloatArray:
-    """Return the lengths of vectors (m, 2) or (m, 3); the squares of tiny ones don't vanish."""
+    """Return the lengths of vectors (m, 2) or (m, 3); squares of tiny numbers don't underflow."""
     sizes: FloatArray = np.hypot.reduce(vectors, axis=1)
     return sizes
 
 
-def _speeds(starts: Starts) -> FloatArray:
-    """Return how fast each ball may come to go: as it does, or as its surface turns [m/s]."""
+def _speeds(starts: InitialStates) -> FloatArray:
+    """Return the larger of each ball's speed and the speed of its surface [m/s]."""
     surface = starts.radius * _size(starts.spin[:, :2])
     return np.maximum(_size(starts.velocity), surface)
 
 
-def _check_drag(scene: SceneContents, starts: Starts) -> None:
-    """Refuse what is slowed so fast that its motion can't be computed."""
+def _check_drag(scene: SceneContents, starts: InitialStates) -> None:
+    """Reject decelerations so large that the motion can't be computed."""
     speeds, physics = _speeds(starts), scene.physics
     k = int(np.argmax(speeds))
     for field in ("air_drag", "rolling_friction_quadratic"):
         drag: float = getattr(physics, field)
-        if drag * float(speeds[k]) > FASTEST_DRAG:
+        if drag * float(speeds[k]) > MAX_DRAG_RATE:
             raise problem(
                 "fast_drag",
-                f"`physics.{field}` times the speed of a ball must be at most {FASTEST_DRAG:g} per "
-                f"second, got {drag:g} 1/m times the {speeds[k]:g} m/s of {starts.name(k)}: what "
-                "is computed of its motion would be too large for a double. Lower one of them",
+                f"`physics.{field}` times the speed of a ball must be at most {MAX_DRAG_RATE:g} "
+                f"per second, got {drag:g} 1/m times the {speeds[k]:g} m/s of {starts.name(k)}: "
+                "its motion would exceed the range of doubles. Lower one of them",
                 at=("physics", field),
             )
-    if physics.airborne and physics.air_drag * physics.gravity > FASTEST_FALL:
+    if physics.airborne and physics.air_drag * physics.gravity > MAX_FALL_DRAG:
         raise problem(
             "fast_drag",
-            f"`physics.air_drag` times `physics.gravity` must be at most {FASTEST_FALL:g} per "
-            f"second squared where `airborne` is true, got {physics.air_drag:g} 1/m times "
-            f"{physics.gravity:g} m/s^2: what is computed of a fall would be too large for a "
-            "double. Lower one of them",
+            f"`physics.air_drag` times `physics.gravity` must be at most {MAX_FALL_DRAG:g} per "
+            f"second squared if `airborne` = true, got {physics.air_drag:g} 1/m times "
+            f"{physics.gravity:g} m/s^2: a fall would exceed the range of doubles. Lower one of "
+            "them",
             at=("physics", "air_drag"),
         )
 
 
-def _check_ends(scene: SceneContents, starts: Starts) -> None:
-    """Refuse a shot without `t_max` that might never end, or only after too long."""
-    # A ball that moves may set any other moving: its speed is held against every ball's friction.
+def _check_ends(scene: SceneContents, starts: InitialStates) -> None:
+    """Reject a shot without `t_max` that might never end, or only after a very long time."""
+    # A moving ball may set any other ball in motion, so every speed is compared with every
+    # friction.
     if scene.t_max is not None:
         return
     rolls = ("roll", "rolling_friction", scene.rolling_frictions)
@@ -113,8 +115,8 @@ def _check_ends(scene: SceneContents, starts: Starts) -> None:
     if scene.physics.airborne and scene.physics.table_restitution == 1.0:
         raise problem(
             "endless",
-            "`t_max` must be given where `table_restitution` is 1: a ball that bounces might never "
-            "come to rest. Set `t_max` to a time in seconds",
+            "`t_max` must be given if `table_restitution` is 1: a bouncing ball might never come "
+            "to rest. Set `t_max` to a time in seconds",
             at=("physics", "table_restitution"),
         )
     for verb, field, frictions in (rolls, slides) if sliding else (rolls,):
@@ -124,9 +126,10 @@ def _check_ends(scene: SceneContents, starts: Starts) -> None:
     _check_impacts_end(scene, starts)
 
 
-def _check_impacts_end(scene: SceneContents, starts: Starts) -> None:
-    # Where only rolling takes energy, it has to roll the way on which it loses all of it, be that
-    # shared among the balls; and on a closed table no way is longer than the diagonal.
+def _check_impacts_end(scene: SceneContents, starts: InitialStates) -> None:
+    # If only rolling dissipates energy, the balls together roll the distance in which it is lost.
+    # On a
+    # closed table, no straight path is longer than the diagonal.
     physics, table = scene.physics, scene.table
     elastic = physics.cushion == "mirror" and physics.ball_restitution == 1.0
     drag = physics.air_drag + physics.rolling_friction_quadratic
@@ -139,49 +142,49 @@ def _check_impacts_end(scene: SceneContents, starts: Starts) -> None:
     ways = 0.5 * masses * speeds**2 / max(slowing, SMALLEST)
     k = int(np.argmax(ways))
     impacts = float(ways[k]) / float(np.hypot(table.length, table.width)) - len(scene.balls)
-    if impacts > MOST_IMPACTS:
+    if impacts > MAX_IMPACTS:
         raise problem(
             "endless",
-            f"`t_max` must be given where balls would hit cushions more than {MOST_IMPACTS:g} "
-            f"times before they rest: {starts.name(k)} begins with {speeds[k]:g} m/s, and until "
-            f"that is lost there are at least {impacts:.2g} collisions. Set `t_max` to a time in "
-            "seconds, or slow the ball",
+            f"`t_max` must be given if balls would hit cushions more than {MAX_IMPACTS:g} "
+            f"times before they rest: {starts.name(k)} starts at {speeds[k]:g} m/s and needs at "
+            f"least {impacts:.2g} collisions to come to rest. Set `t_max` to a time in seconds, "
+            "or slow the ball",
             at=("balls", int(starts.ball[k]), "velocity"),
         )
 
 
 def _check_stops(
     scene: SceneContents,
-    starts: Starts,
+    starts: InitialStates,
     speeds: FloatArray,
     verb: str,
     field: str,
     frictions: FloatArray,
 ) -> None:
     k, j = int(np.argmax(speeds)), int(np.argmin(frictions))
-    # The product as the engine takes it: of two tiny factors it may round to 0.
+    # The same product as in the engine: for two tiny factors it may round to 0.
     deceleration = float(frictions[j]) * scene.physics.gravity
     if deceleration == 0.0 and speeds[k] > 0.0:
         raise problem(
             "endless",
-            f"`t_max` must be given where a ball moves ({starts.name(k)}) and a ball loses no "
-            f"speed while it {verb}s (`balls[{j}]`, `{field}` = {float(frictions[j])}): it might "
-            "never come to rest. Set `t_max` to a time in seconds",
+            f"`t_max` must be given if a ball moves ({starts.name(k)}) and a ball loses no speed "
+            f"while it {verb}s (`balls[{j}]`, `{field}` = {float(frictions[j])}): it might never "
+            "come to rest. Set `t_max` to a time in seconds",
             at=("balls", int(starts.ball[k])),
         )
     if speeds[k] > LARGEST * deceleration:
         raise problem(
             "endless",
-            f"`t_max` must be given where a ball with the speed of {starts.name(k)}, "
+            f"`t_max` must be given if a ball with the speed of {starts.name(k)}, "
             f"{speeds[k]:g} m/s, would {verb} for more than {LARGEST:g} s: `balls[{j}]` loses "
             f"{deceleration:g} m/s each second. Set `t_max` to a time in seconds",
             at=("balls", int(starts.ball[k])),
         )
 
 
-def _check_spin_ends(scene: SceneContents, starts: Starts, speeds: FloatArray) -> None:
-    # Spin about the vertical may also come from friction in an impact, out of speed. Where its
-    # rate is 0 nobody waits for its end.
+def _check_spin_ends(scene: SceneContents, starts: InitialStates, speeds: FloatArray) -> None:
+    # Vertical spin may also come from friction in an impact, out of speed. The run doesn't wait for
+    # spin that doesn't decay.
     rates = scene.spinning_friction_rates
     if not np.any(rates > 0.0):
         return
@@ -191,7 +194,7 @@ def _check_spin_ends(scene: SceneContents, starts: Starts, speeds: FloatArray) -
     if spin > LARGEST * float(rates[j]):
         raise problem(
             "endless",
-            f"`t_max` must be given where a ball might spin for more than {LARGEST:g} s: it may "
+            f"`t_max` must be given if a ball might spin for more than {LARGEST:g} s: it may "
             f"have {spin:g} rad/s, and `balls[{j}]` loses {rates[j]:g} rad/s each second. Set "
             "`t_max` to a time in seconds",
             at=("balls", j),

@@ -1,7 +1,7 @@
-"""What stands on a table that isn't a plain rectangle: rails, jaws, posts, and the holes.
+"""Obstacles of tables that aren't plain rectangles: rails, jaws, posts, and holes.
 
-Engines, checks and pictures get it from `Table.obstacles`, by these types. Where the pieces of a
-pocket are, `scene.pockets` says.
+`Table.obstacles` returns these types to engines, checks and pictures. The positions of the pieces
+of a pocket are computed in `scene.pockets`.
 """
 
 from __future__ import annotations
@@ -18,34 +18,34 @@ from ghostball.model.events import EventKind
 from ghostball.model.scene.sides import CUSHIONS, Point
 
 POCKETS = ("bottom-left", "bottom", "bottom-right", "top-right", "top", "top-left")
-"""Names of pockets in the order of their index, round the table."""
+"""Names of pockets in the order of their index, counterclockwise."""
 
 FIRST_SIDE = len(CUSHIONS)
-"""Index of the first side of a polygon; the next ones follow."""
+"""Index of the first side of a polygon; the next sides follow."""
 
 FIRST_POST = 1 << 16
 """Index of the first post."""
 
 FIRST_HOLE = 1 << 17
-"""Index by which `leaves-table` names the first pocket; others follow as in `POCKETS`."""
+"""Index of the first pocket in a `leaves-table` event; the next pockets follow as in `POCKETS`."""
 
 
 class Segment(NamedTuple):
-    """A straight piece of cushion, whose ends a ball meets as points.
+    """A straight piece of cushion; a ball meets each of its ends as a point.
 
-    `obstacle` is the index by which events name it: that of its cushion, or of a polygon's side.
+    `obstacle` is its index in events: that of its cushion, or of a side of a polygon.
     """
 
     obstacle: int
-    start: Point  # [m]; the table is on the left of the way to `end`
+    start: Point  # [m]; the table is on the left of the direction from `start` to `end`
     end: Point
 
 
 class Disc(NamedTuple):
-    """A round obstacle: a jaw, between the nose of a cushion and its facing; or a post.
+    """A round obstacle: a jaw between the nose of a cushion and its facing, or a post.
 
-    A jaw lies behind the nose of its cushion: `inward` is the unit normal of that, into the table.
-    A post has none.
+    A jaw lies behind the nose of its cushion: `inward` is the unit normal of the cushion into the
+    table. A post has none.
     """
 
     obstacle: int
@@ -55,7 +55,10 @@ class Disc(NamedTuple):
 
 
 class Hole(NamedTuple):
-    """What takes a ball whose centre enters it; `pocket` is its place in `POCKETS`."""
+    """The hole of a pocket: a ball is pocketed when its centre enters it.
+
+    `pocket` is its index in `POCKETS`.
+    """
 
     pocket: int
     centre: Point  # [m]
@@ -67,7 +70,7 @@ Obstacle = Segment | Disc | Hole
 
 
 def obstacle_name(index: int) -> str:
-    """Return what files and reports call a cushion, a side, a post, or a pocket flown over."""
+    """Return the name, in files and reports, of a cushion, side, post, or pocket flown over."""
     if index < FIRST_SIDE:
         return CUSHIONS[index]
     if index < FIRST_POST:
@@ -78,9 +81,9 @@ def obstacle_name(index: int) -> str:
 
 
 def obstacle_index(name: str) -> int:
-    """Return the index of an obstacle of that name.
+    """Return the index of the obstacle with a name.
 
-    Raises `ValueError` where nothing can be called so.
+    Raises `ValueError` if no obstacle can have this name.
     """
     if name in CUSHIONS:
         return CUSHIONS.index(name)
@@ -96,14 +99,16 @@ def obstacle_index(name: str) -> int:
 
 
 def partner_name(kind: EventKind, index: int) -> str:
-    """Return what files and reports call what a ball meets: a pocket, or an obstacle."""
+    """Return the name, in files and reports, of the obstacle or the pocket that a ball meets."""
     return POCKETS[index] if kind is EventKind.POCKETED else obstacle_name(index)
 
 
 def partner_index(kind: EventKind, name: str) -> int:
-    """Return the index in events of what is called so; what `partner_name` is the inverse of.
+    """Return the index, in events, of the obstacle or pocket with a name.
 
-    Raises `ValueError` where nothing can be called so.
+    The inverse of `partner_name`.
+
+    Raises `ValueError` if nothing can have this name.
     """
     index = POCKETS.index(name) if kind is EventKind.POCKETED else obstacle_index(name)
     if index >= FIRST_HOLE and kind is not EventKind.LEAVES_TABLE:
@@ -112,15 +117,15 @@ def partner_index(kind: EventKind, name: str) -> int:
 
 
 def obstacles_of_polygon(vertices: Sequence[Point]) -> list[Obstacle]:
-    """Return the sides of a polygon whose vertices go round counterclockwise [m]."""
+    """Return the sides of a polygon whose vertices are in counterclockwise order [m]."""
     ends = pairwise([*vertices, vertices[0]])
     return [Segment(FIRST_SIDE + k, *side) for k, side in enumerate(ends)]
 
 
 def gap_to(obstacle: Obstacle, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return how far points are from an obstacle's surface, or from a hole's edge, (m,) [m].
+    """Return the distance of points from an obstacle or from the edge of a hole, (m,) [m].
 
-    Negative inside of one.
+    Negative inside.
     """
     dx, dy, radius = _from_nearest(obstacle, x, y)
     away: FloatArray = np.hypot(dx, dy)
@@ -128,16 +133,16 @@ def gap_to(obstacle: Obstacle, x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def facing(obstacle: Obstacle, x: float, y: float) -> tuple[Point, float]:
-    """Return an obstacle's unit normal towards a place off it, and how far that is from it [m]."""
+    """Return the unit normal from an obstacle to a point outside, and its distance [m]."""
     (dx,), (dy,), radius = _from_nearest(obstacle, np.array([x]), np.array([y]))
     away = math.hypot(dx, dy)
     return (float(dx / away), float(dy / away)), away - radius
 
 
 def turns_about(obstacle: Obstacle, x: float, y: float) -> Point | None:
-    """Return the point about which an obstacle's normal turns, towards a place [m].
+    """Return the point about which the normal of an obstacle turns, seen from a place [m].
 
-    None in front of a straight piece, where it doesn't turn.
+    None in front of a straight piece, where the normal is constant.
     """
     if not isinstance(obstacle, Segment):
         return obstacle.centre
@@ -151,7 +156,10 @@ def turns_about(obstacle: Obstacle, x: float, y: float) -> Point | None:
 def _from_nearest(
     obstacle: Obstacle, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Return the way to points from the nearest one of a segment, or from a centre; the radius."""
+    """Return the vectors from the nearest points of an obstacle, and its radius.
+
+    The nearest point of a jaw, a post or a hole is its centre; a segment has the radius 0.
+    """
     if not isinstance(obstacle, Segment):
         return x - obstacle.centre[0], y - obstacle.centre[1], obstacle.radius
     (x0, y0), (x1, y1) = obstacle.start, obstacle.end
@@ -161,7 +169,10 @@ def _from_nearest(
 
 
 def is_inside(outline: Sequence[Point], x: FloatArray, y: FloatArray) -> BoolArray:
-    """Whether points are inside a polygon, (m,): a line from them to the left crosses it oddly."""
+    """Return whether points are inside a polygon, (m,).
+
+    A ray to the left of an inside point crosses the polygon an odd number of times.
+    """
     inside = np.zeros(len(x), dtype=np.bool_)
     for (x0, y0), (x1, y1) in pairwise([*outline, outline[0]]):
         if y0 != y1:
@@ -171,7 +182,7 @@ def is_inside(outline: Sequence[Point], x: FloatArray, y: FloatArray) -> BoolArr
 
 
 def distance_to_box(place: Point, low: Point, high: Point) -> float:
-    """Return how far a place is from the box between two of its corners [m]; 0 inside of it."""
+    """Return the distance of a place from the box between two corners [m]; 0 inside."""
     dx, dy = (
         max(least - at, at - most, 0.0) for at, least, most in zip(place, low, high, strict=True)
     )

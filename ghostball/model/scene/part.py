@@ -1,4 +1,4 @@
-"""What all parts of a scene have in common: checked as they are made, frozen, refused in words."""
+"""The base class of all parts of a scene: validated on construction, frozen."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from ghostball.model.errors import SceneError
 from ghostball.model.scene.messages import describe
 
 
-class Part(BaseModel):
-    """What is checked as it is made, frozen, and refused with one sentence."""
+class ScenePart(BaseModel):
+    """A part of a scene: validated on construction, frozen, rejected with one sentence."""
 
-    # Whether it was made by its checks. No field, nor a private attribute: pydantic would copy
-    # these to a part with other fields.
+    # Whether validation created the part. A slot, because pydantic would copy a field or a private
+    # attribute to a part with changed fields.
     __slots__ = ("_checked",)
 
-    # A part that pydantic made without its checks is checked where it becomes part of a whole.
-    # Checks are built when they are first needed: who imports the engine may need none.
+    # A part that pydantic created without validation is validated when it becomes part of a scene.
+    # Validators are built when they are first needed, because importing the engine may need none.
     model_config = ConfigDict(
         frozen=True,
         extra="forbid",
@@ -32,14 +32,14 @@ class Part(BaseModel):
     def __get_pydantic_core_schema__(
         cls, source: Any, handler: GetCoreSchemaHandler, /
     ) -> CoreSchema:
-        # What files of schemas name a part by moves outwards, from the model to what is around it.
+        # The name in JSON schema files moves from the model schema to the schema that wraps it.
         inner = {**handler.resolve_ref_schema(handler(source))}
         name = inner.pop("ref")
         return core_schema.no_info_wrap_validator_function(cls._once_checked, inner, ref=name)
 
     @classmethod
     def _once_checked(cls, value: Any, check: core_schema.ValidatorFunctionWrapHandler) -> Self:
-        """Return a part as it is where it was checked; else what its checks make of a value."""
+        """Return a part unchanged if it was validated before; otherwise validate the value."""
         if type(value) is cls and value.is_checked:
             return value
         made: Self = check(value)
@@ -48,9 +48,9 @@ class Part(BaseModel):
 
     @property
     def is_checked(self) -> bool:
-        """Whether it was made by its checks.
+        """Whether validation created the part.
 
-        `model_copy`, `model_construct`, `copy` and `pickle` make parts past them.
+        `model_copy`, `model_construct`, `copy` and `pickle` create parts without validation.
         """
         return getattr(self, "_checked", False)
 
@@ -62,9 +62,9 @@ class Part(BaseModel):
 
     @classmethod
     def model_validate(cls, obj: Any, **options: Any) -> Self:
-        """Make one of plain values, such as those of a JSON object.
+        """Create a part from plain values, such as those of a JSON object.
 
-        Raises `SceneError` where a rule is broken.
+        Raises `SceneError` if a rule is broken.
         """
         try:
             return super().model_validate(obj, **options)
@@ -73,14 +73,14 @@ class Part(BaseModel):
 
     @classmethod
     def model_validate_json(cls, json_data: str | bytes | bytearray, **options: Any) -> Self:
-        """Make one of JSON text, such as `model_dump_json` writes.
+        """Create a part from JSON text, such as the output of `model_dump_json`.
 
-        Raises `SceneError` where it is no JSON, or a rule is broken.
+        Raises `SceneError` if the text isn't JSON or breaks a rule.
         """
         try:
             return super().model_validate_json(json_data, **options)
         except ValidationError as error:
             raise SceneError(describe(error, cls)) from None
 
-    # pydantic would otherwise run this for nested models too, and lose where in the scene they are.
+    # Otherwise pydantic would call `__init__` for nested models too, and lose their location.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]

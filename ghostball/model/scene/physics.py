@@ -1,6 +1,6 @@
-"""The physics of a scene: constants, laws by name, and the rules between its own fields.
+"""The physics of a scene: constants, names of laws, and the rules between its fields.
 
-Rules that ask about balls or the table too are in `scene.law_rules`.
+Rules that also involve the balls or the table are in `scene.law_rules`.
 """
 
 from __future__ import annotations
@@ -25,23 +25,22 @@ from ghostball.model.scene.fields import (
     Positive,
     problem,
 )
-from ghostball.model.scene.part import Part
+from ghostball.model.scene.part import ScenePart
 
-_LATER_FIELDS = ("rolling_friction_quadratic", "cushion_restitution_loss")
+_ADDED_FIELDS = ("rolling_friction_quadratic", "cushion_restitution_loss")
 
 
-class Physics(Part):
-    """Constants and laws of one scene; a `preset` gives the defaults, any field overrides it.
+class Physics(ScenePart):
+    """Constants and laws of a scene; a `preset` sets defaults, which any field overrides.
 
-    `ghostball/model/impact_laws.py` says what each law of impacts uses, and where it comes from. A
-    field that the chosen law would ignore is refused, unless it has the preset's value or the
-    default.
+    `ghostball/model/impact_laws.py` lists the fields and the source of each impact law. A field
+    that the chosen law ignores is rejected, unless it has the value of the preset or the default.
 
-    Sources: the paper's own model ("paper": section 4.2 and 5.2, mu = 0.02, everything elastic);
-    Alciatore's table of pool constants ("pool"); the same with a restitution and a coefficient of
-    friction at each contact, as engines of games have them ("pool-coulomb"); a heated table of
-    three-cushion ("carom") and a table of snooker ("snooker"), both mostly from measurements, as
-    `docs/real-tables.md` says.
+    Sources: the paper's model ("paper": sections 4.2 and 5.2, mu = 0.02, elastic collisions);
+    Alciatore's table of pool constants ("pool"); the same with constant restitution and friction
+    coefficients, as in game engines ("pool-coulomb"); a heated table for three-cushion billiards
+    ("carom") and a snooker table ("snooker"), both mostly from measurements, see
+    `docs/real-tables.md`.
     """
 
     PRESETS: ClassVar[dict[str, dict[str, Any]]] = {
@@ -96,10 +95,10 @@ class Physics(Part):
     motion: Literal["rolling", "sliding"] = Field(
         default="rolling",
         description='"rolling": always without slip (the paper), no friction between balls or with '
-        'cushions; "sliding": slides until it rolls, and spin is a state of its own',
+        'cushions; "sliding": balls slide until they roll, with independent spin',
     )
     rolling_friction: NonNegative = Field(
-        default=0.02, description="coefficient of rolling resistance, ball on cloth [1]"
+        default=0.02, description="coefficient of rolling friction, ball on cloth [1]"
     )
     sliding_friction: NonNegative = Field(
         default=0.2, description="coefficient of sliding friction, ball on cloth [1]"
@@ -109,28 +108,28 @@ class Physics(Part):
     )
     impacts: Literal["simultaneous", "sequential"] = Field(
         default="simultaneous",
-        description="how impacts at one instant are resolved: together, whatever the order of the "
-        "balls, or one after another",
+        description='how simultaneous impacts are resolved: "simultaneous" (independent of ball '
+        'order) or "sequential"',
     )
     ball_impact: BallLaw = Field(
-        default="frictional", description="law of the ball-ball impact, see impacts/laws/"
+        default="frictional", description="impact law for two balls, see impacts/laws/"
     )
     ball_restitution: Fraction = Field(default=1.0, description="ball-ball restitution [1]")
     ball_friction: NonNegative | Literal["alciatore"] = Field(
         default=0.0,
-        description='coefficient of friction between balls [1], or "alciatore": falls with the '
-        "speed of slip",
+        description='coefficient of friction between balls [1], or "alciatore": decreases with the '
+        "slip speed",
     )
     cushion: CushionLaw = Field(
-        default="mirror", description="law of the ball-cushion impact, see impacts/laws/"
+        default="mirror", description="impact law for ball and cushion, see impacts/laws/"
     )
     cushion_restitution: Fraction = Field(
-        default=1.0, description='normal restitution of the cushion (all laws but "mirror") [1]'
+        default=1.0, description='normal restitution of the cushion (all laws except "mirror") [1]'
     )
     cushion_restitution_loss: NonNegative = Field(
         default=0.0,
-        description="c of a normal restitution that falls with the speed v of the approach, "
-        'e / (1 + c sqrt(v)), e being `cushion_restitution` (all laws but "mirror") [sqrt(s/m)]',
+        description="c in the normal restitution e / (1 + c sqrt(v)), which decreases with the "
+        'approach speed v; e is `cushion_restitution` (all laws except "mirror") [sqrt(s/m)]',
     )
     cushion_tangential_restitution: Fraction = Field(
         default=1.0, description='factor on the velocity along the cushion (law "restitution") [1]'
@@ -148,21 +147,21 @@ class Physics(Part):
     air_drag: NonNegative = Field(default=0.0, description="k in a = -k |v| v [1/m]")
     rolling_friction_quadratic: NonNegative = Field(
         default=0.0,
-        description="b in a = mu g + b v^2 of a ball that rolls, beside what air takes [1/m]",
+        description="b in the rolling deceleration mu g + b v^2, without air drag [1/m]",
     )
     airborne: Flag = Field(default=False, description="whether a ball may leave the cloth")
     table_restitution: Fraction = Field(
-        default=0.5, description="restitution of a ball that lands on the table [1]"
+        default=0.5, description="restitution of a ball landing on the table [1]"
     )
 
     @model_serializer(mode="wrap")
-    def _without_later_fields(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out fields that came later, where they are 0: scenes stored before stay the same.
+    def _without_added_fields(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Omit fields that were added later and are 0, so that older stored scenes stay equal.
 
-        But not where the preset gives another number.
+        A field stays if the preset gives a different value.
         """
         fields: dict[str, Any] = dump(self)
-        for name in _LATER_FIELDS:
+        for name in _ADDED_FIELDS:
             if fields.get(name) == 0.0 and not from_preset(self, name):
                 del fields[name]
         return fields
@@ -183,43 +182,43 @@ class Physics(Part):
 
 
 def _check_laws(physics: Physics) -> None:
-    """Refuse a field that the chosen impact law, or balls that stay on the cloth, would ignore.
+    """Reject a field that has no effect with the chosen impact law, or without airborne balls.
 
-    Whoever set one wants another law. What the preset or the default gives is allowed, so that a
-    law can be swapped for another with nothing else changed.
+    Someone who sets such a field expects a different law. The values of the preset and the default
+    are allowed, so that a law can be changed without changing anything else.
 
-    Raises `PydanticCustomError` for the first field that differs from the preset's value and has no
+    Raises `PydanticCustomError` for the first field that differs from these values and has no
     effect.
     """
     for chooser, laws in (("cushion", CUSHION_LAWS), ("ball_impact", BALL_LAWS)):
         chosen = entry_of(laws, getattr(physics, chooser))
         for field in dict.fromkeys(field for law in laws for field in law.uses):
             value = getattr(physics, field)
-            given = value in _given(physics, field)
+            given = value in _preset_values(physics, field)
             if field in chosen.uses or field == "sliding_friction" or given:
-                continue  # sliding friction is the cloth's, whatever the law
+                continue  # the cloth uses sliding friction with any law
             if field == "cushion_height" and physics.airborne:
-                continue  # where balls meet cushions in space, whatever the law
+                continue  # airborne balls meet cushions at this height with any law
             raise problem(
                 "no_effect",
                 f'`{field}` = {value} has no effect with `{chooser}` = "{chosen.name}". Set '
-                f"`{chooser}` = {choice(law.name for law in laws if field in law.uses)}, or leave "
-                "the field out",
+                f"`{chooser}` = {choice(law.name for law in laws if field in law.uses)}, or remove "
+                "the field",
                 at=(field,),
             )
     _check_airborne(physics)
     landing = physics.table_restitution
-    if not physics.airborne and landing not in _given(physics, "table_restitution"):
+    if not physics.airborne and landing not in _preset_values(physics, "table_restitution"):
         raise problem(
             "no_effect",
-            f"`table_restitution` = {landing} has no effect with `airborne` = false: no ball "
-            "lands. Set `airborne` = true, or leave the field out",
+            f"`table_restitution` = {landing} has no effect with `airborne` = false: balls never "
+            "land. Set `airborne` = true, or remove the field",
             at=("table_restitution",),
         )
 
 
 def _check_airborne(physics: Physics) -> None:
-    """Refuse what can't be where balls may leave the cloth: rolling only, and laws on the cloth."""
+    """Reject choices that exclude airborne balls: pure rolling, and laws on the cloth."""
     if not physics.airborne:
         return
     wrong: dict[str, str] = {}  # field, and what to set it to
@@ -231,29 +230,29 @@ def _check_airborne(physics: Physics) -> None:
     for field, instead in wrong.items():
         raise problem(
             "not_airborne",
-            f"`{field}` must be {instead} where `airborne` = true, got "
-            f'"{getattr(physics, field)}": it holds balls on the cloth. Set `{field}` = {instead}, '
+            f"`{field}` must be {instead} if `airborne` = true, got "
+            f'"{getattr(physics, field)}": it keeps balls on the cloth. Set `{field}` = {instead}, '
             "or `airborne` = false",
             at=(field,),
         )
 
 
 def entry_of(laws: tuple[LawEntry, ...], name: str) -> LawEntry:
-    """Return the law of a name."""
+    """Return the law with a name."""
     return next(law for law in laws if law.name == name)
 
 
 def from_preset(physics: Physics, field: str) -> Any:
-    """Return what the preset of some physics gives for a field; None: nothing."""
+    """Return the value that the preset of `physics` sets for a field; None if it sets none."""
     return physics.PRESETS[physics.preset].get(field)
 
 
-def _given(physics: Physics, field: str) -> tuple[Any, Any]:
-    """Return what a field is where nobody sets it: by default, and by the preset."""
+def _preset_values(physics: Physics, field: str) -> tuple[Any, Any]:
+    """Return the values of a field that nobody set: the default, and that of the preset."""
     return type(physics).model_fields[field].default, from_preset(physics, field)
 
 
 def choice(names: Iterable[str]) -> str:
-    """Return names in quotes, as a sentence lists what can be chosen."""
+    """Return quoted names as a list for a sentence: "a", "b" or "c"."""
     *others, last = (f'"{name}"' for name in names)
     return f"{', '.join(others)} or {last}" if others else last

@@ -1,7 +1,7 @@
-"""Pockets: their numbers, and where rails, jaws, facings and holes of a table are by them.
+"""Pockets: their dimensions, and the positions of the rails, jaws, facings and holes of a table.
 
-The geometry is that of Alciatore's technical proofs 3.5 and 3.6, with the corner between nose and
-facing rounded, as pooltool has it.
+The geometry is that of Alciatore's technical proofs 3.5 and 3.6, with a rounded corner between nose
+and facing, as in pooltool.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field
 from ghostball.model.rounding import position_rounding
 from ghostball.model.scene.fields import NonNegative, Positive, Real, in_degrees, problem
 from ghostball.model.scene.obstacles import POCKETS, Disc, Hole, Obstacle, Segment
-from ghostball.model.scene.part import Part
+from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.sides import CUSHIONS, Point
 from ghostball.model.sines import cosines_and_sines
 
@@ -30,61 +30,65 @@ def _cut_angle(value: float) -> float:
     return value
 
 
-class Pocket(Part):
-    """A pocket: its mouth between two rounded jaws, the facings behind them, and its hole."""
+class Pocket(ScenePart):
+    """A pocket: its mouth between two rounded jaws, the facings behind the jaws, and its hole."""
 
     mouth: Positive = Field(
-        description="between the points where noses and facings would meet, were they not rounded "
-        "[m]"
+        description="width of the mouth, between the (unrounded) corners of nose and facing [m]"
     )
     angle: Annotated[Real, AfterValidator(_cut_angle)] = Field(
-        description="between a cushion's nose and its facing, the cut angle [rad]"
+        description="cut angle, between a cushion's nose and its facing [rad]"
     )
-    jaw_radius: Positive = Field(description="of the rounding between nose and facing [m]")
+    jaw_radius: Positive = Field(description="radius of the rounded corner of nose and facing [m]")
     depth: NonNegative = Field(
-        description="from the middle of the mouth to the edge of the hole, the shelf [m]"
+        description="depth of the shelf, from the middle of the mouth to the edge of the hole [m]"
     )
-    radius: Positive = Field(description="of the hole: it takes a ball whose centre enters it [m]")
+    radius: Positive = Field(
+        description="radius of the hole; a ball is pocketed when its centre enters it [m]"
+    )
 
 
-class Pockets(Part):
+class Pockets(ScenePart):
     """The pockets of a rectangular table: four in its corners, two in the middle of its length."""
 
-    corner: Pocket | None = Field(default=None, description="all four; left out: there are none")
+    corner: Pocket | None = Field(
+        default=None, description="the four corner pockets; default: none"
+    )
     side: Pocket | None = Field(
-        default=None, description='those of the cushions "bottom" and "top"; left out: none'
+        default=None,
+        description='the side pockets, in the cushions "bottom" and "top"; default: none',
     )
 
 
 class Facing(NamedTuple):
-    """One side of a pocket's mouth: the jaw, and the facing behind it [m].
+    """One half of a pocket's mouth: the jaw and the facing behind it [m].
 
-    In coordinates of the cushion: along it, away from the pocket's axis, and into the table.
+    Coordinates: u along the cushion, away from the pocket's axis, and v into the table.
     """
 
-    joint: float  # where the straight nose ends and the jaw begins, along the cushion
-    jaw: Point  # the jaw's centre
-    start: Point  # of the facing, where the jaw ends
-    end: Point  # at the middle of the hole, or beyond
+    joint: float  # u at which the straight nose ends and the jaw begins
+    jaw: Point  # centre of the jaw
+    start: Point  # start of the facing, where the jaw ends
+    end: Point  # end of the facing, at the middle of the hole or beyond
 
 
 def facing_of(pocket: Pocket, is_corner: bool) -> Facing:
-    """Return one half of a pocket, seen along the cushion from where its axis crosses the noses.
+    """Return one half of a pocket; the origin is where the axis of the pocket crosses the noses.
 
-    A corner pocket's mouth is measured between the points where the noses of both cushions would
-    meet the facings, were they not rounded: each mouth / sqrt(2) from the corner. The facing leaves
-    the nose at the cut angle; a jaw of radius r touches both, at r / tan(angle / 2) from where they
-    would meet.
+    The mouth of a corner pocket is measured between the points at which the noses of both cushions
+    would meet the facings without rounding: each is mouth / sqrt(2) from the corner. The facing
+    leaves the nose at the cut angle. A jaw of radius r touches both, at a distance r / tan(angle /
+    2) from the point at which they would meet.
     """
     half = pocket.mouth / (math.sqrt(2.0) if is_corner else 2.0)
     cosines, sines = cosines_and_sines(np.array([pocket.angle]))
     cosine, sine = float(cosines[0]), float(sines[0])
-    # The nose goes away from the axis, along (1, 0); the facing in the cut angle from it, and out.
+    # The nose runs away from the axis, along (1, 0); the facing at the cut angle to it, outwards.
     along: Point = (cosine, -sine)
     offset = pocket.jaw_radius * (1.0 + cosine) / sine  # r / tan(angle / 2)
     start = (half + offset * along[0], offset * along[1])
     hole = hole_of(pocket, is_corner)
-    # To where it is nearest to the hole's middle; but no less far out than that.
+    # The facing ends nearest to the middle of the hole, but at least as far out as the middle.
     distance = (hole[0] - half) * along[0] + hole[1] * along[1]
     if is_corner:
         distance = max(distance, (hole[0] + hole[1] - half) / (along[0] + along[1]))
@@ -95,7 +99,7 @@ def facing_of(pocket: Pocket, is_corner: bool) -> Facing:
 def hole_of(pocket: Pocket, is_corner: bool) -> Point:
     """Return the middle of a pocket's hole, in the coordinates of `Facing` [m].
 
-    Its edge is `depth` behind the middle of the mouth.
+    The edge of the hole is `depth` behind the middle of the mouth.
     """
     if not is_corner:
         return 0.0, -(pocket.depth + pocket.radius)
@@ -104,7 +108,7 @@ def hole_of(pocket: Pocket, is_corner: bool) -> Point:
 
 
 class _Half(NamedTuple):
-    """How one half of a pocket lies on the table: where its axis meets the cushion, and how."""
+    """The place of one half of a pocket: origin and axes of its coordinates on the table."""
 
     cushion: int
     origin: Point
@@ -112,7 +116,7 @@ class _Half(NamedTuple):
     inward: Point
 
     def place(self, point: Point) -> Point:
-        """Return where a point of the half's own coordinates is on the table [m]."""
+        """Return the position on the table of a point in the coordinates of the half [m]."""
         u, v = point
         x, y = self.origin
         return (
@@ -122,7 +126,7 @@ class _Half(NamedTuple):
 
 
 class PocketOnTable(NamedTuple):
-    """A pocket at its place: the half that comes first, going round the table, and the other."""
+    """A pocket on the table: its two halves, in counterclockwise order round the table."""
 
     pocket: int
     is_corner: bool
@@ -132,7 +136,7 @@ class PocketOnTable(NamedTuple):
 
     @property
     def hole(self) -> Hole:
-        """Its hole."""
+        """The hole of the pocket."""
         centre = self.second.place(hole_of(self.shape, self.is_corner))
         if self.is_corner:
             inward = tuple(
@@ -144,18 +148,19 @@ class PocketOnTable(NamedTuple):
         return Hole(self.pocket, centre, self.shape.radius, (inward[0], inward[1]))
 
 
-_INDEX: dict[str, int] = {name: k for k, name in enumerate(CUSHIONS)}
+_CUSHION_INDEX: dict[str, int] = {name: k for k, name in enumerate(CUSHIONS)}
 
 
 def place_pockets(length: float, width: float, pockets: Pockets) -> list[PocketOnTable]:
-    """Return a rectangle's pockets where they are, counterclockwise from the bottom left one.
+    """Return the pockets of a rectangle, counterclockwise from the bottom left pocket.
 
-    Going round so, the table is on the left; a half's cushion is before it, or after it.
+    In this direction the table is on the left. The cushion of the first half comes before the
+    pocket, that of the second half after it.
     """
     right, left, up, down = (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)
     half = length / 2.0
-    # Name, where its axis meets the cushions; the cushion before it, and how that goes away from
-    # it; the cushion behind it, in the same way.
+    # Name; where the axis meets the cushions; the cushion before the pocket, the direction along it
+    # away from the pocket, its inward normal; the same for the cushion after the pocket.
     places: tuple[tuple[str, Point, str, Point, Point, str, Point, Point], ...] = (
         ("bottom-left", (0.0, 0.0), "left", up, right, "bottom", right, up),
         ("bottom", (half, 0.0), "bottom", left, up, "bottom", right, up),
@@ -169,21 +174,21 @@ def place_pockets(length: float, width: float, pockets: Pockets) -> list[PocketO
         is_corner = "-" in name
         shape = pockets.corner if is_corner else pockets.side
         if shape is not None:
-            first = _Half(_INDEX[before], origin, before_along, before_in)
-            second = _Half(_INDEX[after], origin, after_along, after_in)
+            first = _Half(_CUSHION_INDEX[before], origin, before_along, before_in)
+            second = _Half(_CUSHION_INDEX[after], origin, after_along, after_in)
             found.append(PocketOnTable(POCKETS.index(name), is_corner, shape, first, second))
     return found
 
 
 def obstacles_of_pockets(length: float, width: float, pockets: Pockets) -> list[Obstacle]:
-    """Return rails, jaws, facings and holes of a rectangle with pockets.
+    """Return the rails, jaws, facings and holes of a rectangle with pockets.
 
-    Rails come first, then what lies behind their noses, the holes last.
+    Rails come first, then jaws and facings, then holes.
 
-    A jaw stands back from the lines of its nose and of its facing, by twice the rounding of a place
-    on the table. Where its centre was rounded towards the cloth, the jaw would stick out past them,
-    and a ball that glides along the rail would hit it: a ball must touch a jaw only between the
-    normals of nose and facing.
+    A jaw is set back from the lines of its nose and its facing by twice the rounding of a position
+    on the table. If its centre were rounded towards the cloth, the jaw would stick out beyond these
+    lines, and a ball that glides along the rail would hit it. A ball must touch a jaw only between
+    the normals of nose and facing.
     """
     placed = place_pockets(length, width, pockets)
     rails = _rails(length, width, placed)
@@ -191,7 +196,8 @@ def obstacles_of_pockets(length: float, width: float, pockets: Pockets) -> list[
     behind: list[Obstacle] = []
     for one in placed:
         shape = facing_of(one.shape, one.is_corner)
-        # As far from both lines: along the bisector of their normals, (0, 1) and (x, y) / radius.
+        # At the same distance from both lines: along the bisector of their normals, (0, 1) and
+        # (x, y) / radius.
         (u, v), radius = shape.jaw, one.shape.jaw_radius
         x, y = shape.start[0] - u, shape.start[1] - v
         centre = (u - back * x / (radius + y), v - back)
@@ -203,11 +209,11 @@ def obstacles_of_pockets(length: float, width: float, pockets: Pockets) -> list[
 
 
 def _rails(length: float, width: float, pockets: Sequence[PocketOnTable]) -> list[Obstacle]:
-    """Return the straight noses, counterclockwise from the corner at the bottom left."""
+    """Return the straight noses, counterclockwise from the bottom left corner."""
     corners = _corners(length, width)
     rails: list[Obstacle] = []
     for k, name in enumerate(("bottom", "right", "top", "left")):
-        cushion, begin, end = _INDEX[name], corners[k], corners[(k + 1) % 4]
+        cushion, begin, end = _CUSHION_INDEX[name], corners[k], corners[(k + 1) % 4]
         starts, ends = [], []
         for one in pockets:
             joint = (facing_of(one.shape, one.is_corner).joint, 0.0)
@@ -238,8 +244,8 @@ def outline_of_pockets(
 ) -> list[Point]:
     """Return the polygon of noses and facings, to the middle of each hole, counterclockwise [m].
 
-    Each jaw is rounded by so many straight pieces, `arc`; 0: it isn't, which takes a little less
-    than there is.
+    `arc` is the number of straight pieces of each jaw. With 0, jaws aren't rounded, and the polygon
+    is slightly smaller than the table.
     """
     placed = {one.pocket: one for one in place_pockets(length, width, pockets)}
     at_corners = [name for name in POCKETS if "-" in name]
@@ -258,7 +264,7 @@ def outline_of_pockets(
 
 
 def _rounded(pocket: Pocket, facing: Facing, is_corner: bool, arc: int) -> list[Point]:
-    """Return the way from a nose to its facing, in the coordinates of `Facing` [m]."""
+    """Return the points from a nose to its facing, in the coordinates of `Facing` [m]."""
     if arc == 0:
         return [(pocket.mouth / (math.sqrt(2.0) if is_corner else 2.0), 0.0)]
     centre, points = facing.jaw, []

@@ -1,6 +1,6 @@
-"""The rules between the fields of a scene: each refuses what breaks it with one sentence.
+"""The rules between the fields of a scene; each rejects a scene with one sentence.
 
-What a single field may hold is in `scene.fields`.
+The values that a single field may have are defined in `scene.fields`.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from ghostball.model.rounding import (
 )
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.fields import problem
+from ghostball.model.scene.initial_states import InitialStates, initial_states_of
 from ghostball.model.scene.law_rules import check_laws_in_scene
 from ghostball.model.scene.motion_rules import check_motions
 from ghostball.model.scene.obstacles import (
@@ -28,36 +29,35 @@ from ghostball.model.scene.obstacles import (
     is_inside,
     obstacle_name,
 )
-from ghostball.model.scene.plain import begins_plainly
-from ghostball.model.scene.starts import Starts, starts_of
+from ghostball.model.scene.quick_check import certainly_valid
 from ghostball.model.scene.table import Table
 
 
 def check_scene(scene: SceneContents) -> None:
-    """Check a scene whose fields are each in order.
+    """Check a scene whose fields are each valid.
 
     Raises `PydanticCustomError` for the first rule that is broken.
     """
-    if begins_plainly(scene):
+    if certainly_valid(scene):
         check_laws_in_scene(scene)
     else:
         check_each_rule(scene)
 
 
 def check_each_rule(scene: SceneContents) -> None:
-    """Check the same by all rules, in order.
+    """Check a scene with every rule, in order, without the fast check.
 
     Raises `PydanticCustomError` for the first rule that is broken.
     """
-    starts = starts_of(scene)
+    starts = initial_states_of(scene)
     _check_ids(scene)
     check_places(scene, starts)
     check_laws_in_scene(scene)
     check_motions(scene, starts)
 
 
-def check_places(scene: SceneContents, starts: Starts) -> None:
-    """Check where balls begin: all of a scene, in one shot or in many, one after the other.
+def check_places(scene: SceneContents, starts: InitialStates) -> None:
+    """Check initial positions: of all balls of a scene, in one shot or in many consecutive shots.
 
     Raises `PydanticCustomError` for the first rule that is broken.
     """
@@ -81,7 +81,7 @@ def _check_ids(scene: SceneContents) -> None:
         seen[ball.id] = i
 
 
-def _check_height(scene: SceneContents, starts: Starts) -> None:
+def _check_height(scene: SceneContents, starts: InitialStates) -> None:
     heights, up = starts.position[:, 2], starts.velocity[:, 2]
     radii, flies = starts.radius, scene.physics.airborne
     wrong = heights < radii if flies else heights != radii
@@ -93,17 +93,17 @@ def _check_height(scene: SceneContents, starts: Starts) -> None:
     if wrong[k]:
         rule = (
             f"must be at least the radius, {radius} m, got {z} m: the ball would be "
-            f"{radius - z:.6g} m inside the table. Raise it, or remove z"
+            f"{radius - z:.6g} m below the cloth. Raise it, or remove z"
             if flies
             else f"must be the radius, {radius} m, got {z} m: the ball must lie on the cloth. "
-            "Leave z out"
+            "Remove z"
         )
     else:
         rule = (
-            f"must be at least 0 of a ball that lies on the cloth, got {speed} m/s. Leave z out, "
-            "or say how the ball comes up again"
+            f"must be at least 0 for a ball that lies on the cloth, got {speed} m/s. Remove z, "
+            "or give the upward velocity after the bounce"
             if flies
-            else f"must be 0, got {speed} m/s: the ball must stay on the cloth. Leave z out"
+            else f"must be 0, got {speed} m/s: the ball must stay on the cloth. Remove z"
         )
     field = "position" if wrong[k] else "velocity"
     raise problem(
@@ -114,13 +114,13 @@ def _check_height(scene: SceneContents, starts: Starts) -> None:
 
 
 def _first(wrong: BoolArray) -> int | None:
-    """Return the first element of (m,) that is true, or None."""
+    """Return the index of the first true element of (m,), or None."""
     found = np.flatnonzero(wrong)
     return int(found[0]) if len(found) else None
 
 
-def _check_resolved(starts: Starts) -> None:
-    # Else balls in one place would count as touching, and their collisions would be missed.
+def _check_resolved(starts: InitialStates) -> None:
+    # Otherwise balls at the same position would count as touching, and collisions would be missed.
     rounding = position_rounding(starts.position[:, 0], starts.position[:, 1])
     radii = starts.radius
     k = _first(rounding >= radii)
@@ -128,14 +128,14 @@ def _check_resolved(starts: Starts) -> None:
         x, y = starts.position[k, :2].tolist()
         raise problem(
             "unresolved",
-            f"{starts.name(k, '.position')} must be known to better than the radius, {radii[k]} "
-            f"m, but at ({x}, {y}) m double precision rounds by up to {rounding[k]:.2g} m. Move "
-            "the scene to the origin",
+            f"{starts.name(k, '.position')} is too far from the origin: at ({x}, {y}) m doubles "
+            f"round by up to {rounding[k]:.2g} m, more than the radius, {radii[k]} m. Move the "
+            "scene closer to the origin",
             at=("balls", int(starts.ball[k]), "position"),
         )
 
 
-def _check_inside(scene: SceneContents, starts: Starts) -> None:
+def _check_inside(scene: SceneContents, starts: InitialStates) -> None:
     table = scene.table
     if table is None:
         return
@@ -158,8 +158,8 @@ def _check_inside(scene: SceneContents, starts: Starts) -> None:
         )
 
 
-def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
-    """Check that balls begin inside a table that isn't a plain rectangle, and off what is on it."""
+def _check_obstacles(scene: SceneContents, starts: InitialStates) -> None:
+    """Check that balls are inside a table that isn't a plain rectangle, clear of obstacles."""
     table = scene.table
     if table is None or not table.obstacles:
         return
@@ -167,33 +167,33 @@ def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
     to_nose = _reach_of_nose(scene, starts)
     permitted = _permitted_beyond(table, x, y, radii)
     if not table.is_rectangle:
-        _refuse_where(
+        _reject_where(
             ~is_inside(table.outline, x, y),
             scene,
             starts,
-            "must be inside the table, which it isn't. Move the ball",
+            "must be inside the table. Move the ball",
         )
     for one in table.obstacles:
         gap = gap_to(one, x, y)
         if isinstance(one, Hole):
-            _refuse_where(
+            _reject_where(
                 gap <= 0.0,
                 scene,
                 starts,
-                f'must be outside of the hole of the pocket "{POCKETS[one.pocket]}", round '
-                f"{one.centre} m with a radius of {one.radius:g} m. Leave the ball out, or move it",
+                f'must be outside the hole of pocket "{POCKETS[one.pocket]}", around '
+                f"{one.centre} m with a radius of {one.radius:g} m. Remove the ball, or move it",
             )
             continue
-        is_post = isinstance(one, Disc) and one.inward is None  # taller than any ball flies
+        is_post = isinstance(one, Disc) and one.inward is None  # a post is higher than any flight
         at = (
-            f"round {one.centre} m with a radius of {one.radius:g} m"
+            f"around {one.centre} m with a radius of {one.radius:g} m"
             if isinstance(one, Disc)
             else f"between {one.start} and {one.end} m"
         )
         what = {Disc: ", a post " if is_post else ", a jaw ", Segment: " "}[type(one)]
         nose = not is_post and scene.physics.airborne
         clear = "clear of the nose of" if nose else "at least the radius from"
-        _refuse_where(
+        _reject_where(
             gap < (radii if is_post else to_nose) - permitted,
             scene,
             starts,
@@ -202,12 +202,12 @@ def _check_obstacles(scene: SceneContents, starts: Starts) -> None:
 
 
 def _permitted_beyond(table: Table, x: FloatArray, y: FloatArray, radii: FloatArray) -> FloatArray:
-    """Return the permitted initial overlap of balls with obstacles on a table, (m,) [m]."""
+    """Return the permitted initial overlap of balls with the obstacles of a table, (m,) [m]."""
     return permitted_overlap(2.0 * radii, x, y, np.array(table.length), np.array(table.width))
 
 
-def _refuse_where(wrong: BoolArray, scene: SceneContents, starts: Starts, rule: str) -> None:
-    """Refuse the first ball whose place is wrong, (m,)."""
+def _reject_where(wrong: BoolArray, scene: SceneContents, starts: InitialStates, rule: str) -> None:
+    """Reject the first ball for which `wrong`, (m,), is true."""
     k = _first(wrong)
     if k is not None:
         x, y = starts.position[k, :2].tolist()
@@ -220,8 +220,8 @@ def _refuse_where(wrong: BoolArray, scene: SceneContents, starts: Starts, rule: 
         )
 
 
-def _reach_of_nose(scene: SceneContents, starts: Starts) -> FloatArray:
-    """Return how near balls' centres may be to a cushion, in plan, (m,) [m]."""
+def _reach_of_nose(scene: SceneContents, starts: InitialStates) -> FloatArray:
+    """Return the smallest distance of balls' centres from a cushion, seen from above, (m,) [m]."""
     if not scene.physics.airborne:
         return starts.radius
     above = starts.position[:, 2] - scene.physics.cushion_height
@@ -229,9 +229,10 @@ def _reach_of_nose(scene: SceneContents, starts: Starts) -> FloatArray:
     return reach
 
 
-def _check_overlaps(scene: SceneContents, starts: Starts) -> None:
-    # Balls touch at a centre distance of the sum of their radii: in the plane for balls on the
-    # cloth (see "Geometry" in engine/__init__.py), in space where they may fly.
+def _check_overlaps(scene: SceneContents, starts: InitialStates) -> None:
+    # Balls touch if the distance of their centres is the sum of their radii: in the plane for balls
+    # on
+    # the cloth (see "Geometry" in engine/__init__.py), in space for airborne balls.
     dimensions, n = 3 if scene.physics.airborne else 2, len(scene.balls)
     radii = scene.radii
     centres = starts.position[:, :dimensions].reshape(-1, n, dimensions)
@@ -243,29 +244,29 @@ def _check_overlaps(scene: SceneContents, starts: Starts) -> None:
     distance = np.sqrt(np.sum((centres[shot, j] - centres[shot, i]) ** 2))
     raise problem(
         "overlap",
-        f'`balls[{j}]` ("{one}") and {starts.name(shot * n + i)} ("{other}") must not overlap, '
-        f"but do by {overlap:.6g} m: their centres are {distance:.9g} m apart and their radii add "
-        f"up to {radii[i] + radii[j]:.9g} m. Move one of them",
+        f'`balls[{j}]` ("{one}") and {starts.name(shot * n + i)} ("{other}") overlap by '
+        f"{overlap:.6g} m: their centres are {distance:.9g} m apart and their radii add up to "
+        f"{radii[i] + radii[j]:.9g} m. Move one of them",
         at=("balls", i, "position"),
     )
 
 
-_MOST_OVERLAPS = 100_000
-"""Overlaps after which no others are sought: thousands of balls at one place have millions."""
+_MAX_OVERLAPS = 100_000
+"""Number of overlaps after which the search stops; balls at one place have millions."""
 
 
-_MOST_AT_ONCE = 100_000
-"""Pairs after which those found so far are looked at: some megabytes."""
+_PAIRS_AT_ONCE = 100_000
+"""Number of pairs that are checked together: a few megabytes."""
 
 
 def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int, float]]:
-    """Return the balls that overlap more than permitted: shot, pair i > j, and overlap [m].
+    """Return the overlaps that are larger than permitted: shot, pair i > j, and overlap [m].
 
-    In order of shot and i, the largest first; not all of them where there are hundreds of
-    thousands. `centres` is (k, n, 2 or 3) [m], `radii` (n,) [m].
+    The result is sorted by shot and i, then by decreasing overlap. It is incomplete if there are
+    hundreds of thousands of overlaps. `centres` is (k, n, 2 or 3) [m], `radii` (n,) [m].
 
-    The balls of a shot are sorted along x, so that each is compared with those that follow within
-    reach, and no others: the first with the next, with the one after that ..., all at once.
+    The balls of each shot are sorted along x, so each ball is compared only with the following
+    balls within reach: with the next ball, then with the one after that, for all balls at once.
     """
     order = np.argsort(centres[:, :, 0], axis=1, kind="stable")
     placed = np.take_along_axis(centres, order[:, :, None], axis=1)
@@ -283,19 +284,19 @@ def overlaps(centres: FloatArray, radii: FloatArray) -> list[tuple[int, int, int
         if centres.shape[2] == 3:
             in_air = (first[:, 2] > radius) | (second[:, 2] > radius_of_other)
             permitted += np.where(in_air, FLIGHT_CONTACT_TOLERANCE * reached, 0.0)
-        for m in np.flatnonzero(overlap > permitted)[:_MOST_OVERLAPS]:
+        for m in np.flatnonzero(overlap > permitted)[:_MAX_OVERLAPS]:
             i, j = int(order[shot[m], one[m]]), int(order[shot[m], other[m]])
             found.append((int(shot[m]), max(i, j), min(i, j), float(overlap[m])))
-        if len(found) > _MOST_OVERLAPS:
+        if len(found) > _MAX_OVERLAPS:
             break
     return sorted(found, key=lambda pair: (pair[0], pair[1], -pair[3], pair[2]))
 
 
 def _near(placed: FloatArray, reach: float) -> Iterator[tuple[IntArray, IntArray, IntArray]]:
-    """Yield pairs of balls that are near each other along x and y: shot, one and other.
+    """Yield pairs of balls that are close to each other in x and y: shot, first ball, second ball.
 
-    `placed` is (k, n, 2 or 3), sorted along x. Many pairs at a time: as soon as they are more than
-    `_MOST_AT_ONCE`.
+    `placed` is (k, n, 2 or 3), sorted along x. Each yield has many pairs: it comes as soon as there
+    are more than `_PAIRS_AT_ONCE`.
     """
     x, y = np.ascontiguousarray(placed[:, :, 0]), np.ascontiguousarray(placed[:, :, 1])
     pairs: list[tuple[IntArray, IntArray, IntArray]] = []
@@ -303,10 +304,12 @@ def _near(placed: FloatArray, reach: float) -> Iterator[tuple[IntArray, IntArray
     for lag in range(1, placed.shape[1]):
         if (x[:, lag:] - x[:, :-lag]).min(initial=np.inf) > reach:
             break
-        shot, one = np.nonzero(np.abs(y[:, lag:] - y[:, :-lag]) < reach)  # few of many balls
+        shot, one = np.nonzero(
+            np.abs(y[:, lag:] - y[:, :-lag]) < reach
+        )  # only a few pairs are close
         pairs.append((shot, one, one + lag))
         count += len(shot)
-        if count > _MOST_AT_ONCE:
+        if count > _PAIRS_AT_ONCE:
             yield _joined(pairs)
             pairs, count = [], 0
     if pairs:

@@ -1,8 +1,8 @@
 """A scene: balls, table and physics of one shot, in SI units, validated once and frozen.
 
-`Scene` is what every engine of the harness takes. It is checked here, at the boundary, and trusted
-everywhere else. What a field may hold is in `scene.fields`, the rules between fields and parts are
-in `scene.rules`, and reading and writing TOML is in `scene.toml`.
+Every engine takes a `Scene`. A scene is validated here, when it is created, and trusted everywhere
+else. The values that a field may have are defined in `scene.fields`, the rules between fields in
+`scene.rules`; reading and writing TOML is in `scene.toml`.
 """
 
 from __future__ import annotations
@@ -18,32 +18,32 @@ from pydantic import ValidationError, model_validator
 from ghostball.model.errors import SceneError
 from ghostball.model.scene import toml
 from ghostball.model.scene.contents import SceneContents
+from ghostball.model.scene.continuation import Change, EndedShot, fields_after
 from ghostball.model.scene.from_arrays import add_strikes, fields_of_balls
-from ghostball.model.scene.later import Change, EndedShot, fields_after
+from ghostball.model.scene.initial_states import apply_table_reaction
 from ghostball.model.scene.messages import describe, refusal
 from ghostball.model.scene.rules import check_scene
-from ghostball.model.scene.starts import let_table_answer_strikes
 from ghostball.model.scene.strike import Strike
 from ghostball.model.views import view_of
 
 
 class Scene(SceneContents):
-    """A shot: what every engine simulates.
+    """A shot: the input of every engine.
 
     Attributes
     ----------
     name : str
         Identifier, used in file names: lower case letters, digits, ".", "_", "-".
     title : str
-        What the scene probes, in one line.
+        What the scene tests, in one line.
     tags : tuple of str
     balls : tuple of Ball
         At least one; results list balls in this order.
     table : Table or None
-        None is an unbounded cloth.
+        None: an unbounded cloth.
     physics : Physics
     t_max : float or None
-        Where to stop [s]; None is "until every ball rests".
+        Time at which the simulation stops [s]; None: when all balls are at rest.
     """
 
     @classmethod
@@ -53,8 +53,8 @@ class Scene(SceneContents):
         Raises
         ------
         SceneError
-            Where the file can't be read, isn't TOML, or breaks a rule; the message names file,
-            line, field, value and rule.
+            If the file can't be read, isn't TOML, or breaks a rule; the message names file, line,
+            field, value and rule.
         """
         try:
             place = Path(path)
@@ -66,7 +66,7 @@ class Scene(SceneContents):
 
     @classmethod
     def loads(cls, text: str, source: str = "<scene>") -> Scene:
-        """Read a scene from TOML text; `source` is what errors call it."""
+        """Read a scene from TOML text; error messages call the text `source`."""
         data = toml.parse(text, source)
         try:
             scene: Scene = cls.__pydantic_validator__.validate_python(data)
@@ -88,30 +88,30 @@ class Scene(SceneContents):
         strikes: Mapping[int, Strike] | None = None,
         **fields: Any,
     ) -> Scene:
-        """Make a scene of n balls from arrays: sooner than ball by ball, checked as well.
+        """Make a scene of n balls from arrays. Faster than ball by ball, with the same checks.
 
         Parameters
         ----------
         positions : (n, 2 or 3) float64 [m]
-            Centres; a height that is left out is the radius: on the cloth.
+            Centres. Without z, the ball lies on the cloth.
         velocities : (n, 2 or 3) float64 [m/s]
-            None: all balls rest.
+            None: all balls are at rest.
         angular_velocities : (n, 3) float64 [rad/s]
-            None: those of rolling without slip.
+            None: rolling without slip.
         name : str
         ids : sequence of n str
             None: "ball-0", "ball-1", ...
         radii, masses : (n,) float64 [m, kg], or one number for all
             None: the value of the table's preset, or the value of pool balls without a preset.
         strikes : dict of int to Strike
-            By index of the ball, in place of `velocities` and `angular_velocities`. None: none.
+            By index of the ball, instead of `velocities` and `angular_velocities`; default: none.
         **fields
-            `table`, `physics`, `t_max` and so on, as `Scene` takes them.
+            `table`, `physics`, `t_max` and so on, as for `Scene`.
 
         Raises
         ------
         SceneError
-            Where arrays don't go together, or a rule of scenes is broken.
+            If the shapes of the arrays don't match, or the scene is invalid.
         """
         columns = {"position": positions, "velocity": velocities, "radius": radii, "mass": masses}
         columns["angular_velocity"] = angular_velocities
@@ -142,9 +142,9 @@ class Scene(SceneContents):
         name : str, optional
             Name of the new scene; None adds the number of the shot, as "break.2" after "break".
         changes : dict of str to dict, optional
-            New values for fields of balls, by ball id, such as
-            ``{"cue": {"strike": Strike(speed=2.0, direction=0.5)}}``. A removed ball comes back on
-            the table if its ``position`` is given.
+            New values for fields of balls, by ball id, such as ``{"cue": {"strike":
+            Strike(speed=2.0, direction=0.5)}}``. A removed ball comes back on the table if its
+            ``position`` is given.
         **fields
             Other fields of the new scene, such as `title`.
 
@@ -168,9 +168,9 @@ class Scene(SceneContents):
         toml.write(toml.dumps(self), Path(path))
 
     def without_strikes(self) -> Scene:
-        """Return the scene whose balls have velocities in place of strikes, which moves alike.
+        """Return an equivalent scene whose balls have velocities instead of strikes.
 
-        Itself where none has a strike. For engines that read velocities alone.
+        The scene itself if no ball has a strike. For engines that read only velocities.
         """
         if all(ball.strike is None for ball in self.balls):
             return self
@@ -178,12 +178,12 @@ class Scene(SceneContents):
         return Scene(**fields | {"balls": [ball.without_strike() for ball in self.balls]})
 
     def _repr_svg_(self) -> str | None:
-        """Return what a notebook shows: the balls, and where those that move are going."""
+        """Return the picture for a notebook: the balls, and the directions of moving balls."""
         return view_of(self)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        let_table_answer_strikes(self)
+        apply_table_reaction(self)
         check_scene(self)
         return self
 
@@ -200,24 +200,24 @@ def made_after(make: Callable[[], Scene], engine: str) -> Scene:
 
 
 def check_whole(scene: Scene) -> None:
-    """Check a scene anew, with all its parts, unless it was made by its checks.
+    """Check a scene and all its parts again, unless validation created the scene.
 
-    Raises `SceneError` where a rule is broken.
+    Raises `SceneError` if a rule is broken.
     """
     if scene.is_checked:
         return
-    made = "The scene was made without its checks (by a copy, or by `model_construct`)"
+    made = "The scene was created without validation (by a copy, or by `model_construct`)"
     try:
         checked = type(scene).model_validate(scene)
     except SceneError as error:
         raise SceneError(f"{error} {made}") from None
     if checked != scene:
-        raise refusal(f"{made}, which would have changed it. Make it by Scene(...)")
+        raise refusal(f"{made}, which would have changed it. Create it with Scene(...)")
     object.__setattr__(scene, "_checked", True)
 
 
 def json_schema() -> str:
-    """Return the JSON schema of scene files, so that editors complete and check them."""
+    """Return the JSON schema of scene files, with which editors complete and check them."""
     schema = Scene.model_json_schema(by_alias=True)
     schema["required"] = ["schema", *schema["required"]]
     return json.dumps({"$schema": "http://json-schema.org/draft-07/schema#"} | schema, indent=2)

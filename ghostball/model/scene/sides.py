@@ -1,4 +1,4 @@
-"""The sides of a table: which way each cushion is, said once for engines, proofs and checks."""
+"""The sides of a table: names, normals and lines, for engines, certificates and checks."""
 
 from __future__ import annotations
 
@@ -26,28 +26,34 @@ class Side(NamedTuple):
     """A cushion of a rectangular table: an infinite line through its nose."""
 
     name: CushionName
-    cushion: int  # its index in `CUSHIONS`, by which events name it
+    cushion: int  # index in `CUSHIONS`, as used in events
     normal: Point  # unit normal into the table
-    point: Point  # a corner of the table that the line goes through [m]
-    length: float  # of the table along it [m]
+    point: Point  # a corner of the table on the line [m]
+    length: float  # length of the table along the line [m]
 
     @property
     def across(self) -> int:
-        """The coordinate that changes across it: 0 for x, 1 for y."""
+        """Index of the coordinate perpendicular to the line: 0 for x, 1 for y."""
         return 0 if self.normal[0] else 1
 
     def distance(self, x: Number, y: Number) -> Number:
-        """Return how far a point is inside [m], elementwise; as exact as one subtraction."""
+        """Return the distance of a point from the line into the table [m], elementwise.
+
+        Exact up to the rounding of one subtraction.
+        """
         return self.normal[self.across] * ((x, y)[self.across] - self.point[self.across])
 
     def inside(self, distance: float) -> float:
-        """Return the coordinate across it, so far inside [m]: what `distance` is the inverse of."""
+        """Return the coordinate perpendicular to the line at a distance into the table [m].
+
+        The inverse of `distance`.
+        """
         return self.point[self.across] + self.normal[self.across] * distance
 
     def ends(self, beyond: float = 0.0, outward: float = 0.0) -> tuple[Point, Point]:
-        """Return the ends of a part of the line that goes `beyond` both corners [m].
+        """Return the ends of the part of the line that extends `beyond` both corners [m].
 
-        `outward` [m] is how far it is moved out of the table.
+        `outward` [m] moves the line out of the table.
         """
         (nx, ny), (x, y) = self.normal, self.point
         if nx:
@@ -58,7 +64,7 @@ class Side(NamedTuple):
 
 
 def side_of(name: CushionName, length: float, width: float) -> Side:
-    """Return the side of that name of a table of this size [m]."""
+    """Return the side with a name, for a table of a size [m]."""
     point = (length, width) if name in ("right", "top") else (0.0, 0.0)
     along = width if INWARD[name][0] else length
     return Side(name, CUSHIONS.index(name), INWARD[name], point, along)

@@ -1,22 +1,23 @@
-"""The stroke of a cue: what is typed of it, and the velocities that it gives a ball.
+"""The stroke of a cue: its fields, and the velocities that it gives a ball.
 
-The tip hits the ball at one point, where it doesn't slip, and gives it one impulse J at one
-instant. In the cue's frame, d along its motion, l to the left of it and p up across it, the point
-is R n from the centre, n = (-sqrt(1 - A^2 - B^2), A, B), A and B being the offsets in radii. The
-tip moves as the masses (M, m_e, m_e) along (d, l, p). Across the cue it stays with the point of the
-ball; along the cue they approach at V and part at e V:
+The tip hits the ball at one point without slip and transfers one impulse J at one instant. In the
+cue's frame, d is along its motion, l to the left and p upwards, perpendicular to the cue. The point
+is at R n from the centre, n = (-sqrt(1 - A^2 - B^2), A, B), with the offsets A and B in radii. The
+tip responds with the masses (M, m_e, m_e) along (d, l, p). Perpendicular to the cue, the tip moves
+with the point of the ball; along the cue, tip and ball approach at V and separate at e V:
 
     (K + diag(1/M, 1/m_e, 1/m_e)) J = ((1 + e) V, 0, 0),  K = (7/2 - (5/2) n n^T) / m.
 
-M is the cue's mass and m_e its end mass: what of the shaft moves sideways within the contact. A cue
-that gives way across its axis (m_e = 0, no squirt) leaves J along d, and the equation is that of
-Leckie and Greenspan (2006, equation 1) and of Alciatore (technical proof A.30, equation 2) for any
-restitution e of the tip. With an end mass and B = 0 it has the squirt angle of Alciatore's proof
-A.31. The velocity is J / m, the angular velocity (5 / 2 R) n x J / m.
+M is the mass of the cue. m_e is its end mass: the part of the shaft that moves sideways during the
+contact. With m_e = 0 (no squirt), J is along d, and the equation is that of Leckie and Greenspan
+(2006, equation 1) and of Alciatore (technical proof A.30, equation 2) for any restitution e of the
+tip. With an end mass and B = 0, it has the squirt angle of Alciatore's proof A.31. The velocity is
+J / m, the angular velocity (5 / 2 R) n x J / m.
 
-The defaults are a cue of 20 ounces; Alciatore's constants of a leather tip, e 0.71 to 0.75 and a
-friction of 0.6; and the end mass of the median of 46 shafts that Platinum Billiards measured, by
-their pivot lengths L, of 7.6 to 14.1 inches: L = (2/5) R (7/2 + m / m_e), with 9.4 inches.
+The defaults are: a cue of 20 ounces; Alciatore's constants for a leather tip, e from 0.71 to 0.75
+and a friction of 0.6; and the end mass of the median of 46 shafts measured by Platinum Billiards.
+Their pivot lengths L are 7.6 to 14.1 inches, and L = (2/5) R (7/2 + m / m_e), with a median of
+9.4 inches.
 """
 
 from __future__ import annotations
@@ -36,18 +37,18 @@ from ghostball.model.scene.fields import (
     in_degrees,
     problem,
 )
-from ghostball.model.scene.part import Part
+from ghostball.model.scene.part import ScenePart
 from ghostball.model.sines import cosines_and_sines
 
 Vector = tuple[float, float, float]
-"""Along x, y and up, or along d, l and p."""
+"""Components along x, y and up, or along d, l and p."""
 
 FASTEST_CUE = LARGEST / 10.0
-"""Largest speed of a cue [m/s]: a ball leaves it at no more than twice that speed, and its surface
-turns at no more than five times."""
+"""Largest speed of a cue [m/s]. The ball leaves the cue at no more than twice this speed, with a
+surface speed of at most five times."""
 
-_STICKING = 2.0 / 7.0
-"""Impulse over the mass that ends a slip of 1, of a solid sphere."""
+_IMPULSE_TO_STICK = 2.0 / 7.0
+"""Impulse over mass that ends a slip speed of 1, for a solid sphere."""
 
 
 def _one_turn(value: float) -> float:
@@ -63,8 +64,8 @@ def _from_above(value: float) -> float:
     if value < 0.0:
         raise problem(
             "from_below",
-            f"must be at least 0, got {value:g}: the cue would come from below the cloth. Raise "
-            "its butt; a lower offset_up hits the ball lower",
+            f"must be at least 0, got {value:g}: the cue would start below the cloth. Raise the "
+            "butt; to hit the ball lower, lower offset_up",
         )
     if value >= 0.5 * math.pi:
         raise problem(
@@ -75,44 +76,44 @@ def _from_above(value: float) -> float:
     return value
 
 
-class Strike(Part):
+class Strike(ScenePart):
     """The stroke of a cue at a ball that rests on the cloth.
 
-    Lengths of offsets are in radii of the ball, across the cue: whoever looks along it sees them.
+    Offsets are in ball radii, perpendicular to the cue, as seen along it.
     """
 
     speed: Annotated[Positive, Field(le=FASTEST_CUE)] = Field(
-        description="of the cue when it hits the ball, along its axis [m/s]"
+        description="speed of the cue along its axis when it hits the ball [m/s]"
     )
     direction: Annotated[Real, AfterValidator(_one_turn)] = Field(
-        description="of the cue, seen from above: from the x axis, counterclockwise [rad]"
+        description="direction of the cue seen from above, counterclockwise from the x axis [rad]"
     )
     elevation: Annotated[Real, AfterValidator(_from_above)] = Field(
-        default=0.0, description="of the cue's butt above the level [rad]"
+        default=0.0, description="angle of the cue to the horizontal, butt up [rad]"
     )
     offset_left: Real = Field(
         default=0.0,
-        description="of the point that is hit from the centre, to the left; negative to the right "
-        "[radii]",
+        description="offset of the contact point from the centre, to the left; negative: to the "
+        "right [radii]",
     )
     offset_up: Real = Field(
         default=0.0,
-        description="of the point that is hit from the centre, up across the cue; negative down "
+        description="offset of the contact point from the centre, upwards; negative: downwards "
         "[radii]",
     )
     cue_mass: Positive = Field(default=0.567, description="[kg]")
     tip_restitution: Fraction = Field(default=0.73, description="restitution of tip and ball [1]")
     tip_friction: NonNegative = Field(
-        default=0.6, description="coefficient of friction of tip and ball [1]; beyond it: a miscue"
+        default=0.6, description="coefficient of friction of tip and ball [1]; limits the offset"
     )
     squirt: Literal["end-mass", "alciatore", "none"] = Field(
         default="end-mass",
-        description='what the cue does to the direction: "end-mass": its end has a mass across the '
-        'cue; "alciatore": the velocity is turned by the angle of proof A.31; "none"',
+        description='model of squirt: "end-mass": the end of the cue has a sideways mass; '
+        '"alciatore": the velocity is turned by the angle of proof A.31; "none"',
     )
     end_mass: Positive = Field(
         default=0.0098,
-        description="mass of the cue's end across the cue, for squirt [kg]",
+        description="sideways mass of the end of the cue, for squirt [kg]",
     )
 
     @model_validator(mode="after")
@@ -124,13 +125,13 @@ class Strike(Part):
         if offset >= 1.0:
             raise problem(
                 "beside",
-                f"must hit the ball, got {point}: {offset:.6g} radii from its centre is beside it. "
+                f"must hit the ball, got {point}: {offset:.6g} radii from its centre is outside. "
                 "Give the offsets in radii of the ball, below 1",
             )
         if offset > most:
             raise problem(
                 "miscue",
-                f"must hit the ball no further from its centre than the tip's friction holds, "
+                f"must hit the ball within the miscue limit, "
                 f"tip_friction / sqrt(1 + tip_friction^2) = {most:.6g} radii, got {point}: "
                 f"{offset:.6g} radii is a miscue. Hit nearer to the centre, or raise "
                 f"tip_friction = {self.tip_friction:g}",
@@ -143,8 +144,8 @@ class Strike(Part):
             if self.end_mass != type(self).model_fields["end_mass"].default:
                 raise problem(
                     "no_effect",
-                    f"has no use for end_mass = {self.end_mass} where squirt is none. Leave it "
-                    'out, or set squirt = "end-mass" or "alciatore"',
+                    f'has end_mass = {self.end_mass}, which has no effect with squirt = "none". '
+                    'Remove end_mass, or set squirt = "end-mass" or "alciatore"',
                     at=("end_mass",),
                 )
         elif self.end_mass > self.cue_mass:
@@ -158,20 +159,20 @@ class Strike(Part):
 
 
 class Stroke(NamedTuple):
-    """What a strike does, before the table answers to it."""
+    """The result of a strike, before the reaction of the table."""
 
     velocity: Vector
-    """Of the ball's centre [m/s]."""
+    """Velocity of the centre of the ball [m/s]."""
     angular_velocity: Vector
-    """[rad/s]."""
+    """Angular velocity of the ball [rad/s]."""
     cue_speed: float
-    """Of the cue afterwards, along its axis [m/s]."""
+    """Speed of the cue after the stroke, along its axis [m/s]."""
 
 
 def stroke_of(strike: Strike, radius: float, mass: float) -> Stroke:
-    """Return what a strike does to a ball of a radius [m] and a mass [kg].
+    """Return the result of a strike at a ball of a radius [m] and a mass [kg].
 
-    By + - * / and square roots alone, so that every machine begins with the same bits.
+    Only + - * / and square roots are used, so the bits are the same on every machine.
     """
     left, up = strike.offset_left, strike.offset_up
     n = (-math.sqrt(1.0 - (left * left + up * up)), left, up)
@@ -192,7 +193,7 @@ def stroke_of(strike: Strike, radius: float, mass: float) -> Stroke:
 
 
 def _impulse(strike: Strike, n: Vector, mass: float) -> Vector:
-    """Return J / m along d, l and p [m/s], by the formula of Sherman and Morrison."""
+    """Return J / m along d, l and p [m/s], with the Sherman-Morrison formula."""
     along = 1.0 / (3.5 + mass / strike.cue_mass)
     across = 1.0 / (3.5 + mass / strike.end_mass) if strike.squirt == "end-mass" else 0.0
     change = (1.0 + strike.tip_restitution) * strike.speed
@@ -202,7 +203,10 @@ def _impulse(strike: Strike, n: Vector, mass: float) -> Vector:
 
 
 def _to_world(v: Vector, plan: tuple[float, float], lift: tuple[float, float]) -> Vector:
-    """Return a vector along d, l and p along x, y and up; by cosine and sine of both angles."""
+    """Return the components along x, y and up of a vector given along d, l and p.
+
+    `plan`, `lift`: cosine and sine of the direction and of the elevation.
+    """
     forward = lift[0] * v[0] + lift[1] * v[2]
     return (
         plan[0] * forward - plan[1] * v[1],
@@ -212,16 +216,16 @@ def _to_world(v: Vector, plan: tuple[float, float], lift: tuple[float, float]) -
 
 
 def _tangent_of_squirt(left: float, ratio: float) -> float:
-    """Return the tangent of the angle, to the right, of Alciatore's technical proof A.31.
+    """Return the tangent of the squirt angle, to the right, of Alciatore's technical proof A.31.
 
-    `ratio`: the mass of the ball over that of the cue's end.
+    `ratio`: mass of the ball over the end mass of the cue.
     """
     behind = 1.0 - left * left
     return 2.5 * left * math.sqrt(behind) / (1.0 + ratio + 2.5 * behind)
 
 
 def _turned(v: Vector, tangent: float) -> Vector:
-    """Return a vector turned to the right, seen from above, by the angle of a tangent."""
+    """Return a vector turned to the right, seen from above, by an angle with the given tangent."""
     cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
     x, y, z = v
     return cosine * (x + tangent * y), cosine * (y - tangent * x), z
@@ -230,17 +234,18 @@ def _turned(v: Vector, tangent: float) -> Vector:
 def bounced(
     velocity: Vector, spin: Vector, radius: float, friction: float, restitution: float
 ) -> tuple[Vector, Vector]:
-    """Return velocity and spin of a ball that is pushed into the table, after the table answered.
+    """Return velocity and spin of a ball that is pushed into the table, after the table's reaction.
 
-    By the law of a landing: the speed downwards is returned `restitution` times, with the friction
-    of the cloth, which ends the slip or is the coefficient `friction` times the impulse upwards.
+    The law is that of a landing: the downward speed is reversed and multiplied by `restitution`.
+    The friction of the cloth ends the slip, or is the coefficient `friction` times the upward
+    impulse.
     """
     vx, vy, vz = velocity
     wx, wy, wz = spin
     ux, uy = vx - radius * wy, vy + radius * wx
     slip = math.sqrt(ux * ux + uy * uy)
     most = friction * (1.0 + restitution) * -vz
-    part = min(most / slip, _STICKING) if slip > 0.0 else 0.0
+    part = min(most / slip, _IMPULSE_TO_STICK) if slip > 0.0 else 0.0
     turn = 2.5 * part / radius
     return (
         (vx - part * ux, vy - part * uy, restitution * -vz),

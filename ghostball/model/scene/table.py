@@ -1,4 +1,4 @@
-"""The table: a rectangle between cushions, with or without pockets, or any polygon; and posts."""
+"""The table: a rectangle with cushions, with or without pockets, or any polygon; and posts."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pydantic import (
     model_validator,
 )
 
+from ghostball.model.scene.ball import POOL_BALL_MASS, POOL_BALL_RADIUS
 from ghostball.model.scene.fields import LARGEST, SMALLEST, Positive, Real, problem
 from ghostball.model.scene.obstacles import (
     FIRST_POST,
@@ -25,23 +26,22 @@ from ghostball.model.scene.obstacles import (
     obstacles_of_polygon,
     turns_about,
 )
-from ghostball.model.scene.part import Part
-from ghostball.model.scene.parts import POOL_BALL_MASS, POOL_BALL_RADIUS
+from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.pockets import Pockets, obstacles_of_pockets, outline_of_pockets
 from ghostball.model.scene.sides import CUSHIONS, CushionName, Point, Side, side_of
 from ghostball.model.scene.table_rules import check_pockets, check_polygon, check_posts
 
-_LATER_FIELDS = ("preset", "vertices", "pockets", "posts")
+_ADDED_FIELDS = ("preset", "vertices", "pockets", "posts")
 
 _INCH = 0.0254  # [m]
 
-_BEYOND = 2.0**-26
-"""How much farther than its radius a hole's centre is, over it: the root of a rounding."""
+_HOLE_MARGIN = 2.0**-26
+"""Relative margin for the distance of a hole's centre: the square root of EPS."""
 
 _DEGREE = math.pi / 180.0  # [rad]
 
 
-class Post(Part):
+class Post(ScenePart):
     """A round obstacle that stands on the table."""
 
     centre: tuple[Real, Real] = Field(description="[m]")
@@ -49,11 +49,13 @@ class Post(Part):
 
 
 def _pool_pockets() -> dict[str, Any]:
-    """Pockets by the rules of the World Pool Association, each number in the middle of its range.
+    """Return pockets by the rules of the World Pool Association.
+
+    Each value is in the middle of its range.
 
     Rules: mouths of 4 1/2 to 4 5/8 in and 5 to 5 1/8 in, cut angles of 142 and 104 degrees, shelves
-    of 1 to 2 1/4 in and 0 to 3/8 in. They don't give holes and jaws: the holes are those of
-    Alciatore's technical proofs 3.6 and 3.5, the jaws those of pooltool's table of 7 ft.
+    of 1 to 2 1/4 in and 0 to 3/8 in. The rules don't specify holes and jaws: the holes are those of
+    Alciatore's technical proofs 3.6 and 3.5, the jaws those of pooltool's 7 ft table.
     """
     return {
         "corner": {
@@ -73,23 +75,26 @@ def _pool_pockets() -> dict[str, Any]:
     }
 
 
-class Table(Part):
-    """Between cushion noses, from (0, 0) to (length, width) [m]: a rectangle, or a polygon.
+class Table(ScenePart):
+    """The table between the cushion noses: a rectangle or a polygon.
 
-    `cushions` names the sides of a rectangle that have one; a side without is open and the cloth
-    continues. Where a neighbouring side is open, a cushion's line continues too, without end.
+    It extends from (0, 0) to (length, width) [m].
+
+    `cushions` lists the sides of a rectangle that have a cushion. A side without a cushion is open,
+    and the cloth continues beyond it; the lines of the neighbouring cushions then continue to
+    infinity.
 
     A `preset` sets the size and pockets of a standard table, and the radius and mass of balls for
-    which the scene gives none; any field overrides the preset, and its name alone may stand for
-    the table. `vertices` make it any simple polygon instead. A ball
-    meets a corner that points into the table as a point.
+    which the scene gives none. Any field overrides the preset. The name of a preset may replace the
+    table in a scene. `vertices` make the table any simple polygon instead. A ball meets a corner
+    that points into the table as a point.
     """
 
     PRESETS: ClassVar[dict[str, dict[str, Any]]] = {
         "wpa-9ft": {"length": 2.54, "width": 1.27, "pockets": _pool_pockets()},
         "wpa-8ft": {"length": 2.337, "width": 1.168, "pockets": _pool_pockets()},
-        # No rules: all of it is pooltool's table "seven_foot_showood" (`collection.py`, commit
-        # 13a571d).
+        # There are no rules: all values are those of pooltool's table "seven_foot_showood"
+        # (`collection.py`, commit 13a571d).
         "bar-7ft": {
             "length": 1.9812,
             "width": 0.9906,
@@ -110,8 +115,9 @@ class Table(Part):
                 },
             },
         },
-        # The pockets are pooltool's (`collection.py`, commit 13a571d): the rules of snooker show
-        # templates and no numbers.
+        # The pockets are pooltool's (`collection.py`, commit 13a571d): the rules of snooker give
+        # templates
+        # without numbers.
         "snooker-12ft": {
             "length": 3.569,
             "width": 1.778,
@@ -141,8 +147,8 @@ class Table(Part):
     }
     """Radius [m] and mass [kg] of the balls of presets whose balls aren't pool balls.
 
-    Those of snooker are in Mathavan, Jackson and Parkin 2014. Those of carom are 61.5 mm wide and
-    weigh 210 g, within what the rules of the Union Mondiale de Billard permit.
+    Snooker balls are as in Mathavan, Jackson and Parkin 2014. Carom balls are 61.5 mm wide and
+    weigh 210 g, within the range that the rules of the Union Mondiale de Billard permit.
     """
 
     preset: Literal["wpa-9ft", "wpa-8ft", "bar-7ft", "snooker-12ft", "carom-10ft"] | None = Field(
@@ -170,7 +176,7 @@ class Table(Part):
     @model_validator(mode="before")
     @classmethod
     def _complete(cls, data: Any) -> Any:
-        """Let a preset's name stand for its table, and a polygon have its size."""
+        """Replace the name of a preset by its table, and set the size of a polygon."""
         if isinstance(data, str):
             data = {"preset": data}
         if not isinstance(data, dict):
@@ -178,17 +184,20 @@ class Table(Part):
         preset = data.get("preset")
         defaults = cls.PRESETS.get(preset, {}) if isinstance(preset, str) else {}
         if preset is not None and not defaults:
-            # What the preset would have given isn't missing: its name is what is wrong.
+            # The name of the preset is wrong; its size must not be reported as missing too.
             defaults = {"length": 1.0, "width": 1.0}
         if data.get("vertices"):
             defaults = {**_size_of(data["vertices"]), "pockets": None}
         return {**defaults, **data}
 
     @model_serializer(mode="wrap")
-    def _without_later_fields(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out fields that came later and say nothing: scenes stored before stay the same."""
+    def _without_added_fields(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Omit fields that were added later and have their defaults.
+
+        Scenes stored by older versions stay equal.
+        """
         fields: dict[str, Any] = dump(self)
-        for name in _LATER_FIELDS:
+        for name in _ADDED_FIELDS:
             if name in fields and getattr(self, name) == type(self).model_fields[name].default:
                 del fields[name]
         return fields
@@ -210,15 +219,15 @@ class Table(Part):
             if self.preset is not None:
                 raise problem(
                     "preset",
-                    f'`preset` must be left out beside `vertices`, got "{self.preset}": vertices '
-                    "give the whole shape, without pockets. Remove one of them",
+                    f'`preset` must not be given together with `vertices`, got "{self.preset}": '
+                    "vertices define the whole shape, without pockets. Remove one of them",
                     at=("preset",),
                 )
             if self.pockets is not None:
                 raise problem(
                     "pockets",
-                    "`pockets` must be left out beside `vertices`: a polygon has none. Leave one "
-                    "of them out",
+                    "`pockets` must not be given together with `vertices`: a polygon has no "
+                    "pockets. Remove one of them",
                     at=("pockets",),
                 )
             check_polygon(self.vertices, size, self.cushions)
@@ -230,27 +239,28 @@ class Table(Part):
 
     @property
     def is_rectangle(self) -> bool:
-        """Whether it is a rectangle without pockets, whose cushions are infinite lines."""
+        """Whether the table is a rectangle without pockets, whose cushions are infinite lines."""
         return not self.vertices and self._pocketed is None
 
     def has_holes_beyond(self, reach: float) -> bool:
-        """Whether no centre is in a hole that is `reach` or more inside of all sides [m].
+        """Return whether no point at least `reach` [m] inside all sides is inside a hole.
 
-        Neither is such a ball beyond the outline, nor do jaws and facings come nearer than noses.
+        A ball with such a centre isn't beyond the outline, and jaws and facings aren't nearer than
+        noses.
         """
         low, high = (reach, reach), (self.length - reach, self.width - reach)
         return all(
-            distance_to_box(hole.centre, low, high) > hole.radius * (1.0 + _BEYOND)
+            distance_to_box(hole.centre, low, high) > hole.radius * (1.0 + _HOLE_MARGIN)
             for hole in self.holes
         )
 
     @property
     def has_cushions(self) -> bool:
-        """Whether there is anything that a ball may bounce off."""
+        """Whether the table has a cushion or a post."""
         return bool(self.cushions or self.posts)
 
     def facing(self, obstacle: int, x: float, y: float) -> tuple[Point, float]:
-        """Return the unit normal of an obstacle towards a place, and how far that is from it [m].
+        """Return the unit normal of an obstacle towards a place, and the distance between them [m].
 
         `obstacle` is its index in events; of several pieces of one cushion, the nearest counts.
         """
@@ -260,7 +270,7 @@ class Table(Part):
         return facing(self._nearest_piece(obstacle, x, y), x, y)
 
     def turns_about(self, obstacle: int, x: float, y: float) -> Point | None:
-        """Return the point about which the normal of `facing` turns [m]; None: it doesn't."""
+        """Return the point about which the normal of `facing` turns [m]; None if it is constant."""
         if any(side.cushion == obstacle for side in self.sides):
             return None
         return turns_about(self._nearest_piece(obstacle, x, y), x, y)
@@ -273,9 +283,9 @@ class Table(Part):
 
     @property
     def sides(self) -> tuple[Side, ...]:
-        """The sides of a rectangle without pockets that have a cushion, and which way is in.
+        """The sides of a rectangle without pockets that have a cushion.
 
-        What else a table has is in `obstacles`.
+        All other obstacles are in `obstacles`.
         """
         if not self.is_rectangle:
             return ()
@@ -283,32 +293,32 @@ class Table(Part):
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """What stands on the table besides `sides`: rails, jaws, facings, posts and holes."""
+        """The obstacles on the table besides `sides`: rails, jaws, facings, posts and holes."""
         posts = [Disc(FIRST_POST + k, p.centre, p.radius) for k, p in enumerate(self.posts)]
         return (*_walls(self.vertices, (self.length, self.width), self._pocketed), *posts)
 
     @property
     def outline(self) -> tuple[Point, ...]:
-        """The corners of what lies inside the cushions and their facings, counterclockwise [m]."""
+        """The corners of the area inside the cushions and their facings, counterclockwise [m]."""
         if self.vertices:
             return self.vertices
         return tuple(outline_of_pockets(self.length, self.width, self._pocketed or Pockets()))
 
     @property
-    def drawn(self) -> tuple[Point, ...]:
-        """The outline with the jaws rounded, for pictures [m]."""
+    def drawn_outline(self) -> tuple[Point, ...]:
+        """The outline with rounded jaws, for pictures [m]."""
         if self._pocketed is None:
             return self.outline
         return tuple(outline_of_pockets(self.length, self.width, self._pocketed, arc=8))
 
     @property
     def holes(self) -> tuple[Hole, ...]:
-        """The holes of its pockets."""
+        """The holes of the pockets."""
         return tuple(one for one in self.obstacles if isinstance(one, Hole))
 
     @property
     def _pocketed(self) -> Pockets | None:
-        """Its pockets; None also where none is given of those that there may be."""
+        """The pockets of the table; None also if neither corner nor side pockets are given."""
         pockets = self.pockets
         return None if pockets is None or pockets.corner is pockets.side is None else pockets
 
@@ -317,14 +327,14 @@ class Table(Part):
 def _walls(
     vertices: tuple[Point, ...], size: tuple[float, float], pocketed: Pockets | None
 ) -> tuple[Obstacle, ...]:
-    """Return the obstacles of a table without its posts."""
+    """Return the obstacles of a table, without its posts."""
     if vertices:
         return tuple(obstacles_of_polygon(vertices))
     return () if pocketed is None else tuple(obstacles_of_pockets(*size, pocketed))
 
 
 def _size_of(vertices: Any) -> dict[str, float]:
-    """Return the size of a polygon; 1 m if it has no extent, which a later check refuses."""
+    """Return the size of a polygon; 1 m if it has no extent, which a later check rejects."""
     try:
         xs, ys = zip(*((float(x), float(y)) for x, y in vertices), strict=True)
     except (TypeError, ValueError, OverflowError):

@@ -31,7 +31,7 @@ def check_polygon(
     if len(vertices) < 3:
         raise problem(
             "polygon",
-            f"`vertices` must be at least 3, got {len(vertices)}. Leave them out for a rectangle",
+            f"`vertices` must be at least 3, got {len(vertices)}. Omit them for a rectangle",
             at=("vertices",),
         )
     _check_cushions(cushions, "vertices", "each side of a polygon has a cushion")
@@ -40,8 +40,8 @@ def check_polygon(
     if low != (0.0, 0.0):
         raise problem(
             "polygon",
-            f"`vertices` must have 0 as their least x and as their least y, got {low[0]:.9g} and "
-            f"{low[1]:.9g} m. Move the table there",
+            f"`vertices` must have a smallest x and y of 0, got {low[0]:.9g} and {low[1]:.9g} m. "
+            "Shift all vertices",
             at=("vertices",),
         )
     for axis, extent in zip("xy", high, strict=True):
@@ -57,27 +57,26 @@ def check_polygon(
         if given != there:
             raise problem(
                 "polygon",
-                f"`{name}` must be that of the vertices, {there:.9g} m, got {given:.9g} m. Leave "
-                "it out",
+                f"`{name}` must be that of the vertices, {there:.9g} m, got {given:.9g} m. Remove "
+                "it",
                 at=(name,),
             )
     area = math.fsum(a[0] * b[1] - b[0] * a[1] for a, b in _edges(vertices))
     if area <= 0.0:
         raise problem(
             "polygon",
-            "`vertices` must go round counterclockwise, with the table on the left, but are "
-            "clockwise. Reverse their order",
+            "`vertices` must be counterclockwise, but are clockwise. Reverse their order",
             at=("vertices",),
         )
 
 
 def _check_cushions(cushions: Sequence[str], beside: str, why: str) -> None:
-    """Check that all four cushions are there, as where nobody says which."""
+    """Check that all four cushions are there, which is the default."""
     if tuple(cushions) != CUSHIONS:
         raise problem(
             "cushions",
-            f"`cushions` must be left out beside `{beside}`, got {list(cushions)}: {why}. Leave it "
-            "out",
+            f"`cushions` must not be given together with `{beside}`, got {list(cushions)}: {why}. "
+            "Remove it",
             at=("cushions",),
         )
 
@@ -87,21 +86,21 @@ def _edges(vertices: Sequence[Point]) -> list[tuple[Point, Point]]:
 
 
 def _check_simple(vertices: Sequence[Point]) -> None:
-    """Check that no side of a polygon is a point, or meets another but at their common vertex."""
+    """Check that no side of a polygon is a point, and that sides meet only at common vertices."""
     edges, n = _edges(vertices), len(vertices)
     for k, (start, end) in enumerate(edges):
         if start == end:
             raise problem(
                 "polygon",
-                f"`vertices[{(k + 1) % n}]` must differ from the one before, got {end} m twice. "
-                "Leave one out",
+                f"`vertices[{(k + 1) % n}]` must differ from the previous vertex, got {end} m "
+                "twice. Remove one",
                 at=("vertices", (k + 1) % n),
             )
         if math.dist(start, end) < SMALLEST:
             raise problem(
                 "polygon",
-                f"`vertices[{(k + 1) % n}]` must be at least {SMALLEST:g} m from the one before, "
-                f"got {math.dist(start, end):.9g} m. Leave one out",
+                f"`vertices[{(k + 1) % n}]` must be at least {SMALLEST:g} m from the previous "
+                f"vertex, got {math.dist(start, end):.9g} m. Remove one",
                 at=("vertices", (k + 1) % n),
             )
     for k, edge in enumerate(edges):
@@ -110,33 +109,32 @@ def _check_simple(vertices: Sequence[Point]) -> None:
         if turns_back:
             raise problem(
                 "polygon",
-                f"`vertices[{(k + 1) % n}]` must have room between its sides, but both lie on "
-                "each other there. Move a vertex",
+                f"`vertices[{(k + 1) % n}]` must not have two coincident sides. Move a vertex",
                 at=("vertices", (k + 1) % n),
             )
         for other in range(k + 2, n if k else n - 1):
             if _meet(edge, edges[other]):
                 raise problem(
                     "polygon",
-                    f"`vertices` must be those of a polygon that doesn't cross itself, but the "
-                    f"side from {edge[0]} to {edge[1]} m meets that from {edges[other][0]} to "
+                    f"`vertices` must form a polygon that doesn't cross itself, but the side from "
+                    f"{edge[0]} to {edge[1]} m meets the side from {edges[other][0]} to "
                     f"{edges[other][1]} m. Reorder them",
                     at=("vertices", k),
                 )
 
 
 def _side(a: Point, b: Point, c: Point) -> float:
-    """Return on which side of the way from a to b a point c is: positive on the left."""
+    """Return a positive number if c is on the left of the line from a to b, else a negative one."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def _dot(a: Point, b: Point, c: Point) -> float:
-    """Return whether the way from b to c continues that from a to b (positive), or turns back."""
+    """Return the dot product of b - a and c - b; it is negative if the path turns back at b."""
     return (b[0] - a[0]) * (c[0] - b[0]) + (b[1] - a[1]) * (c[1] - b[1])
 
 
 def _meet(one: tuple[Point, Point], other: tuple[Point, Point]) -> bool:
-    """Whether two segments have a point in common."""
+    """Return whether two segments have a point in common."""
     (a, b), (c, d) = one, other
     first, second = _side(a, b, c), _side(a, b, d)
     third, fourth = _side(c, d, a), _side(c, d, b)
@@ -147,7 +145,7 @@ def _meet(one: tuple[Point, Point], other: tuple[Point, Point]) -> bool:
 
 
 def _is_between(a: Point, b: Point, c: Point) -> bool:
-    """Whether a point c on the line through a and b is between them."""
+    """Return whether a point c on the line through a and b is between them."""
     return all(min(a[k], b[k]) <= c[k] <= max(a[k], b[k]) for k in (0, 1))
 
 
@@ -157,7 +155,7 @@ def check_posts(
     size: tuple[float, float],
     pockets: Pockets | None,
 ) -> None:
-    """Check that posts, each a centre and a radius [m], stand inside the table and off its pockets.
+    """Check that posts, given as centre and radius [m], are inside and clear of pockets.
 
     Raises `PydanticCustomError` for the first rule that is broken.
     """
@@ -176,8 +174,8 @@ def check_posts(
                     "post",
                     f"`posts[{k}]` must be clear of the mouth and the hole of the pocket "
                     f'"{POCKETS[pocket.pocket]}", got a centre of {centre} m and a radius of '
-                    f"{radius:g} m, which reach {reach:.6g} m into it. Move the post, or give it a "
-                    "smaller radius",
+                    f"{radius:g} m, which reach {reach:.6g} m into it. Move the post, or lower its "
+                    "radius",
                     at=("posts", k),
                 )
 
@@ -196,7 +194,7 @@ def _gap_to_pocket(pocket: PocketOnTable, place: Point) -> float:
 
 
 def check_pockets(size: tuple[float, float], cushions: Sequence[str], pockets: Pockets) -> None:
-    """Check the pockets of a rectangle of that size [m].
+    """Check the pockets of a rectangle of a given size [m].
 
     Raises `PydanticCustomError` for the first rule that is broken.
     """
@@ -210,7 +208,7 @@ def check_pockets(size: tuple[float, float], cushions: Sequence[str], pockets: P
 
 
 def _check_size(name: str, pocket: Pocket, size: tuple[float, float]) -> None:
-    """Check that a pocket is no larger than its table."""
+    """Check that a pocket is smaller than its table."""
     reach, width = pocket.depth + 2.0 * pocket.radius, min(size)
     if reach >= width:
         field = "depth" if pocket.depth > pocket.radius else "radius"
@@ -224,7 +222,7 @@ def _check_size(name: str, pocket: Pocket, size: tuple[float, float]) -> None:
 
 
 def _check_pocket(name: str, pocket: Pocket) -> None:
-    """Check one pocket: it must be open as far as its hole, and the hole as wide as it."""
+    """Check that a pocket is open as far as its hole, and that the hole is wide enough."""
     is_corner = name == "corner"
     facing, hole = facing_of(pocket, is_corner), hole_of(pocket, is_corner)
     half = math.dist(facing.end, hole)
@@ -259,26 +257,26 @@ def _check_pocket(name: str, pocket: Pocket) -> None:
     if not half < pocket.radius:
         raise problem(
             "pockets",
-            f"`pockets.{name}.radius` must be more than {half:.6g} m, so that no ball passes the "
-            f"hole, got {pocket.radius:g} m: so far are the facings from its middle. Give a larger "
-            "radius",
+            f"`pockets.{name}.radius` must be more than {half:.6g} m, the distance of the facings "
+            f"from the middle of the hole, got {pocket.radius:g} m: otherwise balls could pass the "
+            "hole. Give a larger radius",
             at=("pockets", name, "radius"),
         )
 
 
 def _crosses_axis(end: Point, is_corner: bool) -> bool:
-    """Whether the end of a facing, in the coordinates of `Facing`, is beyond the pocket's axis."""
+    """Return whether a facing ends beyond the pocket's axis, in the coordinates of `Facing`."""
     return end[0] <= end[1] if is_corner else end[0] <= 0.0
 
 
 def _facings_meet(pocket: Pocket, is_corner: bool) -> float:
-    """Return how far behind its mouth the facings of a pocket meet that come together [m]."""
-    parallel = 0.75 * math.pi if is_corner else 0.5 * math.pi  # the angle where they never do
+    """Return the distance behind the mouth at which converging facings of a pocket meet [m]."""
+    parallel = 0.75 * math.pi if is_corner else 0.5 * math.pi  # the angle of parallel facings
     return pocket.mouth / 2.0 / math.tan(pocket.angle - parallel)
 
 
 def _check_rails(size: tuple[float, float], pockets: Pockets) -> None:
-    """Check that between two pockets, or a pocket and a corner, a straight rail is left."""
+    """Check that a straight rail remains between two pockets, or between a pocket and a corner."""
     corner, side = pockets.corner, pockets.side
     corner_joint = facing_of(corner, is_corner=True).joint if corner else 0.0
     side_joint = facing_of(side, is_corner=False).joint if side else 0.0
@@ -292,8 +290,8 @@ def _check_rails(size: tuple[float, float], pockets: Pockets) -> None:
             raise problem(
                 "pockets",
                 f"`pockets` must leave a part of each cushion straight, but along the {name} of "
-                f"{dict(zip(free, size, strict=True))[name]:g} m mouths and jaws take "
-                f"{-left:.6g} m more than there is. Give smaller ones",
+                f"{dict(zip(free, size, strict=True))[name]:g} m, mouths and jaws are "
+                f"{-left:.6g} m longer than the cushion. Give smaller ones",
                 at=("pockets",),
             )
 

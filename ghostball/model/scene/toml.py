@@ -1,4 +1,4 @@
-"""Scenes as TOML: read with errors that name file, line, field, value and rule; write."""
+"""Read and write scenes as TOML; errors name file, line, field, value and rule."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from uuid import uuid4
 
 import tomli_w
 
+from ghostball.model.scene.ball import Ball
 from ghostball.model.scene.contents import SceneContents
 from ghostball.model.scene.messages import refusal
-from ghostball.model.scene.part import Part
-from ghostball.model.scene.parts import Ball
+from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.table import Table, ball_size_of
 from ghostball.model.text_files import read_bytes
 
 LARGEST_FILE = 2**26
-"""Most bytes of a scene file: those of half a million balls. A device may continue for ever."""
+"""Largest size of a scene file [bytes], enough for half a million balls. Devices have no end."""
 
 
 def read(path: Path) -> str:
     """Return the text of a scene file.
 
-    Raises `SceneError` where it can't be read, or can be no scene.
+    Raises `SceneError` if the file can't be read, or can't be a scene.
     """
     try:
         content = read_bytes(path, LARGEST_FILE + 1)
@@ -36,7 +36,7 @@ def read(path: Path) -> str:
         raise refusal(
             f"{path}: not UTF-8 text (byte {error.start}). A scene is a TOML text file"
         ) from None
-    except (OSError, ValueError) as error:  # ValueError: a path that no file can have
+    except (OSError, ValueError) as error:  # ValueError: an impossible path
         raise refusal(f"{path}: can't read the scene: {_reason(error)}. Check the path") from None
     if len(content) > LARGEST_FILE:
         raise refusal(
@@ -47,9 +47,9 @@ def read(path: Path) -> str:
 
 
 def parse(text: str, source: str) -> dict[str, Any]:
-    """Return the plain values of a scene's TOML text; `source` is what errors call it.
+    """Return the plain values of a scene's TOML text; errors call the text `source`.
 
-    Raises `SceneError` where it isn't TOML, or has no schema.
+    Raises `SceneError` if the text isn't TOML or has no schema.
     """
     if not isinstance(text, str):
         raise refusal(f"{source}: must be text, got {type(text).__name__}. Decode it, as UTF-8")
@@ -69,9 +69,9 @@ def _parsed(text: str, source: str) -> dict[str, Any]:
         raise refusal(f"{source}:{line}: not valid TOML: {detail}. Fix the syntax there") from None
     except RecursionError:
         raise refusal(
-            f"{source}: lists or tables are nested too deeply to read. A scene needs 3 levels"
+            f"{source}: lists or tables are nested too deeply. A scene needs 3 levels"
         ) from None
-    except ValueError as error:  # Python's own limit: integers of many digits are slow to read
+    except ValueError as error:  # Python limits the number of digits of an integer
         digits = sys.get_int_max_str_digits()
         found = re.search(rf"[0-9](?:_?[0-9]){{{digits},}}", text)
         if found is None:
@@ -83,10 +83,10 @@ def _parsed(text: str, source: str) -> dict[str, Any]:
 
 
 def write(text: str, path: Path) -> None:
-    """Write the text of a scene file. Nothing is left behind where writing fails.
+    """Write the text of a scene file; if writing fails, no file is left behind.
 
-    Each call writes a file of its own beside the scene file and then replaces that by it, so that
-    of several processes that save one scene at a time each replaces it by a whole file.
+    Each call writes a new file next to the scene file and then renames it. If several processes
+    save a scene at the same time, each replaces the file by a complete one.
     """
     if not path.name:
         raise refusal(f"{path}: can't write the scene: Is a directory")
@@ -94,14 +94,14 @@ def write(text: str, path: Path) -> None:
     try:
         temporary.write_text(text, encoding="utf-8")
         temporary.replace(path)
-    except (OSError, ValueError) as error:  # ValueError: a path or text that no file can have
-        with suppress(OSError, ValueError):  # the first error is the one to tell
+    except (OSError, ValueError) as error:  # ValueError: an impossible path or text
+        with suppress(OSError, ValueError):  # report the first error
             temporary.unlink(missing_ok=True)
         raise refusal(f"{path}: can't write the scene: {_reason(error)}") from None
 
 
 def dumps(scene: SceneContents) -> str:
-    """Return the scene as TOML text: `preset` and what differs from it, defaults left out."""
+    """Return the scene as TOML text: `preset` and the fields that differ from it."""
     data: dict[str, Any] = {"schema": scene.schema_version, "name": scene.name}
     if scene.title:
         data["title"] = scene.title
@@ -127,7 +127,7 @@ def _reason(error: OSError | ValueError) -> str:
     return str(error)
 
 
-def _differing(part: Part, keep: tuple[str, ...]) -> dict[str, Any]:
+def _differing(part: ScenePart, keep: tuple[str, ...]) -> dict[str, Any]:
     fields = type(part).model_fields
     values = part.model_dump(mode="json", exclude_none=True)
     return {
@@ -138,7 +138,7 @@ def _differing(part: Part, keep: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _table_fields(table: Table) -> dict[str, Any]:
-    """Return a table's fields: its preset's name, and what differs from that."""
+    """Return a table's fields: the name of its preset, and the fields that differ from it."""
     if table.preset is None:
         keep = () if table.vertices else ("length", "width")
         skip = {"length", "width"} if table.vertices else set()
@@ -153,7 +153,7 @@ def _table_fields(table: Table) -> dict[str, Any]:
 
 
 def _ball_fields(ball: Ball, usual: Mapping[str, float]) -> dict[str, Any]:
-    """Return a ball's fields, without those that have the `usual` values of its table."""
+    """Return a ball's fields, without values equal to the `usual` values of its table."""
     fields = _differing(ball, keep=("id", "position", *usual))
     for name, value in usual.items():
         if fields[name] == value:

@@ -1,4 +1,7 @@
-"""On which line of a TOML text a field stands: the standard library's parser keeps no positions."""
+"""Find the line of a field in a TOML text.
+
+The parser of the standard library keeps no positions.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +21,13 @@ _END_OF_STRING = {'"""': re.compile(r'(?<!\\)(?:\\\\)*"""+'), "'''": re.compile(
 
 
 def line_of(text: str, location: Location) -> int | None:
-    """Return the line of a field; else the first line of the nearest part around it.
+    """Return the line of a field, or the first line of the nearest part around it.
 
-    From 1; None where not even the outermost part is in `text`, which is valid TOML.
+    Lines count from 1. None if not even the outermost part is in `text`. `text` is valid TOML.
     """
     best, depth = None, 0
     for number, path in _keys_by_line(text):
-        # A dotted key may reach deeper than the field that it is wrong for.
+        # A dotted key may be deeper than the wrong field.
         shared = 0
         for part, sought in zip(path, location, strict=False):
             if part != sought:
@@ -36,9 +39,9 @@ def line_of(text: str, location: Location) -> int | None:
 
 
 def _keys_by_line(text: str) -> Iterator[tuple[int, Location]]:
-    """Yield each line that begins with a table's header or a key, and the location of that.
+    """Yield the lines that start with a table header or a key, and the location of each.
 
-    What stands within an inline table is left to the key that holds it.
+    The content of an inline table belongs to the line of its key.
     """
     section: Location = ()
     last: dict[Location, int] = {}  # index of the newest table of each array of tables
@@ -73,7 +76,7 @@ def _keys(dotted: str) -> tuple[str, ...]:
 
 
 def _open_after(line: str, string: str, depth: int) -> tuple[str, int]:
-    """Return what is open after a line: the multi-line string's delimiter or "", and brackets."""
+    """Return the open multi-line string's delimiter, or "", and the bracket depth after a line."""
     at = 0
     while True:
         if string:

@@ -1,4 +1,4 @@
-"""What is known of a shot's motion: exactly, or in frames; sampled, with energy and orientation."""
+"""Recorded motion, exact or in frames, which can be sampled for states, energy and orientation."""
 
 from ghostball.model.trajectory.segment import Phase
 from ghostball.model.trajectory.tangent_map import TangentMap

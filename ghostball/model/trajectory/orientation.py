@@ -1,10 +1,10 @@
-"""Orientation of balls, as quaternions with w first: how far they turn while they move.
+"""Orientation of balls, as quaternions with w first.
 
-Found after a run, from what it recorded: the motion of a ball doesn't depend on it. Between events
-the angular velocity is a polynomial of the time, w(s) = w_0 + w_1 s + ..., once a piece ends where
-the spin about the vertical does; without air it is a straight line. Where all of it lies on one
-axis, the ball turns about that by the integral of w. Otherwise the axis moves, and q' = w(s) q / 2
-is solved by its power series.
+The orientation is computed after a run from the recorded motion, because the motion doesn't depend
+on it. Between events, the angular velocity is a polynomial in time, w(s) = w_0 + w_1 s + ..., if a
+piece ends when the vertical spin has decayed; without air, the polynomial is linear. If all
+coefficients are parallel, the ball turns about their axis by the integral of w. Otherwise the axis
+moves, and q' = w(s) q / 2 is solved by a power series.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from ghostball.model.trajectory.segment import Phase
 STEP_TURN = 4.0
 """Largest turn in one step of the power series [rad]; see `series_turn`."""
 
-LEFT_OUT = 2.0**-55
-"""What the power series may leave out in a step: half of the rounding of its result."""
+TRUNCATION = 2.0**-55
+"""Largest truncation error of the power series in one step: half of the rounding of its result."""
 
 AXIS_ROUNDING = 8.0 * EPS
-"""Sine of the angle between coefficients of w that is but their rounding: the axis stays fixed."""
+"""Sine of the angle between coefficients of w up to which the axis counts as fixed: rounding."""
 
 MAX_STEPS = 1_000_000
-"""Steps followed for one ball: 4e6 rad with a moving axis, for some seconds of work."""
+"""Largest number of steps for one ball: 4e6 rad with a moving axis, in a few seconds."""
 
 
 class Pieces(NamedTuple):
-    """One ball's motion as m pieces in order of time, each with an angular velocity of its own."""
+    """The motion of one ball as m pieces in order of time, with polynomial angular velocity."""
 
     start: FloatArray  # (m,) [s]
     duration: FloatArray  # (m,) [s]
-    spin: FloatArray  # (m, d, 3), the angular velocity by power of the time since `start` [rad/s]
+    spin: FloatArray  # (m, d, 3), coefficients of w in t - start [rad/s, rad/s^2, ...]
 
 
 def pieces_of(
@@ -48,16 +48,16 @@ def pieces_of(
     spin_deceleration: float,
     t_end: float,
 ) -> Pieces:
-    """Split a ball's segments where its vertical spin has decayed, and find the spin of each piece.
+    """Split a ball's segments at the times when its vertical spin has decayed.
 
-    `segments` (k, 14 ...) and `powers` (5 m, k) are as in `ExactTrajectory`; `radius` in
-    metres, `spin_deceleration` in rad/s^2, `t_end` in seconds.
+    `segments` (k, 14 ...) and `powers` (5 m, k) are as in `ExactTrajectory`; `radius` in metres,
+    `spin_deceleration` in rad/s^2, `t_end` in seconds.
     """
     start = segments[:, segment.EPOCH]
     duration = np.append(start[1:], t_end) - start
     flies = segments[:, segment.PHASE] == Phase.FLYING
     sliding = ((segments[:, segment.PHASE] == Phase.SLIDING) | flies)[:, np.newaxis]
-    # While it rolls, the angular velocity is k x v / R, and changes as v does.
+    # For a rolling ball, the angular velocity is k x v / R, and changes with v.
     v, a = segments[:, segment.VX : segment.VY + 1], segments[:, segment.AX : segment.AY + 1]
     turned = np.array([-1.0, 1.0]) / radius
     count = len(powers) // PER_POWER
@@ -77,12 +77,12 @@ def pieces_of(
     decay = np.where(flies, 0.0, spin_deceleration * np.sign(vertical))
     spin[:, 0, 2], spin[:, 1, 2] = vertical, added - decay
 
-    # Once its vertical spin has decayed, a segment continues as a piece of its own.
+    # When the vertical spin has decayed, the rest of the segment becomes a separate piece.
     lasts = np.full(len(segments), np.inf)
     np.divide(np.abs(vertical), spin_deceleration, out=lasts, where=decay != 0.0)
     ends = np.flatnonzero(lasts < duration)
     s, rest = lasts[ends], spin[ends]
-    rest = _later(rest, s)
+    rest = _shifted(rest, s)
     rest[:, 0, 2], rest[:, 1, 2] = s * added[ends], added[ends]
     after, left = start[ends] + s, duration[ends] - s
     duration[ends] = s
@@ -96,12 +96,11 @@ def pieces_of(
 def orientation_at(times: FloatArray, pieces: Pieces) -> FloatArray:
     """Return the orientation at `times`, unit quaternions (k, 4); (1, 0, 0, 0) at the start.
 
-    `times` (k,) are from the start of the first piece to the end of the last [s]. Raises
-    `GhostballError` where a ball turns more than `MAX_STEPS` steps can follow. Steps depend on the
-    motion alone, not on `times`: the same instant gives the same bits, whatever else is asked for.
-    The error is some roundings for each step, and what the rounding of the instant itself amounts
-    to, |w| eps t: the largest of the two, about 1e-13 rad for a ball that turns a hundred times in
-    ten seconds.
+    `times` (k,) are between the start of the first piece and the end of the last [s]. Raises
+    `GhostballError` if a ball needs more than `MAX_STEPS` steps. The steps depend only on the
+    motion, not on `times`: a time gives the same bits, whatever other times are asked for. The
+    error is a few roundings for each step, plus the effect of the rounding of the time, |w| eps t.
+    The latter dominates: about 1e-13 rad for a ball that turns a hundred times in ten seconds.
     """
     fixed = has_fixed_axis(pieces)
     steps = _steps_of(pieces, fixed)
@@ -109,7 +108,7 @@ def orientation_at(times: FloatArray, pieces: Pieces) -> FloatArray:
     first = np.concatenate(([0], np.cumsum(steps)))  # number of each piece's first step
     of = np.repeat(np.arange(len(steps)), steps)
     offset = (np.arange(len(of)) - first[of]) * length[of]
-    spin = _later(pieces.spin[of], offset)
+    spin = _shifted(pieces.spin[of], offset)
     moves = ~fixed[of]
     terms = terms_needed(spin[moves], length[of][moves])
     before = np.empty((len(of) + 1, 4))
@@ -127,7 +126,7 @@ def orientation_at(times: FloatArray, pieces: Pieces) -> FloatArray:
 
 
 def has_fixed_axis(pieces: Pieces) -> BoolArray:
-    """Whether the angular velocity of each piece stays on one axis, up to rounding, (m,)."""
+    """Return whether the axis of the angular velocity of each piece is fixed, (m,)."""
     scaled = _scaled(pieces.spin, pieces.duration)
     sizes = np.linalg.norm(scaled, axis=2)
     axis = np.take_along_axis(scaled, np.argmax(sizes, axis=1)[:, None, None], axis=1)
@@ -138,7 +137,7 @@ def has_fixed_axis(pieces: Pieces) -> BoolArray:
 
 
 def fixed_axis_turn(spin: FloatArray, duration: FloatArray) -> FloatArray:
-    """Return the turn about one axis by the integral of its spin (m, d, 3), quaternions (m, 4)."""
+    """Return the turn about a fixed axis: the integral of a spin (m, d, 3), as (m, 4)."""
     scaled = _scaled(spin, duration)
     half = 0.5 * np.sum(scaled / np.arange(1, spin.shape[1] + 1)[:, np.newaxis], axis=1)
     angle = np.linalg.norm(half, axis=1, keepdims=True)
@@ -147,12 +146,12 @@ def fixed_axis_turn(spin: FloatArray, duration: FloatArray) -> FloatArray:
 
 
 def series_turn(spin: FloatArray, duration: FloatArray, terms: int) -> FloatArray:
-    """Return the turn by a spin (m, d, 3) over a short while, quaternions (m, 4).
+    """Return the turn by a spin (m, d, 3) during a short time, quaternions (m, 4), for any axes.
 
-    Whatever the axes. `spin` is as in `Pieces`, `duration` (m,) [s] such that |w| times it is at
-    most `STEP_TURN` all along; the series has so many `terms`, the first included. With q = sum C_n
-    and w s = sum W_k, by power of the time, the equation q' = w q / 2 says 2 (n + 1) C_{n+1} =
-    sum_k W_k C_{n-k}. The series converges everywhere.
+    `spin` is as in `Pieces`. `duration` (m,) [s] must be such that |w| times it is at most
+    `STEP_TURN` throughout. `terms` is the number of terms of the series, including the first. With
+    q = sum C_n and w s = sum W_k, by power of the time, the equation q' = w q / 2 gives 2 (n + 1)
+    C_{n+1} = sum_k W_k C_{n-k}. The series converges everywhere.
     """
     half = 0.5 * _scaled(spin, duration)
     found = [np.zeros((len(half), 4))]
@@ -168,28 +167,28 @@ def series_turn(spin: FloatArray, duration: FloatArray, terms: int) -> FloatArra
 
 
 def terms_needed(spin: FloatArray, duration: FloatArray) -> int:
-    """Return how many terms of `series_turn` leave out no more than `LEFT_OUT`.
+    """Return the number of terms of `series_turn` for a truncation error of at most `TRUNCATION`.
 
-    The recurrence in absolute values bounds each term. Of d in a row, which is how far it looks
-    back, the next d are at most half of the largest, once n is twice the sum of its factors; so all
-    that follow sum up to at most d times that one.
+    The recurrence in absolute values bounds each term. It uses the last d terms. Once n is twice
+    the sum of its factors, the next d terms are at most half of the largest of the last d. All
+    further terms therefore sum to at most d times the largest.
     """
     half = 0.5 * np.max(np.linalg.norm(_scaled(spin, duration), axis=2), axis=0, initial=0.0)
     bounds, d = [1.0], len(half)
-    while d * max(bounds[-d:]) > LEFT_OUT or len(bounds) < 2.0 * half.sum():
+    while d * max(bounds[-d:]) > TRUNCATION or len(bounds) < 2.0 * half.sum():
         last = bounds[: -d - 1 : -1]
         bounds.append(float(np.dot(half[: len(last)], last)) / len(bounds))
     return len(bounds)
 
 
 def hamilton_product(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Return p q, quaternions (..., 4) with w first: the turn q, then the turn p."""
+    """Return p q for quaternions (..., 4) with w first: the turn q followed by the turn p."""
     w = p[..., :1]
     return w * q + _vector_product(p[..., 1:], q)
 
 
 def _vector_product(vector: FloatArray, q: FloatArray) -> FloatArray:
-    """Return v q, a vector (..., 3) as a quaternion without w, and a quaternion (..., 4)."""
+    """Return v q for a vector v (..., 3), as a quaternion with w = 0, and q (..., 4)."""
     x1, y1, z1 = np.moveaxis(vector, -1, 0)
     w2, x2, y2, z2 = np.moveaxis(q, -1, 0)
     product: FloatArray = np.stack(
@@ -210,14 +209,14 @@ def _unit(q: FloatArray) -> FloatArray:
 
 
 def _scaled(spin: FloatArray, duration: FloatArray) -> FloatArray:
-    """Return the coefficients of w s by power of the part of a duration [rad], (m, d, 3)."""
+    """Return the coefficients of w s in the fraction of the duration [rad], (m, d, 3)."""
     powers = duration[:, np.newaxis] ** np.arange(1, spin.shape[1] + 1)
     scaled: FloatArray = spin * powers[:, :, np.newaxis]
     return scaled
 
 
-def _later(spin: FloatArray, by: FloatArray) -> FloatArray:
-    """Return coefficients (m, d, 3) whose time counts from `by` (m,) on: Horner's scheme."""
+def _shifted(spin: FloatArray, by: FloatArray) -> FloatArray:
+    """Return coefficients (m, d, 3) of the same polynomial in s - `by` (m,): Horner's scheme."""
     later = spin.copy()
     for lowest in range(later.shape[1] - 1):
         for power in range(later.shape[1] - 2, lowest - 1, -1):
@@ -226,19 +225,20 @@ def _later(spin: FloatArray, by: FloatArray) -> FloatArray:
 
 
 def _steps_of(pieces: Pieces, fixed: BoolArray) -> IntArray:
-    """Return in how many equal steps to follow each piece, (m,): 1 where its axis stays fixed."""
+    """Return the number of equal steps for each piece, (m,): 1 if its axis is fixed."""
     turn = np.sum(np.linalg.norm(_scaled(pieces.spin, pieces.duration), axis=2), axis=1)
     steps = np.where(fixed, 1.0, np.ceil(turn / STEP_TURN))
     if not steps.sum() <= MAX_STEPS:
         raise GhostballError(
-            f"`orientation` can't be followed: a ball turns by about {turn.sum():.3g} rad while "
-            f"its axis moves, and {STEP_TURN * MAX_STEPS:g} are the limit. Set `t_max` sooner"
+            f"`orientation` can't be computed: a ball turns by about {turn.sum():.3g} rad about a "
+            f"moving axis, more than the limit of {STEP_TURN * MAX_STEPS:g} rad. Set a smaller "
+            "`t_max`"
         )
     return np.maximum(steps, 1.0).astype(np.int64)
 
 
 def _turn(spin: FloatArray, duration: FloatArray, fixed: BoolArray, terms: int) -> FloatArray:
-    """Return the turn of each step, (m, 4), the way that suits it."""
+    """Return the turn of each step, (m, 4), about a fixed axis or by the series."""
     turn = np.empty((len(spin), 4))
     turn[fixed] = fixed_axis_turn(spin[fixed], duration[fixed])
     turn[~fixed] = series_turn(spin[~fixed], duration[~fixed], terms)
@@ -248,7 +248,8 @@ def _turn(spin: FloatArray, duration: FloatArray, fixed: BoolArray, terms: int) 
 def _running_product(turns: FloatArray) -> FloatArray:
     """Return the orientation after each of the turns, (m, 4).
 
-    By doubling: so that it takes some products of whole columns, and errs less than one by one.
+    Products are formed by doubling, which needs fewer numpy calls and has smaller errors than one
+    product at a time.
     """
     reached, reach = turns.copy(), 1
     while reach < len(turns):

@@ -1,8 +1,9 @@
-"""The polynomial of the time by which a ball moves between events: the only place that has it.
+"""The polynomials in time that describe the motion of a ball between events.
 
-Of numbers or of arrays, in Python and, as `motion.position` has it, in kernels. A ball that air
-slows moves by further powers of the time: of each, from the second power on, a piece has
-`PER_POWER` coefficients. The second power of x and y is in the acceleration; theirs is 0 here.
+Ghostball has no other code for these polynomials: Python calls the functions with numbers or
+arrays, and kernels call them through `motion.position`. The motion of a ball slowed by air contains
+further powers of the time: for each power, from the second, a piece has `PER_POWER` coefficients.
+The second power of x and y is in the acceleration; the coefficients here are 0.
 """
 
 from __future__ import annotations
@@ -21,21 +22,21 @@ OF_X, OF_Y, OF_Z, OF_WX, OF_WY = range(PER_POWER)
 
 
 def displacement(velocity: Number, acceleration: Number, s: Number) -> Number:
-    """Return how far a piece takes a coordinate in the time s [s] since it began [m]."""
+    """Return the displacement of a coordinate [m] in the time s [s] since the piece began."""
     return s * (velocity + 0.5 * acceleration * s)
 
 
 def speed(velocity: Number, acceleration: Number, s: Number) -> Number:
-    """Return the velocity along a coordinate at the time s [s] after the piece began [m/s]."""
+    """Return the velocity of a coordinate at the time s [s] since the start of the piece [m/s]."""
     return velocity + acceleration * s
 
 
 def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
-    """Return what powers beyond the second add to x, y, their velocities and accelerations.
+    """Return what powers above the second add to x, y, their velocities and accelerations.
 
-    `coefficients` (PER_POWER k,) or (PER_POWER k, m), by power. The first `count` powers are used,
-    at most k.
-    `s`: the time since the piece began [s], a number or (m,).
+    `coefficients`: (PER_POWER k,) or (PER_POWER k, m), by power. The first `count` powers are used,
+        at most k.
+    `s`: time since the start of the piece [s], a number or (m,).
     """
     # All as s^3 q(s): q, its derivative, and half of its second one, by Horner's scheme.
     x, y, vx, vy, ax, ay = 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s
@@ -51,7 +52,7 @@ def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, An
 
 
 def rises(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any]:
-    """Return what powers from the second on add to a height, its velocity and its acceleration.
+    """Return what powers from the second add to a height, its velocity and acceleration.
 
     Arguments as in `tails`.
     """
@@ -65,7 +66,7 @@ def rises(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any]:
 
 
 def turns(coefficients: Any, count: int, s: Any) -> tuple[Any, Any]:
-    """Return what powers from the second on add to the angular velocities wx and wy.
+    """Return what powers from the second add to the angular velocities wx and wy.
 
     Arguments as in `tails`.
     """

@@ -1,6 +1,7 @@
-"""The numbers of a segment of a ball's motion, which hold from an instant on until the next one.
+"""The numbers of a segment: the motion of one ball from one event to the next.
 
-They are the columns of `ExactTrajectory.segments`, which says what each is and what may follow.
+They are the columns of `ExactTrajectory.segments`, which documents them and the columns that may
+follow.
 """
 
 from __future__ import annotations
@@ -12,22 +13,22 @@ NAMES = (
     *("wx", "wy", "wz", "bx", "by", "bz"),
     "phase",
 )
-"""Of a motion on the cloth along a parabola; what there is beyond that follows."""
+"""Columns for parabolic motion on the cloth; columns for other motion follow."""
 
 COLUMNS = len(NAMES)
 EPOCH, X, Y, VX, VY, AX, AY, WX, WY, WZ, BX, BY, BZ, PHASE = range(COLUMNS)
 
 
 class Phase(enum.IntEnum):
-    """How a ball moves: on the cloth, in the air, or no more."""
+    """How a ball moves on the cloth, that it flies, or that it has left the table."""
 
     RESTING = 0
-    """Its centre rests; it may spin about the vertical."""
+    """The centre is at rest; the ball may spin about the vertical."""
     SLIDING = 1
-    """Its lowest point slips over the cloth."""
+    """The lowest point of the ball slips on the cloth."""
     ROLLING = 2
-    """Its lowest point does not slip; it may spin about the vertical, too."""
+    """The lowest point of the ball doesn't slip; the ball may also spin about the vertical."""
     GONE = 3
-    """It left the run, and stays where it did."""
+    """The ball was pocketed or left the table; its position stays the last one."""
     FLYING = 4
-    """It is in the air; its angular velocity stays as it is."""
+    """The ball is in the air; its angular velocity is constant."""

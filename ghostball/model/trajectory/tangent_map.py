@@ -1,4 +1,4 @@
-"""What becomes of small changes of a shot: of which kind the answer is, whoever finds it."""
+"""The interface of tangent maps: the effect of small changes on a shot, for any engine."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from ghostball.model.arrays import FloatArray
 
 
 class TangentMap(Protocol):
-    """What becomes of m small changes of a shot's first state, to first order."""
+    """Effect of m small changes of the initial state of a shot, to first order."""
 
     def sample(self, times: ArrayLike) -> FloatArray:
-        """Return the changes at `times`, (k, m, n, 7) float64.
+        """Return the changes of the state at `times`, (k, m, n, 7) float64.
 
-        For each ball the change of its position x, y [m], velocity x, y [m/s] and angular velocity
-        x, y, z [rad/s] at the same instant; not finite where no derivative exists. `times` (k,)
-        are in any order; past the end it is as at the end.
+        For each ball: the changes of position x, y [m], velocity x, y [m/s] and angular velocity x,
+        y, z [rad/s] at the given time; not finite if no derivative exists. `times` (k,) are in any
+        order; after the end, the changes at the end are returned.
         """
         ...
 
     @property
     def event_shifts(self) -> FloatArray:
-        """How much later each event comes [s], (events, m); NaN where no derivative exists."""
+        """Delay of each event [s], (events, m); NaN if no derivative exists."""
         ...
 
     def growth(self, times: ArrayLike) -> FloatArray:
-        """Return how far each ball is displaced, (k, n) [m]: root mean square over the changes.
+        """Return the displacement of each ball, (k, n) [m]: root mean square over the changes.
 
-        Infinite where no derivative exists.
+        Infinite if no derivative exists.
         """
         ...
 
     def horizon(self, instants: FloatArray, tolerance: float, error: float | None) -> float:
-        """Return the first instant at which error times `growth` exceeds a tolerance [s].
+        """Return the first time at which `error` times `growth` exceeds the tolerance [s], or inf.
 
-        inf where that never happens. `instants` (k,), increasing, are those of the events; between
-        two of them growth is looked for at a few instants only. `tolerance` is in metres; `error`
-        is what a growth is multiplied by, None what the engine itself stays within.
+        `instants` (k,), increasing, are the times of the events; between two of them, growth is
+        checked at a few times only. `tolerance` is in metres. `error` multiplies the growth; None
+        is the bound that the engine guarantees for itself.
         """
         ...

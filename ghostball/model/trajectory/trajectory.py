@@ -1,4 +1,4 @@
-"""Sampling a recorded motion at any time: positions, velocities, spin, energy."""
+"""Sample a recorded motion at any time: positions, velocities, spin, energy."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ghostball.model.trajectory.tangent_map import TangentMap
 
 PhaseArray = NDArray[np.int8]
 
-# Columns of a segment, for x and for y.
+# Columns of a segment, for x and y.
 _PLACE = slice(segment.X, segment.Y + 1)
 _VELOCITY = slice(segment.VX, segment.VY + 1)
 _ACCELERATION = slice(segment.AX, segment.AY + 1)
@@ -54,7 +54,7 @@ class Energy(NamedTuple):
 
     @property
     def total(self) -> FloatArray:
-        """Sum of the three [J]."""
+        """Sum of the three energies [J]."""
         return self.translation + self.rotation + self.height
 
 
@@ -63,7 +63,7 @@ class Trajectory(Protocol):
 
     @property
     def t_end(self) -> float:
-        """Last recorded instant [s]; the first is 0."""
+        """Last recorded time [s]; the first is 0."""
         ...
 
     def sample(self, times: FloatArray) -> Samples:
@@ -73,25 +73,26 @@ class Trajectory(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ExactTrajectory:
-    """Motion between events in closed form, as our engine records it.
+    """Motion between events in closed form, as recorded by Ghostball's engine.
 
     Attributes
     ----------
     radii : (n,) float64 [m]
     segments : n arrays (k_i, 14 + 5 m) or, with `lifts`, (k_i, 17 + 5 m) float64
-        For each ball, from each time on: time [s]; x, y [m]; vx, vy [m/s]; ax, ay [m/s^2]; angular
-        velocity wx, wy, wz [rad/s]; its rate of change bx, by, and what is added to the decay of
-        wz, bz [rad/s^2]; `Phase`. Where the ball rolls or rests, wx, wy, bx and by mean nothing:
-        the velocity gives them. With `lifts`, then: height of its lowest point above the cloth [m],
-        velocity upwards [m/s], acceleration downwards by gravity [m/s^2]. Where air may slow a
-        ball, then the coefficients of m powers of the time: see `model.trajectory.polynomial`.
+        One array per ball, one row from each event to the next: start time [s]; x, y [m]; vx, vy
+        [m/s]; ax, ay [m/s^2]; angular velocity wx, wy, wz [rad/s]; its rate of change bx, by, and
+        bz, which adds to the decay of wz [rad/s^2]; `Phase`. For a ball that rolls or rests, wx,
+        wy, bx and by have no meaning: the velocity determines the angular velocity. With `lifts`,
+        then: height of the lowest point above the cloth [m], velocity upwards [m/s], acceleration
+        downwards by gravity [m/s^2]. If air may slow a ball, then the coefficients of m powers of
+        the time: see `model.trajectory.polynomial`.
     t_end : float [s]
     spin_decelerations : (n,) float64 [rad/s^2]
-        By which each ball's wz decays to 0 on the cloth; in the air it doesn't.
+        Rate at which each ball's wz decays to 0 on the cloth; in the air, wz is constant.
     lifts : bool
         Whether balls may be in the air.
     tangents : Tangents or None
-        What finds how small changes of the motion grow; None: nobody knows.
+        Function that computes the growth of small changes of the motion; None if there is none.
     """
 
     radii: FloatArray
@@ -106,7 +107,7 @@ class ExactTrajectory:
         return segments[:, segment.COLUMNS + 3 * self.lifts :].T
 
     def sample(self, times: FloatArray) -> Samples:
-        """Return the states at `times`, (k,) [s]; after an event where one falls on a time."""
+        """Return the states at `times`, (k,) [s]; at an event, the state after the event."""
         t = np.clip(times, 0.0, self.t_end)
         positions, velocities, spins = (np.zeros((len(t), len(self.segments), 3)) for _ in range(3))
         for i, segments in enumerate(self.segments):
@@ -145,7 +146,7 @@ class ExactTrajectory:
         return Samples(positions, velocities, spins)
 
     def phases(self, times: FloatArray) -> PhaseArray:
-        """Return each ball's `Phase` at `times`, (k, n) int8; after an event that falls on one."""
+        """Return each ball's `Phase` at `times`, (k, n) int8; at an event, the phase after it."""
         t = np.clip(times, 0.0, self.t_end)
         result = np.empty((len(t), len(self.segments)), dtype=np.int8)
         for i, segments in enumerate(self.segments):
@@ -153,21 +154,21 @@ class ExactTrajectory:
         return result
 
     def bend_times(self, deviation: float, limit: int) -> FloatArray:
-        """Return instants between which sliding balls stay near their chords, (k,) [s], increasing.
+        """Return increasing times, (k,) [s], between which slides stay close to their chords.
 
-        Joined by straight lines, the states at these times draw a curved path as a curve; rolling
-        balls go straight on and need none. `deviation` [m] is how far a path may run
-        beside its chord, `limit` how many chords a single slide is cut into at most.
+        Straight lines between the states at these times draw a curved path as a smooth curve.
+        Rolling balls move along straight lines and need no such times. `deviation` [m] is the
+        largest distance of a path from its chord, `limit` the largest number of chords per slide.
         """
         times = [np.empty(0)]
         for segments in self.segments:
             ends = np.append(segments[1:, segment.EPOCH], self.t_end)
             for row in np.flatnonzero(segments[:, segment.PHASE] == Phase.SLIDING):
                 start, end = segments[row, segment.EPOCH], ends[row]
-                # A parabola leaves the chord of a duration s by at most a s^2 / 8.
+                # A parabola of duration s deviates from its chord by at most a s^2 / 8.
                 longest = math.hypot(*segments[row, _ACCELERATION]) * (end - start) ** 2 / 8.0
                 if not math.isfinite(longest):
-                    continue  # where a run failed
+                    continue  # the run failed here
                 chords = min(max(math.ceil(math.sqrt(longest / deviation)), 1), limit)
                 times.append(np.linspace(start, end, chords + 1))
         return np.unique(np.concatenate(times))
@@ -175,13 +176,14 @@ class ExactTrajectory:
     def orientation(self, times: FloatArray) -> FloatArray:
         """Return the orientation of every ball at `times`, unit quaternions (k, n, 4), w first.
 
-        Every ball starts at (1, 0, 0, 0). A ball that rolls by a distance s without spin about the
-        vertical turns by s / R about k x v, exactly, since between events it rolls straight on.
+        Every ball starts at (1, 0, 0, 0). A ball that rolls by a distance s without vertical spin
+        turns by s / R about k x v. This is exact, because a rolling ball moves along a straight
+        line between events.
 
-        Where the axis moves, because the ball slides or spins about the vertical as it
-        rolls, the turn is a power series, exact to rounding; see `model.trajectory.orientation`.
-        The paper's own rule (section 5.3) is in `reference_adapters.paper.rotation`.
-        Raises `GhostballError` where a ball turns too far to be followed.
+        If the ball slides, or rolls with vertical spin, the axis moves, and the turn is a power
+        series, exact to rounding; see `model.trajectory.orientation`. The paper's rule (section
+        5.3) is in `reference_adapters.paper.rotation`. Raises `GhostballError` if a ball turns too
+        far for the power series.
         """
         t = np.clip(times, 0.0, self.t_end)
         result = np.empty((len(t), len(self.segments), 4))
@@ -194,29 +196,29 @@ class ExactTrajectory:
 
 
 Tangents = Callable[[Scene, ExactTrajectory, Events, ArrayLike | None], TangentMap]
-"""Returns what becomes of small changes of a shot, given its scene, its motion and its events.
+"""Function that returns the effect of small changes on a shot: (scene, motion, events, changes).
 
-Each of the changes, (m, n, 7) float64, is one of every ball's position x, y [m], velocity x, y
-[m/s] and angular velocity x, y, z [rad/s]; in place of changes, None asks for what becomes of
-rounding the state at the start and at each event, over 2^-53. A function at the top of a module, so
-that the trajectory can be pickled.
+The changes, (m, n, 7) float64, are changes of every ball's position x, y [m], velocity x, y [m/s]
+and angular velocity x, y, z [rad/s]. None asks for the effect of rounding the state at the start
+and at each event, divided by 2^-53. The function must be at the top level of a module, so that the
+trajectory can be pickled.
 """
 
 
 def _at_or_before(segments: FloatArray, t: FloatArray) -> NDArray[np.intp]:
-    """Return the row of the segment that holds at each instant, (k,)."""
+    """Return the row of the segment that is valid at each time, (k,)."""
     return np.searchsorted(segments[:, segment.EPOCH], t, side="right") - 1
 
 
 @dataclass(frozen=True, eq=False)
 class SampledTrajectory:
-    """States stored at instants, straight lines between them: what a stepping engine records.
+    """States stored at given times, interpolated linearly, as recorded by a time-stepping engine.
 
     Attributes
     ----------
     times : (k,) float64 [s], never decreasing
-        Two equal instants are the state before and after a collision; sampling there gives the
-        state after.
+        Two equal times are the states before and after a collision; sampling there gives the
+        state after it.
     positions, velocities, angular_velocities : (k, n, 3) float64 [m], [m/s], [rad/s]
     """
 
@@ -227,14 +229,13 @@ class SampledTrajectory:
 
     @property
     def t_end(self) -> float:
-        """Last recorded instant [s]."""
+        """Last recorded time [s]."""
         return float(self.times[-1])
 
     def orientation(self, times: FloatArray) -> FloatArray:
         """Return the orientation of every ball at `times`, as `ExactTrajectory.orientation`.
 
-        Of the motion that the frames stand for: an angular velocity that goes straight from each to
-        the next.
+        The angular velocity is interpolated linearly between frames and then integrated.
         """
         t = np.clip(times, self.times[0], self.times[-1])
         duration = np.append(np.diff(self.times), 0.0)
@@ -267,8 +268,8 @@ class SampledTrajectory:
 def energy_of(scene: Scene, samples: Samples) -> Energy:
     """Return the energy of the balls of `scene` in the given states.
 
-    I = (2/5) m R^2 for a solid ball. Height is counted from a ball that lies on the cloth, so a
-    scene at rest has energy 0.
+    I = (2/5) m R^2 for a solid ball. The height is that above a ball on the cloth, so a scene at
+    rest has energy 0.
     """
     masses, radii = scene.masses, scene.radii
     inertia = 0.4 * masses * radii**2

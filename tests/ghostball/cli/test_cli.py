@@ -84,7 +84,7 @@ BAD_USAGE = [
     ("explain nosuch --engine pymunk", 'unknown scene "nosuch"'),
     ("explain stop --engine pymnk", "Did you mean `pymunk`?"),
     ("explain stop --engine pymunk:dt=-1", "`dt` of engine `pymunk`"),
-    ("explain sliding-stun -e paper-discrete", "no sliding that turns into rolling"),
+    ("explain sliding-stun -e paper-discrete", "no sliding that becomes rolling"),
     ("explain stop --engine certified", "`certified` is itself the reference"),
     ("explain mathavan-cut --engine ghostball", "is itself the reference"),
     ("explain still.toml --engine pymunk", "no ball moves"),

@@ -139,7 +139,7 @@ def test_an_engine_lacks_what_it_does_not_mention_and_what_it_says_it_lacks():
     }
     assert missing_features(capabilities, scene) == (
         "no ball-ball restitution below 1",
-        "no cloth without cushions (walls are built in)",
+        "no unbounded cloth (walls are built in)",
     )
 
 
@@ -149,5 +149,5 @@ def test_an_approximate_feature_is_not_missing():
 
 
 def test_the_refusal_names_the_engine_and_the_features():
-    with pytest.raises(UnsupportedSceneError, match=r"`toy` can't represent .*: no balls that"):
+    with pytest.raises(UnsupportedSceneError, match=r"`toy` can't represent .*: no pure rolling"):
         check_supported("toy", {}, scene_of(ball((0, 0))))

@@ -26,7 +26,7 @@ from ghostball.model import (
     Strike,
     UnsupportedSceneError,
 )
-from ghostball.model.cache_folder import CHOSEN, cache_folder
+from ghostball.model.cache_folder import CACHE_DIR_VARIABLE, cache_folder
 from ghostball.model.hashes import bits_hash, sequence_hash
 from ghostball.model.rounding import EPS, POSITION_ULPS, position_rounding
 from ghostball.model.scene import stroke_of
@@ -37,7 +37,7 @@ from ghostball.model.strokes import struck_balls
 
 
 def test_all_caches_are_in_the_chosen_folder(monkeypatch, tmp_path):
-    monkeypatch.setenv(CHOSEN, str(tmp_path))
+    monkeypatch.setenv(CACHE_DIR_VARIABLE, str(tmp_path))
     assert cache_folder("proofs") == tmp_path / "proofs"
     assert not list(tmp_path.iterdir())  # whoever keeps something makes it
 
@@ -46,9 +46,9 @@ def test_without_a_choice_they_are_in_the_systems_folder_for_us(monkeypatch, tmp
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setenv("HOME", str(tmp_path))
     for chosen in (None, ""):
-        monkeypatch.delenv(CHOSEN, raising=False)
+        monkeypatch.delenv(CACHE_DIR_VARIABLE, raising=False)
         if chosen is not None:
-            monkeypatch.setenv(CHOSEN, chosen)
+            monkeypatch.setenv(CACHE_DIR_VARIABLE, chosen)
         folder = cache_folder("libraries")
         assert folder.name == "libraries"
         assert "ghostball" in folder.parent.parts[-1].lower()

@@ -63,7 +63,7 @@ def test_no_friction_throws_as_far_as_was_measured_at_small_cuts():
 
 def test_an_engine_whose_balls_only_roll_says_so():
     speeds, angle = of("paper-continuous", "hits-snooker")
-    assert speeds.lacks.startswith("it has no sliding that turns into rolling")
+    assert speeds.lacks.startswith("it has no sliding that becomes rolling")
     assert angle.lacks == speeds.lacks
     (throw,) = of("paper-continuous", "throw-pool")
     assert throw.lacks.startswith("it has no sliding")
@@ -237,7 +237,7 @@ def test_our_engine_plays_everything_that_was_measured():
 def test_an_engine_that_only_rolls_lacks_it_all():
     families = likeness_of("paper-discrete")
     assert families["cushion"].lacks == "it has no cushion law that changes spin"
-    assert families["rolling-pool"].lacks.startswith("it has no sliding that turns into rolling")
+    assert families["rolling-pool"].lacks.startswith("it has no sliding that becomes rolling")
     assert not any(family.figures for family in families.values())
 
 

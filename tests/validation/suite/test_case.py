@@ -30,7 +30,7 @@ def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> Non
     refused, absent = outcome.cases
     assert (refused.outcome, refused.reason) == (
         "not-representable",
-        "no balls that always roll, never slide (it slips)",
+        "no pure rolling (it slips)",
     )
     assert absent.outcome == "unavailable"
     assert "not installed here" in absent.reason

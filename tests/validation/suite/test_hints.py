@@ -269,13 +269,13 @@ def test_smoke_tries_restitution_of_balls_and_cushions():
 
 
 def test_what_an_engine_lacked_is_counted():
-    lacking = "no sliding that turns into rolling (none yet); no air drag"
+    lacking = "no sliding that becomes rolling (none yet); no air drag"
     cases = [
         case("stop"),
         case("draw-shot", outcome="not-representable", reason=lacking),
         case("sliding-stun", outcome="not-representable", reason=lacking.partition(";")[0]),
     ]
-    assert lacked(cases) == {"sliding that turns into rolling": 2, "air drag": 1}
+    assert lacked(cases) == {"sliding that becomes rolling": 2, "air drag": 1}
 
 
 def test_what_failing_scenes_share_is_said_where_the_others_lack_it():

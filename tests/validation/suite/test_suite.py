@@ -68,7 +68,7 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     assert shifted.metrics["rest_error_max"] == pytest.approx(0.003, rel=1e-9)
     assert shifted.ball_errors == pytest.approx([0.003], rel=1e-9)
     assert (shifted.status, shifted.engine, shifted.work) == ("rest", "fake", {"steps": 3})
-    assert shifted.approximations == ("balls that always roll, never slide: nearly",)
+    assert shifted.approximations == ("pure rolling: nearly",)
     assert shifted.load_scene() == scene()
     assert shifted.energy_initial == pytest.approx(0.7 * 0.170097, rel=1e-12)  # 7/10 m v^2
     assert shifted.energy_final == 0.0

@@ -14,9 +14,9 @@ from commands import refused
 
 from ghostball.engine import simulate
 from ghostball.model import Scene
-from ghostball.reference_adapters.answer import Run
+from ghostball.reference_adapters.answer import EngineAnswer
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.elsewhere import load_runs
+from ghostball.reference_adapters.run_files import load_runs
 from ghostball.validation.scenes.library import find_scene, select
 
 EXAMPLES = Path(__file__).parents[4] / "validation" / "examples"
@@ -64,7 +64,7 @@ def test_scenes_come_back_the_same(cli, here):
 
 
 CUT = "half-ball-cut"
-NEARLY = {"balls that always roll, never slide": "in steps"}
+NEARLY = {"pure rolling": "in steps"}
 WHOLE = find_scene(CUT).model_dump(mode="json", by_alias=True)
 JUDGED = [
     ({}, 0, ""),
@@ -102,7 +102,7 @@ def test_a_run_that_contradicts_itself_is_judged_by_none_of_its_numbers(graded):
     run["rest_positions"][0][0] += 1e-4
     status, shown = graded(run)
     assert status == 1
-    assert "`rest_positions[0]` must be where the motion has ball" in shown
+    assert "`rest_positions[0]` must be the position of ball" in shown
 
 
 def test_the_others_are_judged_where_a_run_is_refused(graded):
@@ -123,7 +123,7 @@ def test_no_run_opens_a_file(cli, here, name):
 
 def test_an_approximation_is_of_a_feature_that_there_is():
     with pytest.raises(EngineError, match=r"`approximate.rolling.*` must be 'balls that"):
-        Run.parse(made_elsewhere("stop", approximate={"rolling": "so"}), "a file, run 1")
+        EngineAnswer.parse(made_elsewhere("stop", approximate={"rolling": "so"}), "a file, run 1")
 
 
 # --- the examples in other languages

@@ -69,7 +69,7 @@ def test_engines_lists_settings_and_capabilities(cli):
         "contact_steps=fixed (exact)",
         "dt unset",
         "unsupported",
-        "balls that always roll, never slide",
+        "pure rolling",
     ):
         assert part in shown
     assert "paper-discrete" not in shown

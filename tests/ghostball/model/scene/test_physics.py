@@ -50,9 +50,9 @@ def test_a_restitution_of_the_table_needs_balls_that_land():
 @pytest.mark.parametrize(
     ("physics", "message"),
     [
-        ({"airborne": True}, '`motion` must be "sliding" where `airborne` = true, got "rolling"'),
-        ({"preset": "paper", "airborne": True}, '`motion` must be "sliding" where `airborne`'),
-        (FLIES | {"ball_impact": "mathavan2014"}, '`ball_impact` must be "frictional" where'),
+        ({"airborne": True}, '`motion` must be "sliding" if `airborne` = true, got "rolling"'),
+        ({"preset": "paper", "airborne": True}, '`motion` must be "sliding" if `airborne`'),
+        (FLIES | {"ball_impact": "mathavan2014"}, '`ball_impact` must be "frictional" if'),
         (FLIES | {"cushion": "mathavan2010"}, '`cushion` must be "mirror", "restitution"'),
     ],
 )
@@ -72,7 +72,7 @@ class TestFieldsWithoutEffect:
             Physics(preset=preset, cushion=law, **{field: 0.03})
         message = str(caught.value)
         assert f'`{field}` = 0.03 has no effect with `cushion` = "{law}"' in message
-        assert "or leave the field out" in message
+        assert "or remove the field" in message
         for other in CUSHION_LAWS:
             assert (f'"{other.name}"' in message.split("Set ")[1]) == (field in other.uses)
 
@@ -104,5 +104,5 @@ class TestFieldsWithoutEffect:
         text += '[[balls]]\nid = "a"\nposition = [0, 0]\n'
         assert loading(text) == (
             'shot.toml:5: `cushion_friction` = 0.5 has no effect with `cushion` = "mirror". Set '
-            '`cushion` = "frictional", "han2005" or "mathavan2010", or leave the field out.'
+            '`cushion` = "frictional", "han2005" or "mathavan2010", or remove the field.'
         )

@@ -185,9 +185,8 @@ def test_a_level_hit_two_fifths_above_the_centre_rolls_at_once():
                 name="a", balls=[Ball(**struck, strike=Strike(**rolls | wrong))]
             )
         )
-        assert (
-            '`balls[0].strike` must make the ball roll without slip where `motion` = "rolling"'
-            in (message)
+        assert '`balls[0].strike` must make the ball roll without slip if `motion` = "rolling"' in (
+            message
         )
         assert '"sliding"' in message
 

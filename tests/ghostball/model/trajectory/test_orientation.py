@@ -12,8 +12,8 @@ from shots import R
 from ghostball.engine import simulate
 from ghostball.model import Ball, ExactTrajectory, GhostballError, Physics, SampledTrajectory, Scene
 from ghostball.model.trajectory.orientation import (
-    LEFT_OUT,
     STEP_TURN,
+    TRUNCATION,
     Pieces,
     fixed_axis_turn,
     orientation_at,
@@ -234,7 +234,7 @@ def test_the_orientation_at_an_instant_does_not_depend_on_the_others_asked_for()
 
 def test_a_turn_that_can_not_be_followed_is_refused():
     trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 1e8))
-    with pytest.raises(GhostballError, match=r"`orientation`.* rad .*Set `t_max` sooner"):
+    with pytest.raises(GhostballError, match=r"`orientation`.* rad .*Set a smaller `t_max`"):
         trajectory.orientation(np.array([0.0]))
 
 
@@ -276,7 +276,7 @@ def test_what_the_power_series_leaves_out_is_below_rounding(degree):
     bounds = [1.0]
     for n in range(1, 400):
         bounds.append(0.5 * STEP_TURN / (degree + 1) * sum(bounds[-degree - 1 :]) / n)
-    assert sum(bounds[terms:]) <= LEFT_OUT
+    assert sum(bounds[terms:]) <= TRUNCATION
 
 
 def test_a_spin_of_a_higher_degree_turns_as_small_steps_of_it_do():

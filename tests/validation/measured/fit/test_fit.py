@@ -94,7 +94,7 @@ def test_a_field_that_was_asked_for_must_be_told(found):
 
 
 def test_an_engine_that_mentions_few_features_is_refused_by_what_it_lacks(found):
-    with pytest.raises(UnsupportedSceneError, match="no sliding that turns into rolling"):
+    with pytest.raises(UnsupportedSceneError, match="no sliding that becomes rolling"):
         fitted(found, "ghostball.validation.examples.stepper:Stepper")
 
 

@@ -1,8 +1,7 @@
-"""Whether a scene of few balls plainly keeps the rules of how balls begin: sooner than by arrays.
+"""Fast check for scenes with few balls: whether the initial state certainly keeps the rules.
 
-Each condition here suffices for some of the rules in `scene.rules` and `scene.motion_rules`, with
-their limits and tolerances, and none says more: where one isn't met, those rules decide, and word
-what they refuse.
+Each condition here is sufficient for some of the rules in `scene.rules` and `scene.motion_rules`,
+with the same limits and tolerances. If a condition fails, these rules decide and word the error.
 """
 
 from __future__ import annotations
@@ -13,26 +12,29 @@ from collections.abc import Sequence
 
 from ghostball.model.rounding import CONTACT_TOLERANCE, position_rounding
 from ghostball.model.scene.contents import SceneContents
-from ghostball.model.scene.fields import FASTEST_DRAG, FASTEST_FALL, LARGEST, MOST_IMPACTS
+from ghostball.model.scene.fields import LARGEST, MAX_DRAG_RATE, MAX_FALL_DRAG, MAX_IMPACTS
 from ghostball.model.scene.table import Table
 
-FEW = 64
-"""Balls up to which this is faster than arrays."""
+MAX_BALLS = 64
+"""Number of balls up to which this check is faster than the rules, which use arrays."""
 
-_TOUCHING = 1.0 - CONTACT_TOLERANCE
-"""How near two balls may be, in the sum of their radii, at least: see `permitted_overlap`."""
+_LEAST_DISTANCE = 1.0 - CONTACT_TOLERANCE
+"""Smallest distance of two balls, in sums of their radii; see `permitted_overlap`."""
 
-_BESIDE = 1.0 - 2.0 * CONTACT_TOLERANCE
-"""How near a ball may be to a cushion, in its radius, at least."""
+_LEAST_CUSHION_DISTANCE = 1.0 - 2.0 * CONTACT_TOLERANCE
+"""Smallest distance of a ball from a cushion, in radii."""
 
-_MARGIN = 2.0
-"""How much too large speeds are taken: more than the formulas of the rules round."""
+_SPEED_MARGIN = 2.0
+"""Factor on speeds, larger than the rounding in the formulas of the rules."""
 
 
-def begins_plainly(scene: SceneContents) -> bool:
-    """Whether balls plainly begin in order, by name, place and motion; False: ask the rules."""
+def certainly_valid(scene: SceneContents) -> bool:
+    """Return whether names, places and motions of balls certainly keep the rules.
+
+    If False, the rules must decide.
+    """
     balls, flies = scene.balls, scene.physics.airborne
-    if len(balls) > FEW or len({ball.id for ball in balls}) < len(balls):
+    if len(balls) > MAX_BALLS or len({ball.id for ball in balls}) < len(balls):
         return False
     places = sorted([(*ball.position, ball.radius) for ball in balls])  # along x
     x, y, z, radii = zip(*places, strict=True)
@@ -45,24 +47,27 @@ def begins_plainly(scene: SceneContents) -> bool:
         _are_inside(x, y, max(radii), scene.table)
         and position_rounding(max(x[-1], -x[0]), max(*y, -min(y))) < min(radii)
         and _are_apart(x, y, radii)
-        and _move_well(scene)
+        and _has_valid_motion(scene)
     )
 
 
 def _are_inside(x: Sequence[float], y: Sequence[float], radius: float, table: Table | None) -> bool:
-    """Whether balls no wider are between the lines of four cushions, with nothing else there."""
+    """Return whether balls of at most this radius are inside four cushions, away from pockets.
+
+    False if the table is a polygon or has posts.
+    """
     if table is None:
         return True
     if table.vertices or table.posts:
         return False
-    reach = radius * _BESIDE
+    reach = radius * _LEAST_CUSHION_DISTANCE
     across = reach <= x[0] and x[-1] <= table.length - reach
     along = reach <= min(y) and max(y) <= table.width - reach
     return across and along and table.has_holes_beyond(reach)
 
 
 def _are_apart(x: Sequence[float], y: Sequence[float], radii: Sequence[float]) -> bool:
-    """Whether balls don't overlap as seen from above; x ascends."""
+    """Return whether balls don't overlap, seen from above; `x` ascends."""
     widest = 2.0 * max(radii)
     for k in range(1, len(x)):
         for j in range(k - 1, -1, -1):
@@ -70,13 +75,13 @@ def _are_apart(x: Sequence[float], y: Sequence[float], radii: Sequence[float]) -
             if dx >= widest:
                 break
             away = dx * dx + dy * dy
-            if away < widest * widest and away < ((radii[k] + radii[j]) * _TOUCHING) ** 2:
+            if away < widest * widest and away < ((radii[k] + radii[j]) * _LEAST_DISTANCE) ** 2:
                 return False
     return True
 
 
-def _move_well(scene: SceneContents) -> bool:
-    """Whether balls aren't too fast for doubles, and come to rest unless `t_max` is given."""
+def _has_valid_motion(scene: SceneContents) -> bool:
+    """Return whether the motion stays within doubles, and ends unless `t_max` is given."""
     balls, physics = scene.balls, scene.physics
     fastest = max([math.hypot(*ball.velocity) for ball in balls])
     for ball in balls:
@@ -84,16 +89,16 @@ def _move_well(scene: SceneContents) -> bool:
             if physics.motion == "rolling":
                 return False
             fastest = max(fastest, ball.radius * math.hypot(*ball.angular_velocity))
-    fastest *= _MARGIN
+    fastest *= _SPEED_MARGIN
     drag = max(physics.air_drag, physics.rolling_friction_quadratic)
-    falls = physics.airborne and physics.air_drag * physics.gravity > FASTEST_FALL
-    if fastest > LARGEST or drag * fastest > FASTEST_DRAG or falls:
+    falls = physics.airborne and physics.air_drag * physics.gravity > MAX_FALL_DRAG
+    if fastest > LARGEST or drag * fastest > MAX_DRAG_RATE or falls:
         return False
     return scene.t_max is not None or _come_to_rest(scene, fastest)
 
 
 def _come_to_rest(scene: SceneContents, fastest: float) -> bool:
-    """Whether balls no faster than that [m/s] rest before too long, however they collide."""
+    """Return whether balls of at most this speed [m/s] rest soon enough, however they collide."""
     balls, physics, table = scene.balls, scene.physics, scene.table
     if physics.airborne and physics.table_restitution == 1.0:
         return False
@@ -101,13 +106,13 @@ def _come_to_rest(scene: SceneContents, fastest: float) -> bool:
     if fastest > LARGEST * (rolls * physics.gravity):
         return False
     if physics.motion == "rolling":
-        # Balls that hit four elastic cushions rest when rolling has taken all of their energy.
+        # Balls between four elastic cushions rest when rolling has dissipated all of their energy.
         masses = [ball.mass for ball in balls]
         energy, slowing = 0.5 * max(masses) * fastest**2, min(masses) * rolls * physics.gravity
-        return table is None or energy <= MOST_IMPACTS * slowing * table.length
+        return table is None or energy <= MAX_IMPACTS * slowing * table.length
     slides = _least(physics.sliding_friction, [ball.sliding_friction for ball in balls])
     spins = _least(
-        physics.spinning_friction_rate or LARGEST,  # whose spin nothing slows isn't waited for
+        physics.spinning_friction_rate or LARGEST,  # the run doesn't wait for spin without friction
         [ball.spinning_friction_rate or None for ball in balls],
     )
     least = min([ball.radius for ball in balls])
@@ -115,5 +120,5 @@ def _come_to_rest(scene: SceneContents, fastest: float) -> bool:
 
 
 def _least(shared: float, own: Sequence[float | None]) -> float:
-    """Return the least of a number for all balls, and of the numbers that some have."""
+    """Return the smallest of a shared number and the numbers that some balls have."""
     return min([shared, *[one for one in own if one is not None]])

@@ -1,4 +1,4 @@
-"""The fields of a scene that continues another one: the next shot, or a later moment."""
+"""The fields of a scene that continues another scene: the next shot, or a later time."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class EndedShot(Protocol):
 
     @property
     def rest_positions(self) -> FloatArray:
-        """Centres when the run ended, (n, 3) [m]."""
+        """Centres at the end of the run, (n, 3) [m]."""
         ...
 
     @property
@@ -67,7 +67,7 @@ def fields_after(shot: EndedShot, changes: Mapping[str, Change]) -> dict[str, An
     if shot.status is not Status.REST:
         raise refusal(
             f'the result of scene "{scene.name}" must be at rest, but the run ended with status '
-            f"{shot.status.name}. Simulate it until every ball rests, or use `result.at(t)`"
+            f"{shot.status.name}. Simulate until all balls are at rest, or use `result.at(t)`"
         )
     ids = [ball.id for ball in scene.balls]
     if len(shot.rest_positions) != len(ids):
@@ -120,7 +120,7 @@ def fields_at(
     balls = _balls_at(scene, _above_cloth(scene, positions, velocities))
     for ball, velocity, spin in zip(balls, velocities.tolist(), spins.tolist(), strict=True):
         ball["velocity"] = tuple(velocity[: len(ball["position"])])
-        if scene.physics.motion == "sliding":  # otherwise the velocity gives it
+        if scene.physics.motion == "sliding":  # with "rolling", the velocity determines the spin
             ball["angular_velocity"] = tuple(spin)
     left = [ball for ball, is_gone in zip(balls, gone, strict=True) if not is_gone]
     if not left:
@@ -154,7 +154,7 @@ def _shared_fields(scene: SceneContents) -> dict[str, Any]:
 
 
 def _balls_at(scene: SceneContents, positions: FloatArray) -> list[dict[str, Any]]:
-    """Return the fields of a scene's balls at other places, (n, 3) [m], at rest.
+    """Return the fields of a scene's balls at rest at other positions, (n, 3) [m].
 
     If balls stay on the cloth, their height is omitted.
     """
@@ -168,9 +168,9 @@ def _balls_at(scene: SceneContents, positions: FloatArray) -> list[dict[str, Any
 
 
 def gone_by_place(scene: SceneContents, positions: FloatArray) -> BoolArray:
-    """Return which balls at rest are in a hole or off the table, (n,), if no event says so.
+    """Return which balls at rest are in a hole or off the table, (n,), for a result without events.
 
-    `positions` is (n, 3) [m]. Only balls that may fly leave the table.
+    `positions` is (n, 3) [m]. Only airborne balls can leave the table.
     """
     x, y = positions[:, 0], positions[:, 1]
     gone = np.zeros(len(x), dtype=np.bool_)

@@ -1,6 +1,6 @@
 """Balls.
 
-What a field may hold is in `scene.fields`.
+The values that a field may have are defined in `scene.fields`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ghostball.model.scene.fields import (
     Text,
     problem,
 )
-from ghostball.model.scene.part import Part
+from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.strike import Strike, Vector, stroke_of
 
 # The paper's ball is Alciatore's pool ball (2 1/4 in, 6 oz).
@@ -33,13 +33,13 @@ POOL_BALL_RADIUS = 0.028575  # [m]
 POOL_BALL_MASS = 0.170097  # [kg]
 
 
-class Ball(Part):
-    """One ball. The cloth's friction on it is the scene's, unless it has one of its own.
+class Ball(ScenePart):
+    """One ball. The cloth friction is the scene's, unless the ball has its own coefficients.
 
-    `position` and `velocity` are given with 2 or 3 components and kept with 3. A ball with a
-    `strike` has the velocities that the cue gives it: where balls stay on the cloth, until it is
-    part of a scene where they may fly. A ball without a radius or a mass is a pool ball, unless
-    it is part of a scene whose table preset has other balls.
+    `position` and `velocity` are given with 2 or 3 components and stored with 3. A ball with a
+    `strike` has the velocities that the cue gives it. If the scene is airborne, the scene also
+    applies the reaction of the table to the stroke. A ball without a radius or a mass is a pool
+    ball, unless the table preset of its scene has different balls.
     """
 
     id: Annotated[Text, Field(min_length=1, max_length=64)] = Field(
@@ -50,30 +50,30 @@ class Ball(Part):
         default=(0.0, 0.0, 0.0), description="of the centre [m/s]; z defaults to 0"
     )
     angular_velocity: SpaceVector | None = Field(
-        default=None, description="[rad/s]; left out: that of rolling without slip"
+        default=None, description="[rad/s]; default: rolling without slip"
     )
     strike: Strike | None = Field(
-        default=None, description="stroke of a cue, in place of `velocity` and `angular_velocity`"
+        default=None, description="stroke of a cue, instead of `velocity` and `angular_velocity`"
     )
     radius: Positive = Field(
-        default=POOL_BALL_RADIUS, description="[m]; without it, from the table's preset"
+        default=POOL_BALL_RADIUS, description="[m]; default: from the table's preset"
     )
     mass: Positive = Field(
-        default=POOL_BALL_MASS, description="[kg]; without it, from the table's preset"
+        default=POOL_BALL_MASS, description="[kg]; default: from the table's preset"
     )
     rolling_friction: NonNegative | None = Field(
-        default=None, description="coefficient of rolling resistance [1]; left out: the scene's"
+        default=None, description="coefficient of rolling friction [1]; default: the scene's"
     )
     sliding_friction: NonNegative | None = Field(
-        default=None, description="coefficient of sliding friction [1]; left out: the scene's"
+        default=None, description="coefficient of sliding friction [1]; default: the scene's"
     )
     spinning_friction_rate: NonNegative | None = Field(
-        default=None, description="deceleration of vertical spin [rad/s^2]; left out: the scene's"
+        default=None, description="deceleration of vertical spin [rad/s^2]; default: the scene's"
     )
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        # Frozen for everyone else; this is still construction.
+        # The ball is frozen, but still under construction here.
         if len(self.position) == 2:
             object.__setattr__(self, "position", (*self.position, self.radius))
         if len(self.velocity) == 2:
@@ -83,23 +83,23 @@ class Ball(Part):
         return self
 
     def _set_in_motion(self, strike: Strike) -> None:
-        # What is filled in below doesn't count as given, not in a copy either.
+        # The values that are filled in below don't count as given, even in a copy.
         for field in ("velocity", "angular_velocity"):
             value = getattr(self, field)
             if field in self.model_fields_set and value is not None:
                 name = field.replace("_", " ")
                 raise problem(
                     "struck_in_motion",
-                    f"must have no {name} beside its strike, got {value}: the cue sets the ball in "
-                    f"motion. Leave out the strike or the {name}",
+                    f"must not have both a strike and its own {name}, got {value}: the cue sets "
+                    f"the ball in motion. Remove the strike or the {name}",
                     at=(field,),
                 )
         if self.position[2] != self.radius:
             raise problem(
                 "struck_in_the_air",
-                f"must lie on the cloth where it has a strike, its centre z at its radius, "
-                f"{self.radius} m, got {self.position[2]} m. Leave z out, or give it a velocity in "
-                "place of the strike",
+                f"must have z = {self.radius} m, the radius, because a ball with a strike must lie "
+                f"on the cloth; got {self.position[2]} m. Remove z, or give the ball a velocity "
+                "instead of the strike",
                 at=("position",),
             )
         stroke = stroke_of(strike, self.radius, self.mass)
@@ -107,7 +107,10 @@ class Ball(Part):
 
     @model_serializer(mode="wrap")
     def _as_typed(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out a strike that isn't there, as in scenes stored before; else what it gives."""
+        """Omit an absent strike, or the values that a strike gives.
+
+        Without a strike, scenes stored by older versions stay equal.
+        """
         fields: dict[str, Any] = dump(self)
         follows = ("strike",) if self.strike is None else ("velocity", "angular_velocity")
         for name in follows:
@@ -116,11 +119,14 @@ class Ball(Part):
 
     @property
     def is_checked(self) -> bool:
-        """Whether it was made by its checks; False with a strike, which each scene has answered."""
+        """Whether validation created the ball.
+
+        False for a ball with a strike, because each scene applies the table's reaction again.
+        """
         return self.strike is None and super().is_checked
 
     def without_strike(self) -> Ball:
-        """Return the ball with its velocities in place of its strike; itself where it has none."""
+        """Return the ball with velocities instead of a strike, or itself if it has none."""
         if self.strike is None:
             return self
         motion = {"velocity": self.velocity, "angular_velocity": self.angular_velocity}
@@ -133,11 +139,12 @@ class Ball(Part):
 
 
 def fill_in_motion(ball: Ball, velocity: Vector, angular_velocity: Vector) -> None:
-    """Fill in the velocities [m/s, rad/s] that a ball's strike gives, where it or a scene is made.
+    """Set the velocities [m/s, rad/s] that the strike of a ball gives.
 
-    They don't count as given, so that the ball can become part of another scene.
+    Called while a ball or a scene is constructed. The values don't count as given, so that the ball
+    can become part of another scene.
     """
-    # Frozen for everyone else; this is still construction.
+    # The ball is frozen, but it or its scene is still under construction here.
     object.__setattr__(ball, "velocity", velocity)
     object.__setattr__(ball, "angular_velocity", angular_velocity)
 
@@ -145,9 +152,9 @@ def fill_in_motion(ball: Ball, velocity: Vector, angular_velocity: Vector) -> No
 def rolling_angular_velocity(velocity: FloatArray, radius: FloatArray) -> FloatArray:
     """Return the angular velocity of rolling without slip, k x v / R, (..., 3) [rad/s].
 
-    `velocity` (..., 3) [m/s], `radius` [m] broadcast against it without its last axis. The paper
-    (section 5.3) prints the axis as r = v x k; in a right-handed frame with k up, a ball rolls
-    about k x v, so its angle about the printed axis is -s / R.
+    `velocity` is (..., 3) [m/s]; `radius` [m] is broadcast against it without its last axis. The
+    paper (section 5.3) prints the axis as r = v x k; in a right-handed frame with k up, a ball
+    rolls about k x v, so its angle about the printed axis is -s / R.
     """
     omega = np.zeros_like(velocity)
     omega[..., 0] = -velocity[..., 1] / radius

@@ -1,4 +1,4 @@
-"""How balls begin, as arrays: what the rules of places and of motions are asked about."""
+"""Initial states of balls as arrays, for the rules about positions and motions."""
 
 from __future__ import annotations
 
@@ -7,34 +7,34 @@ from typing import NamedTuple
 import numpy as np
 
 from ghostball.model.arrays import BoolArray, FloatArray, IntArray
+from ghostball.model.scene.ball import fill_in_motion, rolling_angular_velocity
 from ghostball.model.scene.contents import SceneContents
-from ghostball.model.scene.parts import fill_in_motion, rolling_angular_velocity
 from ghostball.model.scene.strike import bounced, stroke_of
 
 
-class Starts(NamedTuple):
-    """How m balls begin: all of a scene, or some of its balls in each of many shots."""
+class InitialStates(NamedTuple):
+    """Initial states of m balls: those of a scene, or some balls in each of many shots."""
 
-    ball: IntArray  # (m,) which it is: index in the scene
+    ball: IntArray  # (m,) index of the ball in the scene
     radius: FloatArray  # (m,) [m]
     position: FloatArray  # (m, 3) [m]
     velocity: FloatArray  # (m, 3) [m/s]
     spin: FloatArray  # (m, 3) angular velocity [rad/s]
-    rolling: FloatArray  # (m, 3) what that of rolling without slip would be [rad/s]
-    given: BoolArray  # (m,) whether the spin is given; else it is that of rolling
-    shot: IntArray | None = None  # (m,) of many shots, which one; None: there is one
+    rolling: FloatArray  # (m, 3) angular velocity of rolling without slip [rad/s]
+    given: BoolArray  # (m,) whether the spin is given; otherwise it is `rolling`
+    shot: IntArray | None = None  # (m,) index of the shot; None: there is only one
 
     def name(self, k: int, field: str = "") -> str:
-        """Return how a message calls ball k of these, or a field of it."""
+        """Return the name of ball k, or of one of its fields, for a message."""
         name = f"`balls[{self.ball[k]}]{field}`"
         return name if self.shot is None else f"{name} in shot {self.shot[k]}"
 
 
-def let_table_answer_strikes(scene: SceneContents) -> None:
-    """Fill in how balls that are struck begin where they may fly.
+def apply_table_reaction(scene: SceneContents) -> None:
+    """Set the initial velocities of struck balls in an airborne scene.
 
-    The cue pushes them up, or into the table, which answers at once. Where balls stay on the cloth,
-    it takes what is vertical of the velocity, and they have that already.
+    The cue pushes a ball upwards, or into the table, which reacts at once. In a scene that isn't
+    airborne, the cloth absorbs the vertical velocity, and `Ball` has already set the velocities.
     """
     if not scene.physics.airborne:
         return
@@ -48,8 +48,8 @@ def let_table_answer_strikes(scene: SceneContents) -> None:
         fill_in_motion(ball, velocity, spin)
 
 
-def starts_of(scene: SceneContents) -> Starts:
-    """Return how the balls of a scene begin."""
+def initial_states_of(scene: SceneContents) -> InitialStates:
+    """Return the initial states of the balls of a scene."""
     balls = scene.balls
     rows = np.array([(*ball.position, *ball.velocity, ball.radius) for ball in balls])
     radii, velocities = rows[:, 6], rows[:, 3:6]
@@ -60,4 +60,6 @@ def starts_of(scene: SceneContents) -> Starts:
         given[turned] = True
         spins = rolling.copy()
         spins[turned] = [balls[k].angular_velocity for k in turned]
-    return Starts(np.arange(len(balls)), radii, rows[:, :3], velocities, spins, rolling, given)
+    return InitialStates(
+        np.arange(len(balls)), radii, rows[:, :3], velocities, spins, rolling, given
+    )
