@@ -1,16 +1,16 @@
-"""Engines behind one protocol, each `Scene` -> `Result`: ours and the foreign ones.
+"""Ghostball's engine and external engines with one interface, `Scene` -> `Result`.
 
     >>> from ghostball.reference_adapters import make_engine
     >>> make_engine("pymunk:dt=1e-3,contact_steps=exact").simulate(scene)
 
-Importing this package imports no engine: that waits for `make_engine` or `engine_class`. Its names,
-listed in `__init__.pyi`, are imported when they are asked for: a process that only needs one light
-module of it, such as `output`, starts at once.
+Importing this package imports no engine; `make_engine` and `engine_class` do. The names of this
+package, listed in `__init__.pyi`, are imported on first use, so that a process that needs only a
+small module, such as `output`, starts quickly.
 """
 
 import lazy_loader
 
-if not __name__.startswith("ghostball."):  # else there were two of each class
+if not __name__.startswith("ghostball."):  # otherwise each class would exist twice
     raise ImportError(
         f"this package is part of ghostball: import `ghostball.{__name__}`, or "
         "`from ghostball import Scene, simulate`"

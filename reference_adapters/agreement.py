@@ -1,7 +1,7 @@
 """Check that the end of a result agrees with its motion, in position and time.
 
-Numbers that contradict each other can't both be judged, and only the engine knows which of them is
-wrong. `returned` calls this module; it compares the counts with the events itself.
+If the two contradict each other, neither can be judged: only the engine knows which one is wrong.
+`returned` calls this module, and compares the collision counts with the events itself.
 """
 
 from __future__ import annotations
@@ -13,57 +13,57 @@ import numpy as np
 from ghostball.model import Result, SampledTrajectory, Scene, Status
 from ghostball.model.arrays import FloatArray
 
-_SAME = 2.0**-23
+_RELATIVE_TOLERANCE = 2.0**-23
 """Largest relative difference between two values of the same position or time.
 
-The spacing of single precision, in which an engine may keep one of the two.
+This is the spacing of single-precision numbers, in which an engine may store one of the values.
 """
 
 
 def disagreement(result: Result, scene: Scene) -> str:
-    """Return how the end of a run contradicts its motion, in a sentence; "" where it doesn't.
+    """Return a sentence about how the end of a run contradicts its motion, or "".
 
-    `result`: of a run that reached its end. Each field alone has passed the checks of `returned`.
+    `result`: result of a run that reached its end; `returned` has checked each field.
     """
     if result.status is Status.T_MAX and scene.t_max is None:
         return (
-            'a run of a scene without `t_max` must not end by "t-max": give the status "rest" when '
-            "all balls rest, or stop with the reason why the run goes no further"
+            'a run of a scene without `t_max` must not end with "t-max": return the status "rest" '
+            "when all balls are at rest, or another status with the reason for the stop"
         )
     motion = result.trajectory
     if motion is None or not result.status.complete:
         return ""
     with np.errstate(invalid="ignore", over="ignore"):
-        if isinstance(motion, SampledTrajectory) and (problem := _of_length(result, motion)):
+        if isinstance(motion, SampledTrajectory) and (problem := _length_problem(result, motion)):
             return problem
-        if problem := _of_places(result, scene):
+        if problem := _place_problem(result, scene):
             return problem
-        if problem := _of_status(result, scene):
+        if problem := _status_problem(result, scene):
             return problem
         if isinstance(motion, SampledTrajectory):
-            return _of_rest(result, motion)
-    if abs(motion.t_end - result.rest_time) > _SAME * abs(motion.t_end):
-        return _late(result, motion.t_end)
+            return _rest_time_problem(result, motion)
+    if abs(motion.t_end - result.rest_time) > _RELATIVE_TOLERANCE * abs(motion.t_end):
+        return _late_rest(result, motion.t_end)
     return ""
 
 
-def _of_length(result: Result, frames: SampledTrajectory) -> str:
-    """Check that the samples continue until the run ends, while a ball on the table moves.
+def _length_problem(result: Result, frames: SampledTrajectory) -> str:
+    """Check that the samples continue to the end of the run, while a ball on the table moves.
 
-    The last one may be missing: an engine that records now and then may end between two samples.
+    The last sample may be missing, because an engine may record at intervals.
     """
     times, here = frames.times, ~result.gone
-    missing = result.rest_time * (1.0 - _SAME) - frames.t_end
+    missing = result.rest_time * (1.0 - _RELATIVE_TOLERANCE) - frames.t_end
     if not frames.velocities[-1, here].any() or missing <= np.max(np.diff(times), initial=0.0):
         return ""
     return (
-        f"`trajectory.times` must go on until the run ends, at {float(result.rest_time)!r} s "
-        f"(`rest_time`), got a last sample at {float(frames.t_end)!r} s, in which balls move. "
+        f"`trajectory.times` must continue to the end of the run at {float(result.rest_time)!r} s "
+        f"(`rest_time`), got a last sample at {float(frames.t_end)!r} s with moving balls. "
         "Record the motion to its end"
     )
 
 
-def _of_places(result: Result, scene: Scene) -> str:
+def _place_problem(result: Result, scene: Scene) -> str:
     """Check that each ball on the table rests where its motion ends, in the plane."""
     motion = result.trajectory
     ends = [float(result.rest_time)]
@@ -74,37 +74,39 @@ def _of_places(result: Result, scene: Scene) -> str:
         shown = result.sample([t]).positions[0]
         off = np.linalg.norm((result.rest_positions - shown)[:, :2], axis=1)
         size = np.linalg.norm(shown, axis=1) + scene.radii
-        beyond = np.flatnonzero(on_table & (off > _SAME * size + _between(result, t)))
+        beyond = np.flatnonzero(
+            on_table & (off > _RELATIVE_TOLERANCE * size + _distance_between_samples(result, t))
+        )
         if len(beyond):
             ball = int(beyond[0])
             how = _mistake(result, shown)
             return (
-                f"`rest_positions[{ball}]` must be where the motion has ball "
-                f'"{scene.balls[ball].id}" at t = {t!r} s, {shown[ball].tolist()}, got '
-                f"{result.rest_positions[ball].tolist()}, {off[ball]:.3g} m from there{how}"
+                f"`rest_positions[{ball}]` must be the position of ball "
+                f'"{scene.balls[ball].id}" in the motion at t = {t!r} s, {shown[ball].tolist()}, '
+                f"got {result.rest_positions[ball].tolist()}, {off[ball]:.3g} m away{how}"
             )
     return ""
 
 
-def _of_status(result: Result, scene: Scene) -> str:
-    """Check that a run whose balls still move at `t_max` doesn't end by "rest"."""
+def _status_problem(result: Result, scene: Scene) -> str:
+    """Check that a run with moving balls at `t_max` doesn't end with "rest"."""
     motion = result.trajectory
     if result.status is not Status.REST or scene.t_max is None or motion is None:
         return ""
-    if result.rest_time < scene.t_max * (1.0 - _SAME):
+    if result.rest_time < scene.t_max * (1.0 - _RELATIVE_TOLERANCE):
         return ""
     end = motion.sample(np.array([motion.t_end]))
     moving = np.flatnonzero(end.velocities[0].any(axis=1) & ~result.gone)
     if not len(moving):
         return ""
     return (
-        f'a run must end by "t-max" where the scene ends it, at `t_max` = {scene.t_max!r} s, got '
-        f'"rest" although ball "{scene.balls[moving[0]].id}" moves then'
+        f'a run must end with "t-max" if balls move at `t_max` = {scene.t_max!r} s, got "rest", '
+        f'but ball "{scene.balls[moving[0]].id}" moves'
     )
 
 
 def _mistake(result: Result, shown: FloatArray) -> str:
-    """Return which common mistake turns the places `shown` into the rest positions, if any."""
+    """Return the common mistake that turns the places `shown` into the rest positions, or ""."""
     scene, rest = result.scene, result.rest_positions[:, :2]
     places = shown[:, :2]
     near = 1e-3 * float(np.min(scene.radii))
@@ -114,30 +116,30 @@ def _mistake(result: Result, shown: FloatArray) -> str:
     if len(moved) and np.all(np.min(among, axis=1) < near) and len(set(order)) == len(rest):
         one, other = (f'"{scene.balls[ball].id}"' for ball in (moved[0], order[moved[0]]))
         if len(moved) == 2:
-            return f": {one} and {other} are in each other's place"
-        return f": balls are in another order, {one} is where {other} must be"
+            return f": {one} and {other} are swapped"
+        return f": the balls are in a wrong order, {one} is where {other} must be"
     for what, mirrored in _mirrored(scene, places):
         if np.all(np.abs(rest - mirrored) < near):
-            return f": `rest_positions` is mirrored, {what}"
+            return f": `rest_positions` is mirrored: {what}"
     return ""
 
 
 def _mirrored(scene: Scene, places: FloatArray) -> Iterator[tuple[str, FloatArray]]:
-    """Yield mirror images of places (n, 2) [m], each with how it is made."""
+    """Yield mirror images of places (n, 2) [m], each with a description."""
     x, y = places.T
-    yield "x has the other sign", np.column_stack([-x, y])
-    yield "y has the other sign", np.column_stack([x, -y])
-    yield "x and y are exchanged", np.column_stack([y, x])
+    yield "x has the wrong sign", np.column_stack([-x, y])
+    yield "y has the wrong sign", np.column_stack([x, -y])
+    yield "x and y are swapped", np.column_stack([y, x])
     if scene.table is not None and scene.table.length is not None:
         length, width = float(scene.table.length), float(scene.table.width)
-        yield "x is counted from the right cushion", np.column_stack([length - x, y])
-        yield "y is counted from the top cushion", np.column_stack([x, width - y])
+        yield "x is measured from the right cushion", np.column_stack([length - x, y])
+        yield "y is measured from the top cushion", np.column_stack([x, width - y])
 
 
-def _between(result: Result, t: float) -> FloatArray:
-    """Return how far each ball moves between the samples around a time, (n,) [m].
+def _distance_between_samples(result: Result, t: float) -> FloatArray:
+    """Return the distance that each ball moves between the samples around a time, (n,) [m].
 
-    After the last sample: how far it would move at its last velocity.
+    After the last sample, this is the distance at the last velocity.
     """
     frames = result.trajectory
     if not isinstance(frames, SampledTrajectory):
@@ -151,10 +153,11 @@ def _between(result: Result, t: float) -> FloatArray:
     return distance
 
 
-def _of_rest(result: Result, frames: SampledTrajectory) -> str:
-    """Check that `rest_time` is at most one sample after the samples show that all balls rest.
+def _rest_time_problem(result: Result, frames: SampledTrajectory) -> str:
+    """Check that `rest_time` is at most one sample after the first samples in which all balls rest.
 
-    An engine may check twice that its balls rest. A ball of any speed above 0 moves.
+    One extra sample is allowed, because an engine may check twice that its balls are at rest. A
+    ball with any speed above 0 counts as moving.
     """
     if result.status is not Status.REST:
         return ""
@@ -164,14 +167,16 @@ def _of_rest(result: Result, frames: SampledTrajectory) -> str:
     fastest = np.max(speeds + turns, axis=1, initial=0.0)
     moving = np.flatnonzero(fastest > 0.0)
     if not len(moving) or moving[-1] + 2 >= len(frames.times):
-        return ""  # nothing moves, or the samples end as the balls come to rest
+        return ""  # no ball moves, or the samples end when the balls come to rest
     rests = float(frames.times[moving[-1] + 2])
-    return _late(result, rests) if result.rest_time > rests * (1.0 + _SAME) else ""
-
-
-def _late(result: Result, rests: float) -> str:
-    """Return how `rest_time` contradicts a motion whose balls rest at `rests` [s]."""
     return (
-        "`rest_time` must be when the last ball comes to rest, or the run ends, as the motion has "
-        f"it, {float(rests)!r} s, got {float(result.rest_time)!r} s"
+        _late_rest(result, rests) if result.rest_time > rests * (1.0 + _RELATIVE_TOLERANCE) else ""
+    )
+
+
+def _late_rest(result: Result, rests: float) -> str:
+    """Return how `rest_time` contradicts a motion in which balls rest from `rests` [s] on."""
+    return (
+        "`rest_time` must be the time at which the last ball comes to rest in the motion, or the "
+        f"run ends, {float(rests)!r} s, got {float(result.rest_time)!r} s"
     )

@@ -1,38 +1,38 @@
-"""What engines of any kind answer: one documented object, and the `Result` that is made of it.
+"""The documented result object of any engine, and its conversion to a `Result`.
 
-A function returns it as a dict, a worker or node writes it as a line of JSON, and a run that was
-made elsewhere is a file of it. In SI units; balls are in the order of the scene's:
+A function returns the object as a dict, a worker or Node.js writes it as a line of JSON, and a run
+made outside Ghostball is a file of such objects. Values are in SI units; balls are in the order of
+the scene:
 
-    rest_positions      where the balls end, [[x, y, z], ...]: centres [m]
+    rest_positions      final positions, [[x, y, z], ...]: centres [m]
     events              [{"t", "kind", "a", "b"}, ...] or [(t, kind, a, b), ...], in any order;
                         kinds "ball-ball", "ball-cushion", "slide-to-roll", "roll-to-rest",
-                        "pocketed", "ball-cloth", "leaves-table"; a and b are indices of balls, b
-                        is the name of a cushion ("left", "side-1", "post-1") or a pocket
-                        ("top-left"), or its index, or null or left out where it is none
+                        "pocketed", "ball-cloth", "leaves-table"; a and b are indices of balls. For
+                        a cushion or a pocket, b is its name ("left", "side-1", "post-1",
+                        "top-left") or its index; otherwise null or missing
     samples             the motion, from t = 0 to the end: {"t": [...], "positions": [...],
-                        "velocities": [...], "angular_velocities": [...]}, of each instant, of each
-                        ball, three numbers; or [(t, positions, velocities, angular_velocities),
-                        ...]. Just before and just after each collision is best, since between two
-                        samples the motion is interpolated. Balls that roll without slip need no
+                        "velocities": [...], "angular_velocities": [...]}, with three numbers for
+                        each time and ball; or [(t, positions, velocities, angular_velocities),
+                        ...]. The motion is interpolated between samples, so samples just before and
+                        just after each collision are best. Balls that roll without slip need no
                         angular velocities
-    status              "rest" (all balls rest), "t-max" (`t_max` was reached), "step-limit" (a
-                        limit of the engine was reached before) or "failed"
-    rest_time           when the last ball came to rest, or the run ended [s]
+    status              "rest" (all balls are at rest), "t-max" (reached `t_max`), "step-limit"
+                        (reached a limit of the engine earlier) or "failed"
+    rest_time           time at which the last ball came to rest, or the run ended [s]
     scene               the name of a shipped scene, or the scene itself; never a path
     engine, settings, wall_time, version, reason, work, collision_counts, resolution, approximate
-                        as wanted: the engine's name; how it was set; its run time [s]; its version;
-                        why it stopped early; counters of its work, such as {"steps": 500}; how many
-                        events are "ball-ball" and "ball-cushion", which the events must agree with;
-                        how far a ball may be from its true place at a collision [m]: 0 if only
-                        rounding moves the ball, left out if nobody knows; and the features that the
-                        engine represents only approximately, and how: {"balls that roll and never
-                        slide": "in steps"}, by the names of `ghostball engines`. The engine claims
-                        to represent all other features exactly
+                        optional: name and settings of the engine; its run time [s]; its version;
+                        why it stopped early; counters of its work, such as {"steps": 500}; numbers
+                        of "ball-ball" and "ball-cushion" events, which must agree with the events;
+                        the largest position error of a ball at a collision [m], 0 if only rounding
+                        causes errors, missing if unknown; and the features that the engine supports
+                        approximately, with a description, by their names in `ghostball engines`:
+                        {"pure rolling": "in steps"}. All other features count as supported exactly
 
-Positions and velocities may be in the plane, [x, y]: then balls lie on the cloth. A function must
-return `rest_positions`, `events` and `samples`, and may return `rest_time`, `status`, `reason`,
-`wall_time` and `scene`. All keys are for runs in files, which must have `engine`, `scene`, `status`
-and `rest_time`, too. `ghostball run --format json` prints the same keys, but the samples.
+Positions and velocities may be in the plane, [x, y], for balls on the cloth. A function must return
+`rest_positions`, `events` and `samples`, and may return `rest_time`, `status`, `reason`,
+`wall_time` and `scene`. Runs in files may have all keys, and must also have `engine`, `scene`,
+`status` and `rest_time`. `ghostball run --format json` prints the same keys, except the samples.
 """
 
 from __future__ import annotations
@@ -83,14 +83,14 @@ _STATUSES = {
 }
 _STATES = ("positions", "velocities", "angular_velocities")
 
-_ANSWERED = (
+_FUNCTION_KEYS = (
     *("rest_positions", "events", "samples"),
     *("rest_time", "status", "reason", "wall_time", "scene"),
 )
-"""What a function may say; the first three it must."""
+"""Keys that a function may return; the first three are required."""
 
-_LARGEST = np.iinfo(np.int32).max
-"""Of a ball's number, as events keep it."""
+_LARGEST_INDEX = np.iinfo(np.int32).max
+"""Largest index of a ball in the event log."""
 
 
 def _numbers(value: object) -> FloatArray:
@@ -101,29 +101,29 @@ def _numbers(value: object) -> FloatArray:
 
 
 def _listed(value: object) -> object:
-    """Return what can be iterated as a list, such as an array."""
+    """Return an iterable, such as an array, as a list; any other value unchanged."""
     return list(value) if isinstance(value, Iterable) and not isinstance(value, str) else value
 
 
 Numbers = Annotated[FloatArray, PlainValidator(_numbers)]
 
 
-class _Part(BaseModel):
+class _AnswerPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore", arbitrary_types_allowed=True)
 
 
-class RunEvent(_Part):
+class RunEvent(_AnswerPart):
     """One event of a run."""
 
     t: Annotated[float, Field(ge=0.0)]
     kind: str
-    a: Annotated[int, Field(ge=0, le=_LARGEST)]
-    b: Annotated[int, Field(ge=-1, le=_LARGEST)] | str | None = None
+    a: Annotated[int, Field(ge=0, le=_LARGEST_INDEX)]
+    b: Annotated[int, Field(ge=-1, le=_LARGEST_INDEX)] | str | None = None
 
     @model_validator(mode="before")
     @classmethod
     def _named(cls, event: object) -> object:
-        """Return the event by the names of its fields, in plain values."""
+        """Return the event as a dict of plain values."""
         if isinstance(event, Sequence) and not isinstance(event, str) and len(event) in (3, 4):
             event = dict(zip(("t", "kind", "a", "b"), event, strict=False))
         if not isinstance(event, Mapping):
@@ -134,8 +134,8 @@ class RunEvent(_Part):
         return plain
 
 
-class RunSamples(_Part):
-    """The motion of a run at instants: arrays (k,), (k, n, 2 or 3)."""
+class RunSamples(_AnswerPart):
+    """The motion of a run at given times: arrays (k,) and (k, n, 2 or 3)."""
 
     t: Numbers
     positions: Numbers
@@ -145,21 +145,21 @@ class RunSamples(_Part):
     @model_validator(mode="before")
     @classmethod
     def _named(cls, samples: object) -> object:
-        """Return the samples by the names of their fields."""
+        """Return the samples as a dict."""
         if isinstance(samples, Mapping):
             return {key: one for key, one in samples.items() if one is not None}
         rows = list(samples) if isinstance(samples, Sequence) else []
         lengths = {len(row) if isinstance(row, Sequence) else 0 for row in rows}
         if lengths not in ({3}, {4}):
             raise ValueError(
-                "must be (t, positions, velocities) each, or with angular velocities too, and at "
-                "least one"
+                "must be a list of (t, positions, velocities), optionally with angular velocities, "
+                "and have at least one entry"
             )
         return dict(zip(("t", *_STATES), zip(*rows, strict=True), strict=False))
 
 
-class Run(_Part):
-    """What an engine answered; see the module."""
+class EngineAnswer(_AnswerPart):
+    """The result object of an engine; see the documentation of this module."""
 
     engine: Annotated[str, Field(min_length=1, pattern=r"^[^:,=]+$")]
     scene: str | dict[str, Any]
@@ -178,10 +178,10 @@ class Run(_Part):
     approximate: dict[Feature, str] = Field(default_factory=dict)
 
     @classmethod
-    def parse(cls, value: object, where: str) -> Run:
-        """Return the run that plain values describe; `where` says in messages what they are.
+    def parse(cls, value: object, where: str) -> EngineAnswer:
+        """Return the result object described by plain values; error messages call it `where`.
 
-        Raises `EngineError`.
+        Raises `EngineError` if the values are invalid.
         """
         try:
             return cls.model_validate(value)
@@ -191,23 +191,23 @@ class Run(_Part):
     @classmethod
     def returned(
         cls, answer: object, where: str, scene: Scene, **known: str | float | Mapping[str, Plain]
-    ) -> Run:
-        """Return the run that a function returned for a scene; `where` says so in messages.
+    ) -> EngineAnswer:
+        """Return the result object that a function returned for a scene; messages call it `where`.
 
-        `known`: what else is known of it, unless the answer says otherwise.
+        `known`: known values of further keys; the answer takes precedence.
 
-        Raises `EngineError`.
+        Raises `EngineError` if the answer is invalid.
         """
         if not isinstance(answer, Mapping):
             raise EngineError(
                 f'{where} must be a dict, {{"rest_positions": ..., "events": ..., "samples": '
                 f"...}}, got {_shown(answer)}"
             )
-        if unknown := [str(key) for key in answer if key not in _ANSWERED]:
-            close = get_close_matches(unknown[0], _ANSWERED, n=1)
-            hint = f"Did you mean `{close[0]}`?" if close else f"Known: {', '.join(_ANSWERED)}"
+        if unknown := [str(key) for key in answer if key not in _FUNCTION_KEYS]:
+            close = get_close_matches(unknown[0], _FUNCTION_KEYS, n=1)
+            hint = f"Did you mean `{close[0]}`?" if close else f"Known: {', '.join(_FUNCTION_KEYS)}"
             raise _wrong(where, unknown[0], f"is not a key of a result. {hint}")
-        if lacks := [key for key in _ANSWERED[:3] if key not in answer]:
+        if lacks := [key for key in _FUNCTION_KEYS[:3] if key not in answer]:
             raise _wrong(where, lacks[0], f"is missing, got {', '.join(answer) or '{}'}")
         said = answer.get("scene", scene.name)
         if (said.get("name") if isinstance(said, Mapping) else said) != scene.name:
@@ -216,7 +216,7 @@ class Run(_Part):
             samples = RunSamples.model_validate(answer["samples"])
         except ValidationError as error:
             raise _refused(where, error, "samples") from None
-        # Unless it says otherwise, it ends with its last sample, and rests, or the scene ends it.
+        # By default, the run ends at the last sample, at rest or at the `t_max` of the scene.
         end = float(np.max(samples.t, initial=0.0))
         assumed = {"rest_time": end, "status": "rest", **known}
         run = cls.parse({**assumed, **answer, "scene": scene.name, "samples": samples}, where)
@@ -227,15 +227,15 @@ class Run(_Part):
     def result(
         self, scene: Scene, *, record: Record = "trajectory", where: str | None = None
     ) -> Result:
-        """Return it as a `Result`, of which everything else is checked where engines are run.
+        """Return the result object as a `Result`.
 
-        `where` says in messages what this is.
+        `where` is the name of the result object in messages. Only what the conversion needs is
+        checked here; `returned.check_result` checks the rest when an engine is run.
 
-        Raises `EngineError` where a kind or a cushion is none, or arrays have another shape than
-        the scene's.
+        Raises `EngineError` if a kind or a cushion is unknown, or if arrays have a wrong shape.
         """
         where = where or f'run of `{self.engine}` in scene "{scene.name}"'
-        centres = _of_balls(self.rest_positions, "rest_positions", (), scene, where)[np.newaxis]
+        centres = _with_height(self.rest_positions, "rest_positions", (), scene, where)[np.newaxis]
         rows = [
             event_row(one, scene.table, f"{where}: `events[{k}]")
             for k, one in enumerate(self.events)
@@ -249,12 +249,13 @@ class Run(_Part):
         final, trajectory = Samples(centres, still, still), None
         if self.samples is not None:
             trajectory = _motion(self.samples, scene, where)
-            # What isn't finite is found where runs are checked and measured, as any engine's.
+            # Values that aren't finite are detected later, when runs are checked, as for any
+            # engine.
             with np.errstate(invalid="ignore", over="ignore"):
                 last = trajectory.sample(np.array([self.rest_time]))
             final = Samples(centres, last.velocities, last.angular_velocities)
         elif record == "trajectory":
-            raise _wrong(where, "samples", "is missing: the motion is graded from it")
+            raise _wrong(where, "samples", "is missing: the checks of the motion need it")
         return Result(
             engine=self.engine,
             settings=self.settings,
@@ -274,7 +275,7 @@ class Run(_Part):
 def _motion(samples: RunSamples, scene: Scene, where: str) -> SampledTrajectory:
     t = samples.t
     if t.ndim != 1 or not len(t):
-        raise _wrong(where, "samples.t", f"must be instants (k,), got the shape {t.shape}")
+        raise _wrong(where, "samples.t", f"must be times (k,), got the shape {t.shape}")
     if len(back := np.flatnonzero(~(np.diff(t) >= 0.0))):
         k = int(back[0]) + 1
         raise _wrong(
@@ -284,7 +285,7 @@ def _motion(samples: RunSamples, scene: Scene, where: str) -> SampledTrajectory:
             f"{float(t[k])!r} s",
         )
     positions, velocities, spins = (
-        None if one is None else _of_balls(one, f"samples.{key}", (len(t),), scene, where)
+        None if one is None else _with_height(one, f"samples.{key}", (len(t),), scene, where)
         for key in _STATES
         for one in [getattr(samples, key)]
     )
@@ -298,10 +299,10 @@ def _motion(samples: RunSamples, scene: Scene, where: str) -> SampledTrajectory:
     return SampledTrajectory(t, positions, velocities, spins)
 
 
-def _of_balls(
+def _with_height(
     array: FloatArray, key: str, before: tuple[int, ...], scene: Scene, where: str
 ) -> FloatArray:
-    """Return an array (..., n, 3) of what is given so, or without the third number."""
+    """Return an array (..., n, 3), adding the third component if it is missing."""
     n = len(scene.balls)
     if key != "samples.angular_velocities" and array.shape == (*before, n, 2):
         third = np.zeros((*before, n, 1))
@@ -313,7 +314,7 @@ def _of_balls(
         raise _wrong(
             where,
             key,
-            f"must have the shape {(*before, n, 3)}, of the {balls} of this scene, got "
+            f"must have the shape {(*before, n, 3)} for the {balls} of this scene, got "
             f"{array.shape}",
         )
     return array
@@ -322,10 +323,10 @@ def _of_balls(
 def event_row(event: RunEvent, table: Table | None, where: str) -> tuple[float, int, int, int]:
     """Return an event as a row of `EVENT_DTYPE`.
 
-    `table`: whose cushions, sides, posts and pockets it may name.
-    `where`: the place in messages, up to the event's field.
+    `table`: table with the cushions, sides, posts and pockets that the event may name.
+    `where`: location of the event in messages, up to the field of the event.
 
-    Raises `EngineError` where its kind, or what it names, is none.
+    Raises `EngineError` if the kind or the named obstacle is unknown.
     """
     kind = _KINDS.get(event.kind)
     if kind is None:
@@ -335,13 +336,11 @@ def event_row(event: RunEvent, table: Table | None, where: str) -> tuple[float, 
         partners = partners_of(table).get(kind)
         named = {partner_name(kind, index): index for index in partners or ()}
         if b not in named:
-            rule = (
-                f"one of {', '.join(named)}" if named else "the name of what this scene has none of"
-            )
+            rule = f"one of {', '.join(named)}" if named else "that of an obstacle of this scene"
             if partners is None:
                 rule = "the index of a ball" if kind is EventKind.BALL_BALL else "null"
             raise EngineError(
-                f"{where}.b` must be {rule} where its kind is {kind.label}, got {b!r}"
+                f"{where}.b` must be {rule} for an event of kind {kind.label}, got {b!r}"
             )
         b = named[b]
     a = event.a
@@ -351,7 +350,7 @@ def event_row(event: RunEvent, table: Table | None, where: str) -> tuple[float, 
 
 
 def _refused(where: str, error: ValidationError, *inside: str) -> EngineError:
-    """Return the first mistake that a model found, with its place, the rule and the value."""
+    """Return an error for the first mistake that validation found: location, rule and value."""
     first = error.errors()[0]
     places, value = (*inside, *first["loc"]), first["input"]
     key = "".join(f"[{one}]" if isinstance(one, int) else f".{one}" for one in places)

@@ -1,12 +1,11 @@
-"""What a reference engine is: a name, capabilities, frozen settings, and `Scene` -> `Result`.
+"""The interface of reference engines: name, capabilities, frozen settings, and `Scene` -> `Result`.
 
-An engine of your own joins by an entry point of the group `ghostball.engines` in your package:
+Your own engine joins through an entry point of the group `ghostball.engines` in your package:
 
-    [project.entry-points."ghostball.engines"]
-    my-engine = "my_package:MyEngine"
+    [project.entry-points."ghostball.engines"] my-engine = "my_package:MyEngine"
 
-where `MyEngine` is a class like the ones in this folder: `MyEngine(MyEngine.Settings(dt=1e-3))`
-makes an engine, and `MyEngine.unavailable()` says why it can't run here, or None.
+`MyEngine` is a class like those in this folder: `MyEngine(MyEngine.Settings(dt=1e-3))` creates an
+engine, and `MyEngine.unavailable()` returns why it can't run here, or None.
 """
 
 from __future__ import annotations
@@ -23,10 +22,10 @@ from ghostball.model import GhostballError, Record, Result, Scene, UnsupportedSc
 from ghostball.model.features import Capabilities, missing_features
 
 Resolution = float | Literal["proved"] | None
-"""How far off a ball may be when it collides, as an engine states it [m].
+"""Largest position error of a ball at a collision, as declared by an engine [m].
 
-0: by rounding alone. "proved": where it is, is proved. None: the engine states nothing, so nothing
-is known of how exact it is.
+0: only rounding causes errors. "proved": the position is certified. None: the engine declares
+nothing, so its accuracy is unknown.
 """
 
 
@@ -35,7 +34,7 @@ class EngineError(GhostballError):
 
 
 class EngineSettings(BaseModel):
-    """Base of an engine's settings: frozen, and an unknown or wrong one is refused."""
+    """Base class of engine settings: frozen; unknown or invalid settings are rejected."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -49,7 +48,7 @@ class ReferenceEngine(Protocol):
 
     @property
     def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented with these settings."""
+        """How each feature of a scene is supported with these settings."""
         ...
 
     @property
@@ -59,22 +58,22 @@ class ReferenceEngine(Protocol):
 
     @classmethod
     def unavailable(cls) -> str | None:
-        """Return why the engine can't run here and how to get it, or None."""
+        """Return why the engine can't run here and how to install it, or None."""
         ...
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run the scene.
+        """Simulate the scene.
 
         Raises
         ------
         UnsupportedSceneError
-            Where the scene needs a feature that the engine lacks.
+            If the scene needs a feature that the engine doesn't support.
         """
         ...
 
 
 class EngineBase(ABC):
-    """What the engines of this package share: they keep their settings and check the scene."""
+    """Base class of the engines of this package: stores the settings and checks the scene."""
 
     name: ClassVar[str]
     Settings: ClassVar[type[EngineSettings]] = EngineSettings
@@ -90,60 +89,63 @@ class EngineBase(ABC):
     @property
     @abstractmethod
     def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented with these settings."""
+        """How each feature of a scene is supported with these settings."""
 
     @abstractmethod
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run the scene; see `ReferenceEngine.simulate`."""
+        """Simulate the scene; see `ReferenceEngine.simulate`."""
 
     @classmethod
     def unavailable(cls) -> str | None:
-        """Return why the engine can't run here and how to get it, or None."""
+        """Return why the engine can't run here and how to install it, or None."""
         return None
 
     def resolution(self, scene: Scene) -> Resolution:  # noqa: ARG002
-        """Return how far off a ball may be when it collides; None, what this returns, is unknown.
+        """Return the largest position error of a ball at a collision [m]; None if unknown.
 
-        Whatever the model. It says how soon chaos makes of this engine's shots others than the
-        scene's, and to which limit overlaps are held.
+        The error doesn't include that of the physical model. It determines the horizon of this
+        engine and the limit on overlaps.
         """
         return None
 
     def lacks(self, scene: Scene) -> tuple[str, ...]:
-        """Return a sentence for each thing in `scene` that is no `Feature` and can't be done."""
+        """Return a sentence for each unsupported property of `scene` that isn't a `Feature`."""
         return tuple(self._lacking(scene))
 
     def _lacking(self, scene: Scene) -> Iterator[str]:  # noqa: ARG002
         yield from ()
 
     def check(self, scene: Scene) -> None:
-        """Raise `UnsupportedSceneError` where the scene needs what the engine lacks."""
+        """Raise `UnsupportedSceneError` if the engine doesn't support the scene."""
         lacks = (*missing_features(self.capabilities, scene), *self.lacks(scene))
         if lacks:
             raise UnsupportedSceneError(self.name, lacks)
 
 
 def resolution_of(engine: ReferenceEngine, scene: Scene) -> Resolution:
-    """Return an engine's `resolution`; None for an engine that states none."""
+    """Return an engine's `resolution`; None if it declares none."""
     states = getattr(engine, "resolution", None)
     stated: Resolution = None if states is None else states(scene)
     return stated
 
 
 def stated_error(resolution: Resolution) -> float:
-    """Return how far off a ball may be by what is stated [m]; 0 where it is proved, or unknown."""
+    """Return the declared position error of a ball [m]; 0 if it is certified, or unknown."""
     return 0.0 if resolution is None or resolution == "proved" else float(resolution)
 
 
 def resolution_of_step(dt: float, scene: Scene) -> float:
-    """Return how far a ball goes at most in a step [m] until balls meet: contacts come late.
+    """Return the largest distance that a ball moves in one time step [m].
+
+    A contact is detected up to this distance late.
 
     `dt` [s].
 
-    Friction acts through the lowest point, about which m R x v + 2/5 m R^2 w is then kept; so a
-    ball that slides goes straight from v to the v - 2/7 u with which it rolls, u its slip, and the
-    faster of the two is the fastest it gets: with spin alone, 2/7 R w. What impacts give a lighter
-    ball isn't counted.
+    Friction acts at the lowest point of a ball, so m R x v + 2/5 m R^2 w about this point is
+    conserved. A sliding ball therefore changes its velocity along a straight line, from v to the
+    velocity of rolling, v - 2/7 u with the slip u. The larger of the two speeds is its maximum;
+    with spin alone this is 2/7 R w. The higher speed of a lighter ball after an impact isn't
+    counted.
     """
     v, w = scene.velocities, scene.angular_velocities
     rolled = v.copy()
@@ -151,14 +153,14 @@ def resolution_of_step(dt: float, scene: Scene) -> float:
     slip = v[driven, :2] + scene.radii[driven, np.newaxis] * (w[driven][:, [1, 0]] * (-1.0, 1.0))
     rolled[driven, :2] -= 2.0 / 7.0 * slip
     fastest = float(np.max(np.linalg.norm([v, rolled], axis=2)))
-    # A step is a step, also where the product is less than any double: 0 claims rounding alone.
+    # A positive result even if the product underflows, because 0 means that only rounding causes
+    # errors.
     return max(dt * fastest, math.ulp(0.0)) if np.any([v, rolled]) else 0.0
 
 
 def lacking_sequence(scene: Scene) -> Iterator[str]:
-    """Yield what an engine lacks that solves all contacts of a step together."""
+    """Yield that sequential impacts are unsupported, for solvers of all contacts together."""
     if scene.physics.impacts == "sequential" and len(scene.balls) > 1:
         yield (
-            'no impacts = "sequential" (its solver takes all contacts of a step together, never '
-            "one after another)"
+            'no impacts = "sequential" (the solver resolves all contacts of a time step together)'
         )

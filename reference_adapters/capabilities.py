@@ -1,16 +1,15 @@
-"""What engines represent of a scene's physics, read from `capabilities.toml` beside their modules.
+"""Read the capabilities of engines from the file `capabilities.toml` next to their modules.
 
-    [pymunk.tuned]
-    ROLLING = "exact"
-    SLIDING = "approximate: the adapter applies the cloth between Pymunk's steps"
-    AIR_DRAG = "none: Pymunk damps in proportion to speed, not to its square"
+    [pymunk.tuned] ROLLING = "exact" SLIDING = "approximate: the adapter applies the cloth friction
+    between Pymunk's time steps" AIR_DRAG = "none: Pymunk damps in proportion to speed, not to its
+    square"
 
-    [pymunk.naive]
-    OPEN_SIDES = "approximate: cushions end at the table's corners"
+    [pymunk.naive] OPEN_SIDES = "approximate: cushions end at the table's corners"
 
-The first configuration of an engine, here "tuned", has every member of `Feature`: nothing is exact
-by default. Any other configuration has the features that it represents differently. After the colon
-stands how a feature is represented, or why it is not; "exact" may stand alone.
+The first configuration of an engine, here "tuned", must list every member of `Feature`, so that
+nothing is exact by default. Any other configuration lists the features that it supports
+differently. The text after the colon describes the support, or says why there is none; "exact"
+needs no text.
 """
 
 from __future__ import annotations
@@ -27,20 +26,20 @@ from ghostball.reference_adapters.base import EngineError
 FILE = "capabilities.toml"
 
 ByConfiguration = Mapping[str, Capabilities]
-"""What an engine represents, by the name of a configuration."""
+"""Capabilities of an engine, by the name of a configuration."""
 
 _SUPPORTS: tuple[Any, ...] = get_args(get_type_hints(Capability)["support"])
 _NAMES = [feature.name for feature in Feature]
 
 
 def capabilities_beside(module: str, engine: str) -> ByConfiguration:
-    """Return what an engine represents, by configuration; each has all features in their order.
+    """Return the capabilities of an engine, by configuration; each lists all features in order.
 
     `module`: path of the engine's module, `__file__`; the file is read from its folder.
-    `engine`: name of the engine in that file.
+    `engine`: name of the engine in the file.
 
-    Raises `EngineError` if the file can't be read or breaks a rule of this module: it names the
-    file, the configuration, the rule, the value and what to write.
+    Raises `EngineError` if the file can't be read or breaks a rule of this module; the message
+    names the file, the configuration, the rule, the value and the remedy.
     """
     path = Path(module).with_name(FILE)
     try:
@@ -62,8 +61,8 @@ def capabilities_beside(module: str, engine: str) -> ByConfiguration:
         known = {**first, **dict(_read(key, text, where) for key, text in features.items())}
         if lacks := [feature.name for feature in Feature if feature not in known]:
             raise EngineError(
-                f"{where} must have every feature, but lacks {', '.join(lacks)}. Write how each is "
-                'represented, or "none: " and why it is not'
+                f"{where} must have every feature, but lacks {', '.join(lacks)}. Describe how each "
+                'is supported, or write "none: " and the reason'
             )
         found[name] = {feature: known[feature] for feature in Feature}
         first = first or found[name]
@@ -71,7 +70,7 @@ def capabilities_beside(module: str, engine: str) -> ByConfiguration:
 
 
 def _read(key: str, text: object, where: str) -> tuple[Feature, Capability]:
-    """Return a feature and its capability; `where` names the place for messages."""
+    """Return a feature and its capability; messages call the location `where`."""
     if key not in _NAMES:
         close = get_close_matches(key.upper(), _NAMES, n=1)
         hint = f"Did you mean `{close[0]}`?" if close else f"There are {', '.join(_NAMES)}"
@@ -80,7 +79,7 @@ def _read(key: str, text: object, where: str) -> tuple[Feature, Capability]:
     support, _, how = (part.strip() for part in str(text).partition(":"))
     if not isinstance(text, str) or support not in _SUPPORTS:
         raise EngineError(
-            f'{where}: `{key}` must be "exact", or begin with "approximate: " or "none: ", got '
+            f'{where}: `{key}` must be "exact", or start with "approximate: " or "none: ", got '
             f"{text!r:.80}"
         )
     if support != "exact" and not how:

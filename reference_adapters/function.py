@@ -1,21 +1,22 @@
-"""An engine that is a function of a scene, named by where it is: `my_module:simulate`.
+"""Engines that are functions of a scene, named by their location: `my_module:simulate`.
 
     def simulate(scene, dt=1e-3):
         ...
         return {"rest_positions": x, "events": events, "samples": samples}
 
-    rest_positions  where the balls end [m]: (n, 2) or (n, 3), in the order of the scene's balls
-    events          (t, kind, a, b) each: "ball-ball" of two balls, or "ball-cushion" of a ball and
-                    a cushion's name ("left", "right", "bottom", "top") or index; others too
-    samples         (t, positions, velocities, angular_velocities) each: the motion, from t = 0 to
-                    the end. Balls that roll without slip need no angular velocities
+    rest_positions  final positions [m]: (n, 2) or (n, 3), in the order of the scene's balls
+    events          list of (t, kind, a, b): "ball-ball" for two balls, or "ball-cushion" for a ball
+                    and a cushion, given by its name ("left", "right", "bottom", "top") or index;
+                    other kinds are possible
+    samples         list of (t, positions, velocities, angular_velocities): the motion from t = 0
+                    to the end. Balls that roll without slip need no angular velocities
 
-`answer` says which keys the dict may hold.
+All keys of the dict are documented in `answer`.
 
-Its parameters with a default are its settings, but for those that begin with an underscore:
-`-e my_module:simulate:dt=1e-4`. One that is called `dt` is its step: what that allows is then
-computed, shot by shot. What it plays is said by `plays`; a function that says nothing is asked for
-balls that roll on a table with cushions that mirror.
+Parameters with a default value are settings, except those that start with an underscore:
+`-e my_module:simulate:dt=1e-4`. A parameter called `dt` is the time step, from which the permitted
+errors are computed for each shot. The decorator `plays` lists the features that the function
+supports; without it, the function is tested with pure rolling on a table with mirror cushions.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ from ghostball.model import (
     UnsupportedSceneError,
 )
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
-from ghostball.reference_adapters.answer import Run
+from ghostball.reference_adapters.answer import EngineAnswer
 from ghostball.reference_adapters.base import (
     EngineBase,
     EngineError,
@@ -58,18 +59,18 @@ from ghostball.reference_adapters.returned import ResultRefusedError, check_resu
 
 Engine = TypeVar("Engine", bound=Callable[..., Any])
 
-STEP: Final = "dt"
-"""The parameter that is a function's step [s]."""
+STEP_PARAMETER: Final = "dt"
+"""Name of the parameter that is the time step of a function [s]."""
 
-FIRST: Final = (Feature.ROLLING, Feature.MIRROR_CUSHION)
-"""What a function is asked for that says nothing of what it plays."""
+DEFAULT_FEATURES: Final = (Feature.ROLLING, Feature.MIRROR_CUSHION)
+"""Features of a function without the decorator `plays`."""
 
-_PLAYED = "__ghostball_features__"
+_FEATURES_ATTRIBUTE = "__ghostball_features__"
 _UNSTATED = "a function without a parameter `dt` declares no accuracy"
 
 
 def plays(*features: Feature) -> Callable[[Engine], Engine]:
-    """Say what of a scene an engine that is a function represents: only that is asked of it.
+    """Declare the features that an engine function supports; only these are tested.
 
     >>> @plays(Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.BALL_RESTITUTION)
     ... def simulate(scene, dt=1e-3): ...
@@ -82,59 +83,59 @@ def plays(*features: Feature) -> Callable[[Engine], Engine]:
             )
 
     def decorate(function: Engine) -> Engine:
-        setattr(function, _PLAYED, features)
+        setattr(function, _FEATURES_ATTRIBUTE, features)
         return function
 
     return decorate
 
 
 def name_of_function(where: str) -> str:
-    """Return the name of the engine that a function is: of its module where it is `simulate`."""
+    """Return the engine name of a function: its own, or that of its module for `simulate`."""
     module, _, attribute = where.partition(":")
     return module.rpartition(".")[2] if attribute == "simulate" else attribute
 
 
 class FunctionSettings(EngineSettings):
-    """The parameters of a function that have defaults."""
+    """The parameters of a function that have default values."""
 
     where: ClassVar[str] = ""
 
     def __reduce__(self) -> Any:
-        return _settings_again, (self.where, self.model_dump())
+        return _restore_settings, (self.where, self.model_dump())
 
 
 class _FunctionType(ABCMeta):
-    """The type of classes that are made of functions: another process makes them again."""
+    """The type of classes created from functions; a different process creates the class again."""
 
 
 class FunctionEngine(EngineBase, metaclass=_FunctionType):
     """A function as an engine.
 
-    `where`: `MODULE:FUNCTION`.
-    `features`: what it plays.
+    `where`: location, `MODULE:FUNCTION`.
+    `features`: supported features.
     """
 
     where: ClassVar[str] = ""
-    features: ClassVar[Sequence[Feature]] = FIRST
+    features: ClassVar[Sequence[Feature]] = DEFAULT_FEATURES
     function: ClassVar[Callable[..., Any]]
 
     @property
     def capabilities(self) -> Capabilities:
-        """What it says it plays: exactly but for its step, or nearly where it states none."""
-        known = STEP in type(self.settings).model_fields
+        """The declared features: exact up to the time step; approximate without a time step."""
+        known = STEP_PARAMETER in type(self.settings).model_fields
         how = EXACT if known else Capability("approximate", _UNSTATED)
         return dict.fromkeys(self.features, how)
 
     def resolution(self, scene: Scene) -> Resolution:
-        """Return what a ball goes in a step [m]; None where the function has none."""
-        step = getattr(self.settings, STEP, None)
+        """Return the distance that a ball moves in one time step [m]; None without a step."""
+        step = getattr(self.settings, STEP_PARAMETER, None)
         return None if step is None else resolution_of_step(step, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Call the function, and make a result of what it returns.
+        """Call the function, and convert its return value to a result.
 
-        Raises `EngineFailedError` where that is none; `UnsupportedSceneError` where the function
-        raises `NotImplementedError`.
+        Raises `EngineFailedError` if the return value is invalid; `UnsupportedSceneError` if the
+        function raises `NotImplementedError`.
         """
         self.check(scene)
         started = time.perf_counter()
@@ -145,9 +146,9 @@ class FunctionEngine(EngineBase, metaclass=_FunctionType):
             raise UnsupportedSceneError(name, (str(error) or "not implemented",)) from error
         seconds = time.perf_counter() - started
         try:
-            what = f'what `{self.where}` returned for scene "{scene.name}"'
+            what = f'return value of `{self.where}` for scene "{scene.name}"'
             known = {"engine": name, "settings": settings, "wall_time": seconds}
-            result = Run.returned(answer, what, scene, **known).result(scene, where=what)
+            result = EngineAnswer.returned(answer, what, scene, **known).result(scene, where=what)
             _check_finite(result, what)
             check_result(result, scene, name)
         except (EngineError, ResultRefusedError) as error:
@@ -161,7 +162,7 @@ class FunctionEngine(EngineBase, metaclass=_FunctionType):
 
 
 def _check_finite(result: Result, where: str) -> None:
-    """Raise where a number of the motion isn't finite: a ball ends in a place, and came there."""
+    """Raise `EngineError` if a number of the motion isn't finite."""
     motion = result.trajectory
     assert isinstance(motion, SampledTrajectory)
     if result.status is Status.FAILED:
@@ -181,18 +182,18 @@ copyreg.pickle(_FunctionType, lambda made: (engine_at, (made.__dict__["where"],)
 
 
 def engine_at(where: str) -> type[FunctionEngine]:
-    """Return the engine that the function `MODULE:FUNCTION` is."""
+    """Return the engine class of the function at `MODULE:FUNCTION`."""
     module, _, attribute = where.partition(":")
     return engine_of(attrgetter(attribute)(import_module(module)), where)
 
 
 def engine_of(function: Callable[..., Any], where: str) -> type[FunctionEngine]:
-    """Return a function as the class of an engine; `where` is `MODULE:FUNCTION`.
+    """Return the engine class of a function; `where` is its location, `MODULE:FUNCTION`.
 
-    Raises `EngineError` where it can't be called with a scene alone, or where its parameters make
-    no settings.
+    Raises `EngineError` if the function can't be called with only a scene, or if its parameters
+    can't be settings.
     """
-    if not isinstance(function, Hashable):  # one class is made of each
+    if not isinstance(function, Hashable):  # the class of each function is cached
         raise EngineError(
             f"engine `{where}` must be a function, got an object of `{type(function).__name__}`, "
             "which can't be hashed. Name a function that calls it"
@@ -203,7 +204,7 @@ def engine_of(function: Callable[..., Any], where: str) -> type[FunctionEngine]:
 @cache
 def _class_of(function: Callable[..., Any], where: str) -> type[FunctionEngine]:
     name = name_of_function(where)
-    features = getattr(function, _PLAYED, FIRST)
+    features = getattr(function, _FEATURES_ATTRIBUTE, DEFAULT_FEATURES)
     return _FunctionType(
         name,
         (FunctionEngine,),
@@ -232,18 +233,18 @@ def _settings_of(function: Callable[..., Any], where: str) -> type[FunctionSetti
             continue
         if one.default is one.empty:
             raise EngineError(
-                f"engine `{where}` is called with a scene alone: its parameter `{one.name}` must "
-                "have a default value, so that it is a setting"
+                f"engine `{where}` is called with only a scene: its parameter `{one.name}` must "
+                "have a default value; it then becomes a setting"
             )
         if one.name.startswith("_") or not isinstance(one.default, str | int | float | bool):
             continue
         if hasattr(FunctionSettings, one.name):
             raise EngineError(
-                f"engine `{where}`: its parameter `{one.name}` can't be a setting: the name is "
-                "reserved. Rename it, or start it with an underscore"
+                f"engine `{where}`: its parameter `{one.name}` can't be a setting, because the "
+                "name is reserved. Rename it, or start it with an underscore"
             )
-        if one.name == STEP:
-            fields[STEP] = (float, Field(_checked_step(one.default, where), gt=0.0))
+        if one.name == STEP_PARAMETER:
+            fields[STEP_PARAMETER] = (float, Field(_checked_step(one.default, where), gt=0.0))
         else:
             fields[one.name] = (type(one.default), Field(one.default))
     made = create_model("Settings", __base__=FunctionSettings, **fields)
@@ -254,11 +255,12 @@ def _settings_of(function: Callable[..., Any], where: str) -> type[FunctionSetti
 def _checked_step(default: str | int | float | bool, where: str) -> float:
     if isinstance(default, str) or not 0.0 < default < math.inf:
         raise EngineError(
-            f"engine `{where}`: its parameter `{STEP}` is its time step, so its default must be a "
-            f"number of seconds greater than 0, got {default!r}. Give it one, or rename it"
+            f"engine `{where}`: its parameter `{STEP_PARAMETER}` is its time step, so its "
+            f"default must be a number of seconds greater than 0, got {default!r}. Change it, or "
+            "rename the parameter"
         )
     return float(default)
 
 
-def _settings_again(where: str, values: Mapping[str, Any]) -> EngineSettings:
+def _restore_settings(where: str, values: Mapping[str, Any]) -> EngineSettings:
     return engine_at(where).Settings(**values)

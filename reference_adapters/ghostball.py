@@ -1,4 +1,4 @@
-"""Our own engine behind the protocol that the foreign ones follow."""
+"""Ghostball's engine, with the same interface as the external engines."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from ghostball.reference_adapters.base import EngineBase, EngineSettings, resolu
 
 
 class GhostballSettings(EngineSettings):
-    """Settings of our engine: it has no time step and no tolerance to choose."""
+    """Settings of Ghostball's engine, which has no time step and no tolerances to choose."""
 
     max_events: Annotated[int, Field(gt=0)] = MAX_EVENTS
-    """Events after which a run stops with `Status.EVENT_LIMIT`."""
+    """Number of events after which a run stops with `Status.EVENT_LIMIT`."""
     max_work: Annotated[int, Field(gt=0)] = MAX_WORK
-    """Work after which it stops with `Status.WORK_LIMIT`: turns of loops, of some 6 ns each."""
+    """Number of loop iterations, about 6 ns each, after which it stops with `Status.WORK_LIMIT`."""
     no_skip: str | None = None
-    """Skips that are switched off, joined by "+"; `engine.running.skips` names them."""
+    """Names of skips to disable, joined by "+"; they are listed in `engine.running.skips`."""
 
     @field_validator("no_skip")
     @classmethod
     def _names_skips(cls, value: str | None) -> str | None:
-        """Refuse what names no skip, and put the names in order."""
+        """Reject unknown names of skips, and sort the names."""
         return "+".join(sorted(chosen_skips(_names(value)))) or None
 
 
@@ -42,11 +42,11 @@ class GhostballEngine(EngineBase):
 
     @property
     def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented; the same with all settings."""
+        """How each feature of a scene is supported; the same for all settings."""
         return CAPABILITIES
 
     def resolution(self, scene: Scene) -> float:
-        """Return 0: it errs by rounding alone; but where balls may slide in air, what that errs."""
+        """Return 0, because only rounding causes errors, or the error of slides in air [m]."""
         physics = scene.physics
         slides = physics.motion == "sliding" and bool(np.any(scene.sliding_frictions > 0.0))
         if not slides or physics.air_drag == 0.0:
@@ -56,7 +56,7 @@ class GhostballEngine(EngineBase):
         return slide_resolution(fastest, slowing, physics.air_drag, scene.t_max)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run the scene; see `engine.simulate`."""
+        """Simulate the scene; see `engine.simulate`."""
         settings = self.settings
         return simulate(
             scene,

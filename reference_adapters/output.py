@@ -1,7 +1,7 @@
-"""What engines print: kept separate from our own output, and made harmless where it is shown.
+"""Capture what engines print, separately from Ghostball's output, and escape it for display.
 
-An engine may print whatever it likes, also from C code that writes to file descriptor 1 itself.
-None of that is a result, and a terminal would obey the control characters in it.
+An engine may print anything, even from C code that writes to file descriptor 1. The text isn't a
+result, and a terminal would interpret its control characters.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdo
 from dataclasses import dataclass
 from typing import IO
 
-KEPT = 2_000
-"""Bytes that are kept of the start, and as many of the end, of what was printed."""
+KEPT_BYTES = 2_000
+"""Number of bytes that are kept from the start of the output, and from its end."""
 
-# All but tab and newline: C0 (ESC among them), DEL and C1, whose CSI is one character; what turns
-# the direction of text or separates lines, marks without width, tags, halves of surrogate pairs.
+# All control characters except tab and newline: C0 (with ESC), DEL and C1 (with the one-character
+# CSI); characters that change the direction of text or separate lines; zero-width marks; tags;
+# halves of surrogate pairs.
 _CONTROL = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ufeff\ufff9-\ufffb"
     "\ud800-\udfff\U000e0000-\U000e007f]"
@@ -28,32 +29,33 @@ _CONTROL = re.compile(
 
 
 def harmless(text: str) -> str:
-    r"""Write control characters as Python escapes, such as \x1b; tabs and newlines stay.
+    r"""Return text with control characters replaced by Python escapes, such as \x1b.
 
-    Control characters here are also those that show nothing and change how other text looks, such
-    as U+202E, which reverses it. Letters that are written from right to left stay.
+    Tabs and newlines stay. Invisible characters that change the display of other text, such as
+    U+202E, which reverses text, are also replaced. Letters of right-to-left scripts stay.
 
-    For every text that isn't ours, such as a title, a ball's id or what an engine says, before it
-    reaches a terminal.
+    Applied to every external text, such as a title, the id of a ball or a message of an engine,
+    before it reaches a terminal.
     """
     return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 @dataclass
 class Output:
-    """What was printed: "" until the block that it is of has ended."""
+    """Captured output: "" until the capturing block has ended."""
 
     text: str = ""
 
 
 @contextmanager
 def captured(*, errors: bool = False) -> Iterator[Output]:
-    """Keep what is printed within the block, also by C code, from standard output.
+    """Capture what is printed to standard output within the block, also by C code.
 
     A process that the block forks ends with the block: see `end_if_forked`.
 
-    `errors`: whether from standard error too; it must not be where our own messages or a progress
-    bar are written there meanwhile, from a thread of theirs.
+    `errors`: whether to capture standard error too. This must be False while Ghostball's messages
+        or a
+    progress bar are written to standard error by a different thread.
     """
     output, process = Output(), os.getpid()
     with tempfile.TemporaryFile(buffering=0) as file:
@@ -76,7 +78,7 @@ def captured(*, errors: bool = False) -> Iterator[Output]:
 def end_if_forked(process: int) -> None:
     """End this process if it isn't `process`: an engine forked it and let it return to its caller.
 
-    It must not continue as a second harness, which would answer, print and store everything twice.
+    The copy must not continue, because it would answer, print and store everything twice.
     """
     if os.getpid() != process:
         os._exit(0)
@@ -87,7 +89,7 @@ def _diverted(descriptor: int, file: IO[bytes]) -> Iterator[None]:
     flush()
     try:
         before = os.dup(descriptor)
-    except OSError:  # it is closed: who writes there fails, as without us
+    except OSError:  # the descriptor is closed, so writing fails, as without capturing
         yield
         return
     os.dup2(file.fileno(), descriptor)
@@ -100,9 +102,10 @@ def _diverted(descriptor: int, file: IO[bytes]) -> Iterator[None]:
 
 
 def divert(path: str) -> None:
-    """Have all that this process prints from now on go to the end of a file that another one reads.
+    """Redirect what this process prints to the end of a file, which a different process reads.
 
-    Its name goes at once, where the system allows that: so no file is left by whoever is killed.
+    The name of the file is removed at once, where the system allows it, so that a killed process
+    leaves no file.
     """
     file = os.open(path, os.O_WRONLY | os.O_APPEND)
     with suppress(OSError):
@@ -114,31 +117,31 @@ def divert(path: str) -> None:
 
 
 def flush() -> None:
-    """Write out what is buffered of standard output and error, also by C code."""
+    """Write out the buffers of standard output and error, also those of C code."""
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:
-            with suppress(ValueError):  # it was closed
+            with suppress(ValueError):  # the stream is closed
                 stream.flush()
-    with suppress(OSError, AttributeError, TypeError):  # no C library to be had, as on Windows
+    with suppress(OSError, AttributeError, TypeError):  # no C library, as on Windows
         ctypes.CDLL(None).fflush(None)
 
 
 def text_of(file: IO[bytes]) -> str:
-    """Return what was printed into a file: its start and its end, where it is long."""
+    """Return the text that was printed into a file; of a long text, only the start and the end."""
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
-    if size <= 2 * KEPT:
+    if size <= 2 * KEPT_BYTES:
         parts = [file.read()]
     else:
-        first = file.read(KEPT)
-        file.seek(-KEPT, os.SEEK_END)
-        parts = [first, f"\n[{size - 2 * KEPT} bytes left out]\n".encode(), file.read()]
+        first = file.read(KEPT_BYTES)
+        file.seek(-KEPT_BYTES, os.SEEK_END)
+        parts = [first, f"\n[{size - 2 * KEPT_BYTES} bytes omitted]\n".encode(), file.read()]
     text = b"".join(parts).decode("utf-8", errors="backslashreplace")
     return text.replace("\r\n", "\n").strip("\n")
 
 
 def _written(descriptor: int) -> IO[str]:
-    # A line at a time, so that little is lost where the process crashes.
+    # Line buffering, so that little is lost if the process crashes.
     return open(
         descriptor, "w", buffering=1, encoding="utf-8", errors="backslashreplace", closefd=False
     )

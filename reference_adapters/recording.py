@@ -1,4 +1,4 @@
-"""What a stepping engine records while it runs, and the `Result` made of it."""
+"""The recorder of a time-stepping engine, which creates its `Result`."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ FRAME_INTERVAL = 0.002
 
 
 class Recorder:
-    """Collects events and frames of one run, no more than `record` asks for.
+    """Records events and frames of one run, as far as `record` requires.
 
-    Call `start` once the world is built, `event` and `frame` as the run goes, `result` at its end.
+    Call `start` when the world has been built, `event` and `frame` during the run, `result` at the
+    end.
     """
 
     def __init__(self, scene: Scene, record: Record) -> None:
@@ -42,7 +43,7 @@ class Recorder:
         self._events: list[tuple[float, int, int, int]] = []
         self._counts = dict.fromkeys((kind.label for kind in COLLISION_KINDS), 0)
         self._frames: list[tuple[float, FloatArray, FloatArray, FloatArray]] = []
-        self._last = -math.inf  # when the last frame was [s]
+        self._last = -math.inf  # time of the last frame [s]
         self._event_since_frame = False
         self._started = time.perf_counter()
 
@@ -51,7 +52,7 @@ class Recorder:
         self._started = time.perf_counter()
 
     def event(self, t: float, kind: EventKind, a: int, b: int = -1) -> None:
-        """Note an event; b is the second ball, the index of the cushion, or -1."""
+        """Record an event; `b` is the second ball, the index of the obstacle, or -1."""
         if kind.label in self._counts:
             self._counts[kind.label] += 1
         self._event_since_frame = True
@@ -61,13 +62,13 @@ class Recorder:
             self._events.append((t, int(kind), a, b))
 
     def wants_frame(self, t: float) -> bool:
-        """Whether a frame at `t` would be kept: ask before gathering an expensive state."""
+        """Return whether a frame at `t` would be kept; ask before an expensive computation."""
         return self.record == "trajectory" and (
             self._event_since_frame or t - self._last >= FRAME_INTERVAL * (1.0 - 1e-9)
         )
 
     def frame(self, t: float, state: Samples, *, force: bool = False) -> None:
-        """Keep a copy of a frame, arrays (1, n, 3), where one is due or `force` says so."""
+        """Store a copy of a frame, arrays (1, n, 3), if one is due or `force` is True."""
         if self.record == "trajectory" and (force or self.wants_frame(t)):
             x, v, w = (np.array(one[0]) for one in state)
             self._frames.append((t, x, v, w))
@@ -84,7 +85,7 @@ class Recorder:
         work: Mapping[str, int],
         reason: str = "",
     ) -> Result:
-        """Stop the clock and wrap the run; `final_state` is its last frame."""
+        """Stop the clock and return the result of the run; `final_state` is its last frame."""
         wall_time = time.perf_counter() - self._started
         trajectory = None
         if self.record == "trajectory":
@@ -114,8 +115,8 @@ class Recorder:
 def rolling_state(positions: FloatArray, velocities: FloatArray, radii: FloatArray) -> Samples:
     """Return the state of balls that roll on the cloth, arrays (k, n, 3).
 
-    `positions`, `velocities` (k, n, 2) float64 [m], [m/s].
-    `radii` (n,) float64 [m].
+    `positions`, `velocities`: (k, n, 2) float64 [m], [m/s].
+    `radii`: (n,) float64 [m].
     """
     centres = np.empty((*positions.shape[:2], 3))
     centres[..., :2], centres[..., 2] = positions, radii

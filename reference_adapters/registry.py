@@ -1,8 +1,8 @@
-"""Engines by name: found through the entry points of the group `ghostball.engines`.
+"""Find engines by name, through the entry points of the group `ghostball.engines`.
 
-A spec says which engine with which settings, as on the command line:
-`pymunk:dt=1e-3,contact_steps=exact`. An engine that isn't installed is named by where its function
-or its class is: `my_module:simulate`, `my_package:MyEngine:dt=1e-3`.
+A spec names an engine and its settings, as on the command line:
+`pymunk:dt=1e-3,contact_steps=exact`. An engine that isn't installed is named by the location of its
+function or class: `my_module:simulate`, `my_package:MyEngine:dt=1e-3`.
 """
 
 from __future__ import annotations
@@ -30,30 +30,30 @@ from ghostball.reference_adapters.output import Output, captured, harmless
 _LOGGER = logging.getLogger("ghostball.reference_adapters")
 
 GROUP = "ghostball.engines"
-"""Entry-point group that an engine joins; see `base`."""
+"""Entry-point group of engines; see `base`."""
 
 OURS = "ghostball"
 
-# What `ReferenceEngine` asks of a class; a protocol with data members has no `issubclass`.
+# The members that `ReferenceEngine` requires; a protocol with data members has no `issubclass`.
 _REQUIRED = ("Settings", "capabilities", "settings", "unavailable", "simulate")
 
 
 class EngineUnavailableError(EngineError):
-    """An engine that is known but can't run here: the message says why and how to get it."""
+    """A known engine that can't run here; the message says why, and how to install it."""
 
 
 def engine_names() -> tuple[str, ...]:
-    """Return the names of all installed engines, ours first, without importing any of them."""
+    """Return the names of all installed engines, Ghostball's first, without importing them."""
     names = {point.name for point in _points(*sys.path)}
     return tuple(sorted(names, key=lambda name: (name != OURS, name)))
 
 
 def engine_class(name: str) -> type[ReferenceEngine]:
-    """Import an engine, by its `NAME` or where it is, `MODULE:NAME`, and return its class.
+    """Import an engine, given by its `NAME` or its location `MODULE:NAME`, and return its class.
 
-    Raises `EngineError` where no engine has this name, two packages claim it, or another one claims
-    ours; `EngineUnavailableError` where its module can't be imported, or what it names isn't an
-    engine.
+    Raises `EngineError` if no engine has this name, if two packages provide it, or if an engine has
+    the name of Ghostball's engine; `EngineUnavailableError` if its module can't be imported, or the
+    object isn't an engine.
     """
     if ":" in name:
         return _class_at(name)
@@ -69,19 +69,19 @@ def engine_class(name: str) -> type[ReferenceEngine]:
             f"engine `{name}`: `{point.value}`{_package(point)} isn't an engine: {lacks}"
         )
     called = getattr(loaded, "name", None)
-    if called != name:  # results, colours and pass criteria are keyed by this name
+    if called != name:  # results, colours and limits depend on this name
         raise EngineUnavailableError(
             f"engine `{name}`: `{point.value}`{_package(point)} has the name {called!r}. "
-            "Its `name` and its entry point must agree"
+            "Its `name` must equal its entry point"
         )
     engine: type[ReferenceEngine] = loaded
     return engine
 
 
 def engine_name(spec: str) -> str:
-    """Return what the engine of a spec calls itself; as it is asked for where it can't be imported.
+    """Return the `name` of the engine of a spec, or its location if it can't be imported.
 
-    Raises `EngineError` where the spec is none.
+    Raises `EngineError` if the spec is invalid.
     """
     name, _ = parse_spec(spec)
     if ":" not in name:
@@ -93,9 +93,9 @@ def engine_name(spec: str) -> str:
 
 
 def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
-    """Split a spec into `NAME` or `MODULE:NAME`, and its settings, still as text.
+    """Split a spec into `NAME` or `MODULE:NAME` and its settings, as texts.
 
-    Raises `EngineError` where a piece isn't `key=value`, or a key is given twice.
+    Raises `EngineError` if a piece isn't `key=value`, or a key is given twice.
     """
     name, colon, rest = (part.strip() for part in spec.partition(":"))
     if not name:
@@ -118,10 +118,11 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
 
 
 @cache
-def _points(*path: str) -> EntryPoints:  # noqa: ARG001 - key
+def _points(*path: str) -> EntryPoints:  # noqa: ARG001 - key of the cache
     """Return the entry points of all packages in the folders of `sys.path`.
 
-    Kept, since to read every installed package's metadata takes milliseconds, as long as a shot.
+    The result is cached, because reading the metadata of all installed packages takes milliseconds,
+    as long as a simulation.
     """
     return entry_points(group=GROUP)
 
@@ -133,28 +134,28 @@ def spec_of(name: str, settings: Mapping[str, object]) -> str:
 
 
 def make_engine(spec: str) -> ReferenceEngine:
-    """Make the engine that `spec` names, with its settings.
+    """Create the engine named by `spec`, with its settings.
 
     Parameters
     ----------
     spec : str
-        `NAME` or `MODULE:NAME`, either followed by `:key=value,...` or not; each value is read as
+        `NAME` or `MODULE:NAME`, optionally followed by `:key=value,...`; each value is converted to
         the type of its setting.
 
     Raises
     ------
     EngineError
-        Where the engine is unknown, or a setting is unknown or breaks its rule.
+        If the engine is unknown, or a setting is unknown or invalid.
     EngineUnavailableError
-        Where the engine can't run here.
+        If the engine can't run here.
     """
     name, texts = parse_spec(spec)
     engine = engine_class(name)
-    return _made(engine, engine.name, texts)
+    return _create(engine, engine.name, texts)
 
 
 def names_class(spec: str) -> bool:
-    """Whether a spec names an engine's function or class by where it is: `MODULE:NAME`."""
+    """Return whether a spec gives the location of a function or class, `MODULE:NAME`."""
     module, attribute, *_ = (*(part.strip() for part in spec.split(":")), "")
     parts = (*module.split("."), *attribute.split("."))
     return all(part.isidentifier() for part in parts) and module not in engine_names()
@@ -182,20 +183,20 @@ def _class_at(where: str) -> type[ReferenceEngine]:
         loaded = engine_of(loaded, where)
     lacks = _lacks(loaded)
     if not lacks and not isinstance(getattr(loaded, "name", None), str):
-        lacks = "its `name` must be a text"
+        lacks = "its `name` must be text"
     if lacks:
         raise EngineUnavailableError(f"`{where}` isn't an engine: {lacks}")
     if loaded.name in engine_names() and loaded is not engine_class(loaded.name):
         raise EngineError(
-            f"engine `{where}`: its `name` must not be {loaded.name!r}, that of an installed "
-            "engine: reference results, limits and results depend on the name. Rename it"
+            f"engine `{where}`: its `name` must not be {loaded.name!r}, the name of an installed "
+            "engine, which results, reference results and limits depend on. Rename it"
         )
     engine: type[ReferenceEngine] = loaded
     return engine
 
 
 def _engines_in(module: ModuleType) -> list[str]:
-    """Return the names of what may be an engine in a module: its own functions, and classes."""
+    """Return the names of possible engines in a module: its own functions, and engine classes."""
     return [
         key
         for key, value in vars(module).items()
@@ -209,18 +210,18 @@ def _engines_in(module: ModuleType) -> list[str]:
 
 
 def _lacks(loaded: object) -> str:
-    """Say what a loaded object lacks to be an engine; "" where that is nothing."""
+    """Return what a loaded object lacks to be an engine; "" if nothing."""
     missing = [member for member in _REQUIRED if not hasattr(loaded, member)]
     if not missing:
         return ""
     named = ", ".join(f"`{member}`" for member in missing)
     return (
-        f"it lacks {named}. Begin with `class MyEngine(EngineBase)`, from "
-        "ghostball.reference_adapters; a plain function of a scene is an engine, too"
+        f"it lacks {named}. Start with `class MyEngine(EngineBase)`, from "
+        "ghostball.reference_adapters; a plain function of a scene also works"
     )
 
 
-def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) -> ReferenceEngine:
+def _create(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) -> ReferenceEngine:
     try:
         settings = engine.Settings.model_validate_strings(_as_decimals(texts, engine.Settings))
     except ValidationError as error:
@@ -229,7 +230,7 @@ def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) ->
         reason = engine.unavailable()
     if reason is not None:
         raise EngineUnavailableError(f"engine `{name}` is unavailable: {reason}")
-    # The protocol leaves the constructor open, as protocols do; base.py states this form.
+    # A protocol can't state the constructor; `base` documents it.
     make: Any = engine
     with _guarded(name, "can't be made"):  # such as an abstract method that it doesn't define
         made: ReferenceEngine = make(settings)
@@ -237,7 +238,7 @@ def _made(engine: type[ReferenceEngine], name: str, texts: Mapping[str, str]) ->
 
 
 def _as_decimals(texts: Mapping[str, str], settings: type[BaseModel]) -> dict[str, str]:
-    """Return the texts of settings, by key; of those that are floats, fractions as decimals."""
+    """Return settings as texts, by key; fractions become decimals for float settings."""
     fields = settings.model_fields
     return {
         key: _as_decimal(text) if key in fields and _is_float(fields[key].annotation) else text
@@ -246,20 +247,20 @@ def _as_decimals(texts: Mapping[str, str], settings: type[BaseModel]) -> dict[st
 
 
 def _as_decimal(text: str) -> str:
-    """Return a fraction such as 1/60 as a decimal; any other text as it is."""
+    """Return a fraction such as 1/60 as a decimal, and any other text unchanged."""
     number = number_of(text) if "/" in text else None
     return text if number is None else repr(number)
 
 
 def _is_float(annotation: object) -> bool:
-    """Return True if an annotation is `float`, or a union that has it."""
+    """Return True if an annotation is `float`, or a union that contains it."""
     return annotation is float or any(map(_is_float, get_args(annotation)))
 
 
 def number_of(text: str) -> float | None:
-    """Return the number that a text spells, as a decimal or as a fraction; None if it is neither.
+    """Return the value of a decimal or a fraction; None for any other text.
 
-    A fraction is two decimals, such as 1/60: the quotient of two doubles.
+    A fraction is two decimals, such as 1/60, and its value is the quotient of two doubles.
     """
     above, slash, below = text.partition("/")
     try:
@@ -272,12 +273,12 @@ def number_of(text: str) -> float | None:
 def _guarded(
     name: str, cannot: str, advice: str = "", point: EntryPoint | None = None
 ) -> Iterator[None]:
-    """Run code of an engine: log what it prints; where it raises, name the engine and its package.
+    """Run code of an engine; log what it prints; if it raises, name the engine and its package.
 
-    Anyone's code may raise anything, and even exit.
+    Foreign code may raise any exception, and may even exit.
     """
-    output = Output()  # where Ctrl-C comes before the block begins, there is one too
-    # Ours prints nothing, and may well compile kernels, which it logs.
+    output = Output()  # defined even if Ctrl-C comes before the block starts
+    # Ghostball's engine prints nothing, but may compile kernels, which is logged.
     capturing = nullcontext(output) if name == OURS else captured(errors=True)
     try:
         with capturing as output:
@@ -299,7 +300,7 @@ def known_settings(settings: type[BaseModel]) -> dict[str, Any]:
 
 
 def _entry_point(name: str) -> EntryPoint:
-    """Return the one entry point of that name."""
+    """Return the entry point with a name, which must be unique."""
     points = {point.value: point for point in _points(*sys.path).select(name=name)}
     if not points:
         close = get_close_matches(name, engine_names(), n=1)
@@ -313,13 +314,13 @@ def _entry_point(name: str) -> EntryPoint:
     if len(points) > 1:
         raise EngineError(
             f"engine `{name}` is provided by two packages: {', '.join(sorted(points))}. "
-            "Uninstall one of the packages"
+            "Uninstall one of them"
         )
     return next(iter(points.values()))
 
 
 def _package(point: EntryPoint | None) -> str:
-    """Return which package an entry point is of, for a message; this reads the metadata."""
+    """Return the package of an entry point, for a message; this reads the metadata."""
     return f" of package `{point.dist.name}`" if point is not None and point.dist else ""
 
 
@@ -346,6 +347,6 @@ def _sentence(problem: Mapping[str, Any], name: str, defaults: Mapping[str, Any]
         return f"`{field}` is not a setting of engine `{name}`, got {problem['input']!r}{hint}"
     message = str(problem["msg"]).removeprefix("Value error, ")
     rule = message.replace("Input should", "must", 1)
-    if not field:  # a rule on several settings together names them itself
+    if not field:  # a rule about several settings names them itself
         return f"engine `{name}`: {rule}"
     return f"`{field}` of engine `{name}` {rule}, got {problem['input']!r}"

@@ -1,8 +1,8 @@
-"""Whether what an engine handed back can be measured: anyone's engine joins, so it is looked at.
+"""Check that the result of an engine is valid, because anyone's engine may be tested.
 
-This is the one door: `run_engine` in `validation.runs.engine_runs` lets nothing through unseen, and
-whoever measures, prints or stores a result may rely on what is checked here. What a function
-returns is looked at whole where it becomes a result, whatever part of it is then asked for.
+`run_engine` in `validation.runs.engine_runs` checks every result here, so that code that judges, prints
+or stores a result may rely on these checks. The result of a function is checked completely,
+whichever parts of it are needed.
 """
 
 from __future__ import annotations
@@ -32,78 +32,80 @@ from ghostball.model.events import LEAVING_KINDS
 from ghostball.model.scene.obstacles import FIRST_HOLE
 from ghostball.reference_adapters.agreement import disagreement
 
-MOST = 2**53
-"""Largest count: beyond it JSON's readers, whose numbers are doubles, lose ones."""
+MAX_COUNT = 2**53
+"""Largest count: JSON readers use doubles, which can't represent all larger integers."""
 
-START_SHARE = 1e-2
-"""How far from its place in the scene a ball may be in the first sample, in its radii.
+START_TOLERANCE = 1e-2
+"""Largest distance of a ball from its initial position in the first sample, in radii.
 
-A solver in single precision, or one that settles a ball on its cloth, is off by far less.
+A single-precision solver, or a solver in which a ball settles on the cloth, is far more accurate.
 """
 
-LOWEST = 0.5
-"""How high the centre of a ball on the cloth is at least, in its radii.
+LOWEST_CENTRE = 0.5
+"""Smallest height of the centre of a ball on the cloth, in radii.
 
-A solver lets balls sink in by hundredths of that; a height of 0 is that of a plane.
+In a solver, balls sink in by hundredths of a radius; a height of 0 is that of a 2D engine.
 """
 
-_COPY = "Arrays that are changed in place must be copied where they are recorded"
+_COPY_HINT = "If the engine changes arrays in place, it must copy them when it records them"
 
-_MEND = "Fix `simulate` of engine `{engine}`; `model.result.Result` documents what it must return"
+_FIX_HINT = (
+    "Fix `simulate` of engine `{engine}`; `model.result.Result` documents what it must return"
+)
 
 
 class ResultRefusedError(Exception):
-    """A result that breaks the contract of `Result`: no number of it may be judged."""
+    """A result that breaks the contract of `Result`: none of its numbers can be judged."""
 
 
 def check_result(result: Result, scene: Scene, engine: str, record: Record = "trajectory") -> None:
-    """Make sure that a result is one of this scene on this engine, and all of it can be measured.
+    """Check that a result is one of this scene on this engine, and that all of it can be measured.
 
-    Raises `ResultRefusedError` where a field has another type or shape than `Result` says, names
-    another engine or scene, counts what can't be counted, or has events that can't have happened. A
-    run that says itself that it failed may end anywhere, also at no finite number.
+    Raises `ResultRefusedError` if a field has a type or a shape that `Result` doesn't allow, if the
+    result names a different engine or scene, if a count is invalid, or if an event is impossible. A
+    run with the status FAILED may end anywhere, even at positions that aren't finite.
     """
     problem = _problem(result, scene, engine, record)
     if problem:
         said = getattr(result, "reason", "")
         because = f" (message from the engine: {said})" if said else ""
-        raise ResultRefusedError(f"{problem}{because}. {_MEND.format(engine=engine)}")
+        raise ResultRefusedError(f"{problem}{because}. {_FIX_HINT.format(engine=engine)}")
 
 
 def _problem(result: object, scene: Scene, engine: str, record: Record) -> str:
-    """Return the first rule that is broken, with the value received; "" where none is."""
+    """Return the first broken rule, with the value received; "" if there is none."""
     if not isinstance(result, Result):
         return f"`simulate` must return a `Result`, got {type(result).__name__}"
     if result.engine != engine:
         return f"`engine` of the result must be {engine!r}, got {_shown(result.engine)}"
     if result.scene is not scene and result.scene != scene:
         return (
-            f'`scene` of the result must be the scene that was run, "{scene.name}", got another '
-            f"one, {getattr(result.scene, 'name', result.scene)!r}"
+            f'`scene` of the result must be the scene that was run, "{scene.name}", got a '
+            f"different scene, {getattr(result.scene, 'name', result.scene)!r}"
         )
     if not isinstance(result.status, Status):
         return f"`status` must be a `Status` such as `Status.REST`, got {_shown(result.status)}"
     if not isinstance(result.reason, str):
-        return f"`reason` must be a text, got {_shown(result.reason)}"
+        return f"`reason` must be text, got {_shown(result.reason)}"
     looks: tuple[Callable[[], str], ...] = (
-        lambda: _of_end(result, scene),
-        lambda: _of_numbers(result),
-        lambda: _of_counts(result),
-        lambda: _of_events(result, scene, record),
-        lambda: _of_motion(result, scene, record),
+        lambda: _end_problem(result, scene),
+        lambda: _number_problem(result),
+        lambda: _count_problem(result),
+        lambda: _event_problem(result, scene, record),
+        lambda: _motion_problem(result, scene, record),
         lambda: disagreement(result, scene),
     )
     return next((problem for look in looks if (problem := look())), "")
 
 
-def _of_end(result: Result, scene: Scene) -> str:
-    """Look at the end of the run: when, and where the balls are."""
+def _end_problem(result: Result, scene: Scene) -> str:
+    """Check the end of the run: time and positions."""
     failed = result.status is Status.FAILED
     t = result.rest_time
     if not _is_number(t) or not (failed or (math.isfinite(t) and t >= 0.0)):
         return f"`rest_time` must be finite and at least 0 s, got {_shown(t)}"
     wanted = (1, len(scene.balls), 3)
-    if problem := _of_states("final_state", result.final_state, wanted):
+    if problem := _state_problem("final_state", result.final_state, wanted):
         return problem
     positions = result.rest_positions
     lost = np.flatnonzero(~np.isfinite(positions).all(axis=1))
@@ -113,65 +115,65 @@ def _of_end(result: Result, scene: Scene) -> str:
             f"`rest_positions[{ball}]` must be finite, got {positions[ball].tolist()} "
             f'for ball "{scene.balls[ball].id}"'
         )
-    return "" if failed else _of_height(result, scene)
+    return "" if failed else _height_problem(result, scene)
 
 
-def _of_height(result: Result, scene: Scene) -> str:
-    """Look whether balls lie on the cloth and not in it, but for those that left it."""
+def _height_problem(result: Result, scene: Scene) -> str:
+    """Check that no ball is below the cloth, except balls that left the table."""
     events, table = result.events, scene.table
     gone = np.zeros(len(scene.balls), dtype=bool)
     if events is not None and getattr(events, "dtype", None) == EVENT_DTYPE:
         left = np.isin(events["kind"], LEAVING_KINDS)
         gone[[a for a in events["a"][left].tolist() if 0 <= a < len(gone)]] = True
     elif table is not None and (table.holes or scene.physics.airborne):
-        gone[:] = True  # nothing says which they are
+        gone[:] = True  # unknown which balls left
     heights = result.rest_positions[:, 2]
-    below = np.flatnonzero(~gone & (heights < LOWEST * scene.radii))
+    below = np.flatnonzero(~gone & (heights < LOWEST_CENTRE * scene.radii))
     if not len(below):
         return ""
     ball = int(below[0])
     radius = float(scene.radii[ball])
     return (
-        f"`rest_positions[{ball}][2]` must be the height of the ball's centre over the cloth, "
-        f"{radius!r} m where it lies there, and no less than half of that, got "
+        f"`rest_positions[{ball}][2]` must be the height of the ball's centre above the cloth, "
+        f"{radius!r} m for a ball on the cloth and at least half of that, got "
         f'{float(heights[ball])!r} m for ball "{scene.balls[ball].id}"'
     )
 
 
-def _of_numbers(result: Result) -> str:
-    """Look at what the run says of itself: time, counters, settings."""
+def _number_problem(result: Result) -> str:
+    """Check run time, counters and settings."""
     t = result.wall_time
     if not _is_number(t) or not (math.isfinite(t) and t >= 0.0):
         return f"`wall_time` must be finite and at least 0 s, got {_shown(t)}"
-    return _of_mapping("work", result.work, _is_count, "a whole number from 0 to 2^53") or (
-        _of_mapping(
+    return _mapping_problem("work", result.work, _is_count, "a whole number from 0 to 2^53") or (
+        _mapping_problem(
             "settings",
             result.settings,
             _is_plain,
-            "a text, a finite number, a truth value or None",
+            "text, a finite number, True, False or None",
         )
     )
 
 
-def _of_mapping(name: str, value: object, allowed: Callable[[object], bool], rule: str) -> str:
-    """Look at what must be a mapping of texts to values of a kind."""
+def _mapping_problem(name: str, value: object, allowed: Callable[[object], bool], rule: str) -> str:
+    """Check a value that must be a mapping of texts to allowed values."""
     if not isinstance(value, Mapping):
-        return f"`{name}` must be a mapping of texts, each to {rule}, got {_shown(value)}"
+        return f"`{name}` must map texts to {rule}, got {_shown(value)}"
     for key, one in value.items():
         if not isinstance(key, str):
-            return f"`{name}` must have texts as names, got {_shown(key)}"
+            return f"`{name}` must have texts as keys, got {_shown(key)}"
         if not allowed(one):
             return f"`{name}[{key!r}]` must be {rule}, got {_shown(one)}"
     return ""
 
 
-def _of_counts(result: Result) -> str:
-    """Look at how many collisions there were."""
+def _count_problem(result: Result) -> str:
+    """Check the numbers of collisions."""
     counts = result.collision_counts
     kinds = tuple(kind.label for kind in COLLISION_KINDS)
     listed = " and ".join(f'"{kind}"' for kind in kinds)
     if not isinstance(counts, Mapping) or set(counts) != set(kinds):
-        return f"`collision_counts` must count {listed}, no more and no less, got {_shown(counts)}"
+        return f"`collision_counts` must have exactly the keys {listed}, got {_shown(counts)}"
     for kind in kinds:
         if not _is_count(counts[kind]):
             return (
@@ -181,12 +183,12 @@ def _of_counts(result: Result) -> str:
     return ""
 
 
-def _of_events(result: Result, scene: Scene, record: Record) -> str:
-    """Look at the log of events: each possible in this scene, in order, and as many as counted."""
+def _event_problem(result: Result, scene: Scene, record: Record) -> str:
+    """Check the event log: possible events, in order, and as many as counted."""
     events = result.events
     if events is None:
         wanted = record != "rest"
-        return f'`events` must be there for record="{record}", got None' if wanted else ""
+        return f'`events` must be given for record="{record}", got None' if wanted else ""
     if not isinstance(events, np.ndarray) or events.dtype != EVENT_DTYPE or events.ndim != 1:
         return (
             "`events` must be an array (k,) of dtype `EVENT_DTYPE`, with the fields t, kind, a and "
@@ -201,14 +203,14 @@ def _of_events(result: Result, scene: Scene, record: Record) -> str:
         logged = int(np.count_nonzero(events["kind"] == kind))
         if logged != result.collision_counts[kind.label]:
             return (
-                f'`collision_counts["{kind.label}"]` must be the number of such events, '
+                f'`collision_counts["{kind.label}"]` must be the number of these events, '
                 f"{logged}, got {result.collision_counts[kind.label]}"
             )
     return ""
 
 
 def _rules_of_events(result: Result, scene: Scene) -> Iterator[tuple[str, Any, str]]:
-    """Yield the field that a rule is about, where it is broken (k,), and the rule."""
+    """Yield each rule: its field, an array (k,) that is True where it is broken, its text."""
     events, n = result.events, len(scene.balls)
     assert events is not None
     t, kind, a, b = (events[field] for field in ("t", "kind", "a", "b"))
@@ -217,7 +219,7 @@ def _rules_of_events(result: Result, scene: Scene) -> Iterator[tuple[str, Any, s
     if result.status is not Status.FAILED:
         end = float(result.rest_time)
         yield "t", t > end, f"at most {end!r} s, when the run ended (`rest_time`)"
-    yield "t", np.diff(t, prepend=-np.inf) < 0.0, "no earlier than that of the event before"
+    yield "t", np.diff(t, prepend=-np.inf) < 0.0, "no earlier than the previous event"
     kinds = ", ".join(f"{one.value} ({one.label})" for one in EventKind)
     yield "kind", ~np.isin(kind, [one.value for one in EventKind]), f"one of {kinds}"
     balls = f"the index of a ball, from 0 to {n - 1}"
@@ -225,7 +227,7 @@ def _rules_of_events(result: Result, scene: Scene) -> Iterator[tuple[str, Any, s
     of_balls = kind == EventKind.BALL_BALL
     of_cushion = kind == EventKind.BALL_CUSHION
     yield "b", of_balls & ((b < 0) | (b >= n)), balls
-    yield "b", of_balls & (a == b), "another ball than a"
+    yield "b", of_balls & (a == b), "a different ball from a"
     partners = partners_of(scene.table)
     for of, one, what in (
         (of_cushion, EventKind.BALL_CUSHION, "cushion"),
@@ -234,11 +236,11 @@ def _rules_of_events(result: Result, scene: Scene) -> Iterator[tuple[str, Any, s
     ):
         yield "b", of & ~np.isin(b, partners[one]), _rule(what, one, partners[one])
     alone = ~(of_balls | np.isin(kind, list(partners)))
-    yield "b", alone & (b != -1), "-1, for a ball alone"
+    yield "b", alone & (b != -1), "-1 for an event of a single ball"
 
 
 def partners_of(table: Table | None) -> dict[EventKind, list[int]]:
-    """Return what events of a ball and an obstacle, or a pocket, may name of a table, by kind."""
+    """Return the indices of obstacles and pockets of a table that events may name, by kind."""
     others = () if table is None else table.obstacles
     cushions = {side.cushion for side in (() if table is None else table.sides)}
     cushions |= {one.obstacle for one in others if not isinstance(one, Hole)}
@@ -255,12 +257,12 @@ def _rule(what: str, kind: EventKind, indices: list[int]) -> str:
     return f"the index of an existing {what}: {listed or 'this scene has none'}"
 
 
-def _of_motion(result: Result, scene: Scene, record: Record) -> str:
-    """Look at what can be sampled."""
+def _motion_problem(result: Result, scene: Scene, record: Record) -> str:
+    """Check the recorded motion."""
     motion = result.trajectory
     if motion is None:
         wanted = record == "trajectory"
-        return '`trajectory` must be there for record="trajectory", got None' if wanted else ""
+        return '`trajectory` must be given for record="trajectory", got None' if wanted else ""
     if not isinstance(motion, SampledTrajectory):
         lacks = [name for name in ("sample", "t_end") if not hasattr(motion, name)]
         named = " and ".join(f"`{name}`" for name in lacks)
@@ -271,32 +273,36 @@ def _of_motion(result: Result, scene: Scene, record: Record) -> str:
     if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
         return "`trajectory.times` must be finite and never decrease"
     shape = (len(times), len(scene.balls), 3)
-    return _of_states("trajectory", motion, shape) or _of_start(motion, scene)
+    return _state_problem("trajectory", motion, shape) or _start_problem(motion, scene)
 
 
-def _of_start(motion: SampledTrajectory, scene: Scene) -> str:
-    """Look whether the motion begins as the scene does.
+def _start_problem(motion: SampledTrajectory, scene: Scene) -> str:
+    """Check that the motion starts from the initial state of the scene.
 
-    It doesn't where it is of another scene, or where an engine that changes its arrays in place
-    handed over the arrays themselves: then all of its samples show the end.
+    It doesn't if the motion is that of a different scene, or if an engine that changes its arrays
+    in place returned the arrays themselves: then all samples show the end.
     """
     if motion.times[0] != 0.0:
-        return f"`trajectory` must begin at t = 0, got {float(motion.times[0])!r} s"
+        return f"`trajectory` must start at t = 0, got {float(motion.times[0])!r} s"
     off = np.linalg.norm(motion.positions[0] - scene.positions, axis=1)
-    away = np.flatnonzero(~(off <= START_SHARE * scene.radii))
+    away = np.flatnonzero(~(off <= START_TOLERANCE * scene.radii))
     if len(away):
         ball = int(away[0])
         return (
-            f'`trajectory` must begin as the scene does, with ball "{scene.balls[ball].id}" at '
-            f"{scene.positions[ball].tolist()}, got {motion.positions[0, ball].tolist()}. {_COPY}"
+            "`trajectory` must start from the scene's initial state, with ball "
+            f'"{scene.balls[ball].id}" at {scene.positions[ball].tolist()}, got '
+            f"{motion.positions[0, ball].tolist()}. {_COPY_HINT}"
         )
     if scene.velocities.any() and not motion.velocities[0].any():
-        return f"`trajectory` must begin as the scene does, got balls at rest at t = 0. {_COPY}"
+        return (
+            "`trajectory` must start from the scene's initial state, got balls at rest at t = 0. "
+            f"{_COPY_HINT}"
+        )
     return ""
 
 
-def _of_states(where: str, states: object, shape: tuple[int, ...]) -> str:
-    """Look at positions, velocities and angular velocities."""
+def _state_problem(where: str, states: object, shape: tuple[int, ...]) -> str:
+    """Check positions, velocities and angular velocities."""
     for name in Samples._fields:
         array = getattr(states, name, None)
         if not isinstance(array, np.ndarray) or array.dtype.kind != "f" or array.shape != shape:
@@ -313,7 +319,7 @@ def _is_number(value: object) -> bool:
 
 def _is_count(value: object) -> bool:
     whole = isinstance(value, Integral) and not isinstance(value, bool | np.bool_)
-    return whole and 0 <= int(value) <= MOST  # type: ignore[call-overload]
+    return whole and 0 <= int(value) <= MAX_COUNT  # type: ignore[call-overload]
 
 
 def _is_plain(value: object) -> bool:
@@ -323,9 +329,9 @@ def _is_plain(value: object) -> bool:
 
 
 def _shown(value: object) -> str:
-    """Return a value for a message, with its type where that says more than its text."""
+    """Return a value for a message, with its type if that is informative."""
     if isinstance(value, np.ndarray):
         return f"an array of {value.dtype} with shape {value.shape}"
     if value is None or isinstance(value, bool | int | float | str):
-        return f"{value!r:.100}" + (" (a text)" if isinstance(value, str) else "")
+        return f"{value!r:.100}" + (" (text)" if isinstance(value, str) else "")
     return f"{value!r:.100} ({type(value).__name__})"

@@ -1,4 +1,4 @@
-"""Files of runs that were made elsewhere, by an engine in any language: see `answer`."""
+"""Read files of runs made outside Ghostball, by an engine in any language; see `answer`."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from ghostball.model import Record, Result, Scene
 from ghostball.model.errors import storable
 from ghostball.model.features import EXACT, Capabilities, Capability, Feature
 from ghostball.model.text_files import read_text
-from ghostball.reference_adapters.answer import Run
+from ghostball.reference_adapters.answer import EngineAnswer
 from ghostball.reference_adapters.base import EngineBase, EngineError, ReferenceEngine
 
 
-def load_runs(path: Path) -> tuple[Run, ...]:
-    """Read a file: one run, a list of runs, or one run a line.
+def load_runs(path: Path) -> tuple[EngineAnswer, ...]:
+    """Read a file of one run, a list of runs, or one run per line.
 
-    Raises `EngineError` where it can't be read, or isn't such an object; the message says what is
-    wrong where.
+    Raises `EngineError` if the file can't be read or a run is invalid; the message gives the
+    location.
     """
     try:
         text = read_text(path)
@@ -26,26 +26,26 @@ def load_runs(path: Path) -> tuple[Run, ...]:
         raise EngineError(f"{path} can't be read: {error}") from None
     try:
         values = _json_of(text, path)
-    except ValueError:  # also of what is nested too deeply
+    except ValueError:  # also raised if the nesting is too deep
         try:
             lines = [line for line in text.splitlines() if line.strip()]
             values = [_json_of(line, path) for line in lines]
         except ValueError as error:
             raise EngineError(
-                f"{path} isn't JSON that can be read: {error}. Write one run, a list of runs, or "
-                "one run a line"
+                f"{path} isn't valid JSON: {error}. Write one run, a list of runs, or one run per "
+                "line"
             ) from None
     listed = values if isinstance(values, list) else [values]
     if not listed:
         raise EngineError(f"{path} must hold at least one run, got none")
-    return tuple(Run.parse(value, f"{path}, run {k}") for k, value in enumerate(listed, 1))
+    return tuple(EngineAnswer.parse(value, f"{path}, run {k}") for k, value in enumerate(listed, 1))
 
 
 def _json_of(text: str, path: Path) -> Any:
-    """Return what a text in JSON says.
+    """Return the values in a JSON text.
 
-    Raises `ValueError` if it isn't JSON, or nested too deeply; `EngineError` if an object has a
-    key twice: readers of JSON don't agree on which of the two values holds.
+    Raises `ValueError` if the text isn't JSON, or nested too deeply; `EngineError` if an object has
+    a key twice, because JSON readers don't agree on which of the two values is valid.
     """
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -59,35 +59,35 @@ def _json_of(text: str, path: Path) -> Any:
 
     try:
         values = json.loads(text, object_pairs_hook=once)
-        if "\\u" in text:  # it may spell half of a surrogate pair, which no file can hold
+        if "\\u" in text:  # it may contain half of a surrogate pair, which can't be stored
             json.dumps(values, ensure_ascii=False).encode()
     except RecursionError:
         raise ValueError("it is nested too deeply") from None
     return values
 
 
-def recorded_engine(run: Run) -> ReferenceEngine:
-    """Return an engine whose run was made elsewhere: it hands that out, and has no other."""
+def recorded_engine(run: EngineAnswer) -> ReferenceEngine:
+    """Return an engine that can only return a run made outside Ghostball."""
 
-    class Recorded(_RecordedEngine):
+    class EngineOfRun(_RecordedEngine):
         name: ClassVar[str] = run.engine
 
-    return Recorded(run)
+    return EngineOfRun(run)
 
 
 class _RecordedEngine(EngineBase):
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: EngineAnswer) -> None:
         super().__init__()
         self._run = run
 
     @property
     def capabilities(self) -> Capabilities:
-        """What was run is represented, and exactly where the run doesn't say how it isn't."""
+        """All features: approximate if the run says so, otherwise exact."""
         said = {one: Capability("approximate", how) for one, how in self._run.approximate.items()}
         return dict.fromkeys(Feature, EXACT) | said
 
     def resolution(self, scene: Scene) -> float | None:  # noqa: ARG002
-        """Return what the run says of it [m]; None where it says nothing."""
+        """Return the resolution that the run declares [m]; None if it declares none."""
         return self._run.resolution
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:

@@ -1,1 +1,1 @@
-"""Box2D 2.3 as a reference engine: the plane seen from above, in units of its own."""
+"""Box2D 2.3 as a reference engine: the top view of the table, with a separate unit of length."""

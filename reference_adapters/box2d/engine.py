@@ -1,11 +1,11 @@
-"""Box2D 2.3: a 2D engine in single precision, that sees the table from above.
+"""Box2D 2.3: a 2D engine in single precision (top view of the table).
 
-Its constants are compiled in, in its own unit of length: impacts slower than 1 unit/s are
-inelastic, a body goes at most 2 units a step, and an overlap of 0.005 units is left. So a unit must
-be far less than a metre: `scale` says how many units a metre has. `contact_steps="fixed"` finds
-contacts as Box2D does, tuned in continuous time ("bullets"); `contact_steps="exact"` ends the steps
-where balls touch. `config="naive"` is what a newcomer types: metres, frames of 1/60 s, no
-bullets.
+Several constants are compiled in, in a unit of length of its own: collisions slower than 1 unit/s
+are inelastic, a body moves at most 2 units per time step, and an overlap of 0.005 units is
+tolerated. A unit must therefore be much smaller than a metre: `scale` is the number of units per
+metre. `contact_steps="fixed"` uses Box2D's own contact detection (tuned: continuous, "bullets");
+`contact_steps="exact"` ends the steps when balls touch. `config="naive"` is what a newcomer types:
+metres, time steps of 1/60 s, no bullets.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from pydantic import Field, model_validator
 from ghostball.model import Scene
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
-from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.laws import fastest
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.step_ends import SINGLE_PRECISION_STEPS, ExactSteps
 
-FARTHEST = 2.0
-"""How far a body goes in a step at most: `b2_maxTranslation` [units]."""
+MAX_TRANSLATION = 2.0
+"""Largest distance that a body moves per step: `b2_maxTranslation` [units]."""
 
-FINEST = 200.0
-"""Units in a metre that `scale` stands for where the step allows that many [1/m]."""
+MAX_SCALE = 200.0
+"""Largest default of `scale`, if the time step allows it [1/m]."""
 
 SLOP = 0.005
-"""Overlap that Box2D leaves: `b2_linearSlop` [units]."""
+"""Overlap that Box2D tolerates: `b2_linearSlop` [units]."""
 
 
 class Box2dSettings(SteppingSettings):
     """Settings of the Box2D adapter.
 
-    `dt` is 1e-3 s tuned, 1/60 s naive as in Box2D's manual, 0.02 s or what the scale allows
-    to contacts; `iterations` are of velocities: 8 tuned, as the manual recommends, 6 naive.
-
-    `scale` [1/m]: units of Box2D in a metre. None is as many as the step and the scene's fastest
+    `dt`: 1e-3 s tuned; 1/60 s naive, as in Box2D's manual; with exact steps, 0.02 s or the longest
+        step that the scale allows.
+    `iterations`: velocity iterations; 8 tuned, as the manual recommends, 6 naive.
+    `scale`: units of Box2D per metre [1/m]. None: as many as the time step and the scene's fastest
         ball allow, at most 200; 1 in the naive configuration.
-    `bullet`: whether balls are bullets: contacts between them are found in continuous time. Where
-        steps end at contacts, and in the naive configuration, they never are.
+    `bullet`: whether balls are bullets, which detect contacts with each other in continuous time.
+        With exact steps, and in the naive configuration, they never are.
     """
 
     scale: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
@@ -52,50 +52,51 @@ class Box2dSettings(SteppingSettings):
     def _naive_is_in_metres(self) -> Self:
         if self.config == "naive" and self.scale is not None:
             raise ValueError(
-                "`config` = naive is in metres: leave `scale` out, or set `config` = tuned"
+                "`config` = naive uses metres: remove `scale`, or set `config` = tuned"
             )
         return self
 
     @property
     def bullets(self) -> bool:
-        """Whether balls are bullets, with these settings."""
+        """Whether balls are bullets with these settings."""
         return self.bullet and self.contact_steps == "fixed" and self.config == "tuned"
 
     def units(self, scene: Scene) -> float:
-        """Return the units in a metre for a scene [1/m]."""
+        """Return the number of units per metre for a scene [1/m]."""
         if self.config == "naive":
             return 1.0
         if self.scale is not None:
             return self.scale
         if self.contact_steps == "exact":
             return 100.0
-        return min(FINEST, 0.9 * FARTHEST / max(fastest(scene) * self.step, 1e-9))
+        return min(MAX_SCALE, 0.9 * MAX_TRANSLATION / max(fastest(scene) * self.step, 1e-9))
 
 
 class Box2dEngine(PlaneEngine):
-    """Box2D 2.3 behind the protocol; see the module."""
+    """Box2D 2.3 as a reference engine; see this module."""
 
     name: ClassVar[str] = "box2d"
     PACKAGE: ClassVar[str] = "Box2D"
+    WORLD: ClassVar[str] = "Box2dWorld"
     Settings: ClassVar[type[EngineSettings]] = Box2dSettings
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "box2d")
-    EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
+    EXACT_STEPS: ClassVar[ExactSteps] = SINGLE_PRECISION_STEPS
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         yield from super()._lacking(scene)
         settings: Box2dSettings = self.settings
-        most = FARTHEST / (settings.units(scene) * self.step(scene))
+        most = MAX_TRANSLATION / (settings.units(scene) * self.step(scene))
         if fastest(scene) > most:
             yield (
                 f"no speeds above {most:.3g} m/s with `scale` = {settings.units(scene):g} and "
-                f"steps of {self.step(scene):g} s (Box2D moves a body by 2 units a step at most; "
-                f"the energy of these balls would do for {fastest(scene):.3g} m/s)"
+                f"steps of {self.step(scene):g} s (Box2D moves a body at most 2 units per time "
+                f"step; the energy in this scene allows speeds up to {fastest(scene):.3g} m/s)"
             )
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]; or how far from a contact its step ends.
+        """Return the distance that a ball moves in a step [m], or the gap at which steps end.
 
-        Bullets meet in continuous time, but with an overlap of 3 slops.
+        Bullets meet in continuous time, with an overlap of 3 slops.
         """
         settings: Box2dSettings = self.settings
         if settings.bullets:
@@ -103,9 +104,9 @@ class Box2dEngine(PlaneEngine):
         return super().resolution(scene)
 
     def step(self, scene: Scene) -> float:
-        """Return the step [s]; if it ends at contacts, one within Box2D's bound on ways."""
+        """Return the time step [s]; with exact steps, one within Box2D's limit on distances."""
         settings: Box2dSettings = self.settings
         if settings.contact_steps == "fixed":
             return settings.step
         speed = max(fastest(scene), 1e-9)
-        return min(settings.step, 0.9 * FARTHEST / (settings.units(scene) * speed))
+        return min(settings.step, 0.9 * MAX_TRANSLATION / (settings.units(scene) * speed))

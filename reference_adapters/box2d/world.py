@@ -1,7 +1,7 @@
 """A scene as a Box2D world: balls are discs seen from above, cushions are edges.
 
-Box2D's unit of length isn't a metre here; see `box2d.engine`. It works in single precision, so
-what it is given isn't quite what the adapter has; `start` says what it was.
+The unit of length isn't a metre; see `box2d.engine`. Box2D uses single precision, so velocities are
+rounded; `start` returns the rounded values.
 """
 
 from __future__ import annotations
@@ -16,9 +16,13 @@ from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.box2d.engine import SLOP, Box2dSettings
-from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
+from ghostball.reference_adapters.stepping.contact_world import (
+    SINGLE_PRECISION_NOISE,
+    ContactWorld,
+    collision_of,
+)
 from ghostball.reference_adapters.stepping.friction import ContactFriction
-from ghostball.reference_adapters.stepping.laws import FallingRestitution, restitutions, rubs
+from ghostball.reference_adapters.stepping.laws import SpeedDependentRestitution, restitutions, rubs
 from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.sides import (
     Normals,
@@ -28,34 +32,39 @@ from ghostball.reference_adapters.stepping.sides import (
     sides_of,
 )
 
-# Its types warn of what SWIG left out as they are made; where warnings are errors, Python crashes.
+# Creating its types raises warnings about missing SWIG attributes, and crashes Python if warnings
+# are errors.
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)
     import Box2D
 
 
 SKIN = 2.0 * SLOP
-"""How far from an edge Box2D has its surface [units]."""
+"""Distance of the surface of an edge from the edge in Box2D [units]."""
 
 
-class World(ContactWorld):
-    """A world with its balls in the scene's order, and the collisions of its last step."""
+class Box2dWorld(ContactWorld):
+    """A world with its balls in the order of the scene, and the collisions of its last step."""
 
     def __init__(self, scene: Scene, settings: Box2dSettings) -> None:
         self._tuned = settings.config == "tuned"
         rubbing = self._tuned and rubs(scene)
-        super().__init__(scene, noise=SINGLE, rubs=rubbing, units=settings.units(scene))
+        super().__init__(
+            scene, noise=SINGLE_PRECISION_NOISE, rubs=rubbing, units=settings.units(scene)
+        )
         self._settings = settings
-        self.iterations = settings.iterations or (8 if self._tuned else 6)  # over the velocities
+        self.iterations = settings.iterations or (8 if self._tuned else 6)  # velocity iterations
         self._restitutions = restitutions(scene.physics)
         self._friction = ContactFriction(scene) if rubbing else None
-        self._falling = FallingRestitution.of(scene.physics)
+        self._falling = SpeedDependentRestitution.of(scene.physics)
         self._normals = Normals(scene)
         self._found: set[Collision] = set()
         self._listener = _listener(self)
         self._world = Box2D.b2World(gravity=(0, 0), doSleep=False, contactListener=self._listener)
         if settings.contact_steps == "exact":
-            self._world.warmStarting = False  # contacts don't last, and steps are of any length
+            self._world.warmStarting = (
+                False  # contacts don't last, and steps have different lengths
+            )
         self._bodies = [self._ball(i) for i in range(len(scene.balls))]
         for side in sides_of(scene):
             self._side(side)
@@ -69,7 +78,7 @@ class World(ContactWorld):
                 self._disc(Disc(corner.before, corner.place, 0.0))
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
-        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step."""
         for body, (x, y) in zip(self._bodies, (velocities * self._units).tolist(), strict=True):
             body.linearVelocity = x, y
         if self._friction is not None and spins is not None:
@@ -81,7 +90,7 @@ class World(ContactWorld):
         return self._velocities()
 
     def step(self, dt: float) -> None:
-        """Let Box2D step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        """Advance Box2D by `dt` [s]: it finds contacts, solves velocities, then moves."""
         self._found = set()
         self._world.Step(dt, self.iterations, 3 if self._tuned else 2)
         self._note(self._found)
@@ -92,12 +101,12 @@ class World(ContactWorld):
         return places, self._velocities()
 
     def turns(self) -> FloatArray:
-        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
+        """Return the spin changes by the contacts of the step, (n, 3) [rad/s]."""
         assert self._friction is not None
         return self._friction.turns(self._vertical_spins())
 
     def remove(self, ball: int) -> None:
-        """Take a ball out: it is listed, and nothing meets it."""
+        """Remove a ball: it stays in the list, but nothing meets it."""
         self._bodies[ball].active = False
 
     def prepare(self, contact: Any) -> None:
@@ -122,7 +131,7 @@ class World(ContactWorld):
         contact.friction = self._friction.prepare(parts, line, velocity)
 
     def note(self, contact: Any, impulse: float) -> None:
-        """Note a contact that was solved with a normal impulse [kg units/s]."""
+        """Record a contact that was solved with a normal impulse [kg units/s]."""
         parts = self._parts(contact)
         if self._friction is not None:
             self._friction.note(parts, impulse / self._units)
@@ -153,16 +162,16 @@ class World(ContactWorld):
             friction=0.0,
         )
         fixture.userData = i, False
-        if self._friction is not None:  # a disc's moment isn't a ball's
+        if self._friction is not None:  # the moment of inertia of a ball, not of a disc
             inertia = 0.4 * ball.mass * radius**2
             body.massData = Box2D.b2MassData(mass=ball.mass, center=(0, 0), I=inertia)
         return body
 
     @property
     def _skin(self) -> float:
-        """How far edges are moved out of the way [m].
+        """Distance by which edges are moved outwards [m].
 
-        What steps don't find late they find in the skin: early.
+        With exact steps, contacts would otherwise be detected early, at the skin.
         """
         return SKIN / self._units if self._settings.contact_steps == "exact" else 0.0
 
@@ -172,8 +181,9 @@ class World(ContactWorld):
     def _segment(self, one: Segment) -> None:
         (x0, y0), (x1, y1) = one.start, one.end
         length = math.dist(one.start, one.end)
-        # To the right of the way: the table is on the left. And so much shorter that a ball meets a
-        # corner's point, see `corners_of`, before it meets the skin round the ends.
+        # To the right of the direction of the segment, because the table is on its left. The
+        # segment is also shortened, so that a ball meets the point of a corner, see `corners_of`,
+        # before the skin around the ends.
         skin = min(self._skin, 0.25 * length)
         dx, dy = skin * (x1 - x0) / length, skin * (y1 - y0) / length
         self._edge(((x0 + dx + dy, y0 + dy - dx), (x1 - dx + dy, y1 - dy - dx)), one.obstacle)
@@ -196,8 +206,8 @@ class World(ContactWorld):
         fixture.userData = index, True
 
 
-def _listener(world: World) -> Any:
-    """Return Box2D's listener to contacts, which tells a world of them."""
+def _listener(world: Box2dWorld) -> Any:
+    """Return the contact listener of Box2D that reports contacts to a world."""
 
     class Listener(Box2D.b2ContactListener):  # type: ignore[misc]
         def PreSolve(self, contact: Any, _manifold: Any) -> None:  # noqa: N802

@@ -1,1 +1,1 @@
-"""Box2D 3 as a reference engine: the plane seen from above."""
+"""Box2D 3 as a reference engine: the top view of the table."""

@@ -1,4 +1,4 @@
-"""A scene as a Box2D 3 world: balls are discs that don't turn, cushions are segments."""
+"""A scene as a Box2D 3 world: balls are discs that don't rotate, cushions are segments."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from ghostball.model.arrays import FloatArray
 from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.box2d3.engine import Box2d3Settings
 from ghostball.reference_adapters.stepping.contact_world import (
-    SINGLE,
+    SINGLE_PRECISION_NOISE,
     ContactWorld,
-    Part,
+    WorldBody,
     collision_of,
 )
 from ghostball.reference_adapters.stepping.laws import cushion_restitution, fastest
 from ghostball.reference_adapters.stepping.sides import parts_of, reach_beyond_corners, sides_of
 
 SUB_STEPS = 4
-"""Of a step, as Box2D's manual has it."""
+"""Number of sub-steps per step, as in Box2D's manual."""
 
 
-class World(ContactWorld):
-    """A world with its balls in the scene's order, and the collisions of its last step.
+class Box2d3World(ContactWorld):
+    """A world with its balls in the order of the scene, and the collisions of its last step.
 
-    Collisions are Box2D's events of impacts: two bodies that touch as the shot begins have none.
+    Collisions are Box2D's hit events: bodies that touch at the start of the shot have none.
     """
 
     def __init__(self, scene: Scene, settings: Box2d3Settings) -> None:
-        super().__init__(scene, noise=SINGLE, rubs=False, units=settings.units)
+        super().__init__(scene, noise=SINGLE_PRECISION_NOISE, rubs=False, units=settings.units)
         self.iterations = settings.iterations or SUB_STEPS
         values: dict[str, Any] = {"gravity": (0.0, 0.0), "hit_event_threshold": 0.0}
         if settings.config == "tuned":
             speed = max(2.0 * self._units * fastest(scene), 1.0)
             values |= {"restitution_threshold": 0.0, "maximum_linear_speed": speed}
         self._world = pyb2d3.World(**values)
-        self._parts: dict[int, Part] = {}
+        self._parts: dict[int, WorldBody] = {}
         self._balls = [self._ball(i) for i in range(len(scene.balls))]
         for side in sides_of(scene):
             ends = side.ends(reach_beyond_corners(scene))
@@ -47,14 +47,14 @@ class World(ContactWorld):
             self._add_part(part)
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
-        """Give the balls velocities, (n, 2) [m/s], for a step."""
+        """Set the velocities of the balls, (n, 2) [m/s], for a step."""
         for body, (x, y) in zip(self._balls, (velocities * self._units).tolist(), strict=True):
             body.linear_velocity = (x, y)
         self._given = self._velocities()
         return self._given
 
     def step(self, dt: float) -> None:
-        """Let Box2D step by `dt` [s]: it finds contacts, then solves velocities and moves."""
+        """Advance Box2D by `dt` [s]: it finds contacts, then solves velocities and moves."""
         self._world.step(dt, self.iterations)
         events = self._world.get_contact_events().hit_events()
         self._note(
@@ -88,7 +88,7 @@ class World(ContactWorld):
         return body
 
     def remove(self, ball: int) -> None:
-        """Take a ball out: it is listed, and nothing meets it."""
+        """Remove a ball: it stays in the list, but nothing meets it."""
         self._balls[ball].enabled = False
 
     def _add_part(self, part: Segment | Disc) -> None:

@@ -1,26 +1,28 @@
-"""Certified truth: what happens in a shot, proved event by event in ball arithmetic.
+"""Certified results: the events of a shot, proved one by one in ball arithmetic.
 
     >>> from ghostball.reference_adapters.certified import certify
     >>> certificate = certify(scene)
     >>> certificate.ending, certificate.events_proved, certificate.t_end.width
 
-It shares the model with our engine and nothing else: other code, from the cited equations, on
-numbers that are balls sure to hold the true ones (Johansson 2017, Arb). Every number of the scene
-is the very double that was given. Each candidate for the next event has its time isolated
-(`roots`); the earliest is an event once it surely comes before all others (`run`); where that
-can't be decided, the precision is doubled and everything starts again (`prove`), up to a cap.
+The package shares only the model with Ghostball's engine: it is separate code, written from the
+cited equations, and its numbers are intervals ("balls") that are guaranteed to contain the exact
+values (Johansson 2017, Arb). Every number of the scene is taken as the exact value of its double.
+The time of each candidate for the next event is isolated (`roots`). The earliest candidate is the
+next event if it is proved to come before all others (`run`). If the order can't be decided, the
+precision is doubled and the computation starts again (`prove`), up to a maximum.
 
-What can't be decided at the cap is "ambiguous": exact ties and tangencies, with their names;
-nothing is reported beyond. Ties of events of different balls that can't feel each other pass, in
-either order the outcome is the same. Sustained contact is certified up to where it begins, and so
-is a slide in air, which has no closed form: `validation.truth.integration` runs such a shot by the
-same events and impacts, with integrated slides (`integrated_slide`). Flight is a parabola
-(`flight`), and what meets in the air does so in space (`gaps`, `obstacle_gaps`); the rules by which
-the model leaves out the lowest bounces are part of what is proved. Where a ball comes to lie on
-another, or on a nose, the proof ends.
+Anything that can't be decided at the maximum precision is "ambiguous": exact ties and tangencies.
+The certificate names them, and ends there. Ties of events of different balls that can't affect each
+other are accepted, because the outcome is the same in either order. A shot with resting contact is
+certified up to the start of the contact, and a shot with a slide in air, which has no closed form,
+up to the slide: `validation.truth.integration` computes such shots with the same events and impacts
+and integrated slides (`integrated_slide`). Flight is a parabola (`flight`), and contacts of
+airborne balls are contacts in space (`gaps`, `obstacle_gaps`); the rules by which the model merges
+the lowest bounces are part of the proof. The proof ends if a ball comes to lie on a different ball
+or on a nose.
 
-What differs from our engine, which rounds: a gap of 1e-17 m between balls of a rack is a gap here,
-and a slip of 1e-17 m/s is a slip; and a slow impact on a resting ball is an impact, however low.
+Differences from Ghostball's engine, which rounds: a gap of 1e-17 m between balls of a rack is a gap
+here, a slip of 1e-17 m/s is a slip, and every slow impact on a resting ball is an impact.
 """
 
 from ghostball.reference_adapters.certified.api import certify

@@ -1,4 +1,4 @@
-"""A certificate of a scene: computed once, then read from the disk."""
+"""Compute the certificate of a scene, or read it from the disk."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from ghostball.reference_adapters.certified.settings import CertifiedSettings
 
 NAME = "certified"
 
-_INTEGRATED = Capability("none", "its law is integrated over the impact and has no closed form")
+_INTEGRATED = Capability(
+    "none", "this law is a numerical integration over the impact, without a closed form"
+)
 
 CAPABILITIES: Capabilities = {
     Feature.ROLLING: EXACT,
@@ -42,25 +44,25 @@ CAPABILITIES: Capabilities = {
     Feature.MATHAVAN_CUSHION: _INTEGRATED,
     Feature.AIR_DRAG: EXACT,
     Feature.QUADRATIC_ROLLING: EXACT,
-    Feature.FLIGHT: EXACT,  # up to where a ball comes to lie on another: there the proof ends
+    Feature.FLIGHT: EXACT,  # until a ball comes to lie on a different ball, where the proof ends
 }
-"""What can be certified, feature by feature: each is named, so that a new one is not."""
+"""Capabilities of certificates; every feature is listed, so a new one is unsupported by default."""
 
 
 def check_certified(scene: Scene, *, integrates: bool = False) -> None:
-    """Refuse a scene whose physics isn't certified; slides in air are, where `integrates` says so.
+    """Reject a scene that can't be certified; with `integrates`, slides in air are allowed.
 
     Raises `UnsupportedSceneError`.
     """
     check_supported(NAME, CAPABILITIES, scene)
     if scene.physics.airborne and scene.physics.air_drag > 0.0:
-        raise UnsupportedSceneError(NAME, ("no air drag of balls that leave the cloth",))
+        raise UnsupportedSceneError(NAME, ("no air drag on airborne balls",))
     if not integrates and any(_slides_in_air(scene)):
         raise UnsupportedSceneError(NAME, ("no slides in air: they have no closed form",))
 
 
 def _slides_in_air(scene: Scene) -> Iterator[bool]:
-    """Yield of each ball whether the shot begins with its slide in air."""
+    """Yield for each ball whether it starts with a slide in air."""
     problem = problem_of(scene)
     for ball in problem.balls:
         slips = problem.slides and not ball.rolls and ball.sliding_friction > 0.0
@@ -74,15 +76,15 @@ def certify(
     motion: bool = False,
     cached: bool = True,
 ) -> Certificate:
-    """Prove what happens in a scene, as far as it can be proved.
+    """Prove the events of a scene, as far as possible.
 
-    `scene`: its numbers are taken as the very doubles that they are.
-    `motion`: whether the certificate also holds the motion between events.
-    `cached`: whether to read the certificate from the disk if it was computed before by the same
-        code, and to keep it there.
+    `scene`: its numbers are taken as the exact values of their doubles.
+    `motion`: whether the certificate also contains the motion between events.
+    `cached`: whether to read the certificate from the disk if the same code computed it before, and
+        to store it there.
 
-    Raises `UnsupportedSceneError` where the scene has physics that isn't certified: `CAPABILITIES`
-    says why.
+    Raises `UnsupportedSceneError` if the scene has physics that can't be certified; the reasons are
+    in `CAPABILITIES`.
     """
     settings = CertifiedSettings() if settings is None else settings
     check_certified(scene)
@@ -93,6 +95,6 @@ def certify(
     certificate = cache.read(key)
     if certificate is None:
         certificate = prove(problem, ids, settings, motion=motion)
-        if certificate.ending != "time limit":  # another machine, or a quieter hour, gets further
+        if certificate.ending != "time limit":  # a faster run may get further
             cache.write(key, certificate)
     return certificate

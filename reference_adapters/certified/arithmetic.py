@@ -1,4 +1,4 @@
-"""Real numbers as balls that surely hold them (python-flint's `arb`), and how a decision fails."""
+"""Real numbers as intervals (python-flint's `arb`), and errors for open decisions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Direction = tuple[arb, ...]
 
 @contextmanager
 def working_precision(bits: int) -> Iterator[None]:
-    """Compute with `bits` bits inside; the precision is one for the whole process."""
+    """Compute with `bits` bits inside the block; the precision is global to the process."""
     before = ctx.prec
     ctx.prec = bits
     try:
@@ -33,12 +33,12 @@ def working_precision(bits: int) -> Iterator[None]:
 
 
 class OutOfTimeError(Exception):
-    """The computing time is over."""
+    """The time limit of the computation is reached."""
 
 
 @contextmanager
 def computing_until(deadline: float) -> Iterator[None]:
-    """Let `check_time` raise, inside, from this instant of `time.perf_counter` on."""
+    """Let `check_time` raise inside the block, from this time of `time.perf_counter` on."""
     before = _clock[0]
     _clock[0] = deadline
     try:
@@ -51,18 +51,18 @@ _clock = [math.inf]
 
 
 def check_time() -> None:
-    """Raise `OutOfTimeError` where the computing time is over; for what may take long."""
+    """Raise `OutOfTimeError` if the time limit is reached; called in long computations."""
     if time.perf_counter() > _clock[0]:
         raise OutOfTimeError
 
 
 class UndecidedError(Exception):
-    """What happens next can't be decided in the precision at hand.
+    """The next event can't be decided with the present precision.
 
-    `what`: what can't be decided, in one clause.
-    `choices`: the events that may come next, or whose outcome is open.
-    `t` [s]: when.
-    `exact`: whether no precision could decide it: the numbers are equal.
+    `what`: clause that names the open question.
+    `choices`: the possible next events, or the events with an open outcome.
+    `t`: time [s].
+    `exact`: whether no precision could decide the question, because the numbers are equal.
     """
 
     def __init__(
@@ -76,9 +76,9 @@ class UndecidedError(Exception):
 
 
 class SustainedContactError(Exception):
-    """From here on balls are in resting contact with others or a cushion, which has no closed form.
+    """Balls are in resting contact from now on, which has no closed form.
 
-    Attributes are those of `UndecidedError`.
+    The attributes are those of `UndecidedError`.
     """
 
     def __init__(self, what: str, choices: tuple[Choice, ...], t: arb) -> None:
@@ -89,12 +89,12 @@ class SustainedContactError(Exception):
 
 
 def exactly(value: float) -> fmpq:
-    """Return the rational number that a double is."""
+    """Return the exact value of a double as a rational number."""
     return fmpq(*value.as_integer_ratio())
 
 
 def enclosure_of(value: arb) -> Enclosure:
-    """Return an arb as plain integers, without any rounding."""
+    """Return an arb as integers, without rounding."""
     mid, rad = value.mid().man_exp(), value.rad().man_exp()
     return Enclosure(int(mid[0]), int(mid[1]), int(rad[0]), int(rad[1]))
 
@@ -112,9 +112,9 @@ def length(x: arb, y: arb) -> arb:
 
 
 def unit(x: arb, y: arb, what: str) -> Vector:
-    """Return (x, y) over its length; exact along an axis.
+    """Return (x, y) divided by its length; exact along an axis.
 
-    Raises `UndecidedError` where (x, y) may be 0; `what` says what that would mean.
+    Raises `UndecidedError` with the clause `what` if (x, y) may be 0.
     """
     if y.is_zero():
         return (_sign(x, what), ZERO)
@@ -136,7 +136,7 @@ def _sign(x: arb, what: str) -> arb:
 
 
 def dot(x: Direction, y: Direction) -> arb:
-    """Return the scalar product."""
+    """Return the scalar product of two vectors."""
     return sum(map(mul, x, y), ZERO)
 
 
@@ -146,5 +146,5 @@ def minus(x: Direction, y: Direction) -> Direction:
 
 
 def radius_of(value: arb) -> float:
-    """Return the radius of a ball, rounded up."""
+    """Return the radius of an interval, rounded up."""
     return float(value.rad()) * (1.0 + 1e-15)

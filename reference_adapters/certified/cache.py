@@ -1,8 +1,8 @@
 """Certificates on the disk, named by a hash of the problem, the settings and the code.
 
-What is proved depends on nothing else. A changed source or library means another name, so nothing
-stale is ever found. The first line of a file is a hash of its name and of the rest of it: one that
-is damaged, or isn't of that name, is removed and computed anew, with a warning of one line.
+A certificate depends on nothing else. A change of the source or of a library changes the name, so
+no outdated certificate is found. The first line of a file is a hash of its name and of its content:
+a damaged file, or a file with a wrong name, is removed and recomputed, with a one-line warning.
 """
 
 from __future__ import annotations
@@ -20,26 +20,26 @@ import flint
 from ghostball.model import GhostballError, rounding
 from ghostball.model.cache_folder import cache_folder
 from ghostball.reference_adapters.certified.certificate import Certificate
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.problem import ExactProblem
 from ghostball.reference_adapters.certified.settings import CertifiedSettings
 
 logger = logging.getLogger("ghostball.certified")
 
-KEPT = 1_000
-"""Certificates that are kept; the ones longest unused go first."""
+MAX_CERTIFICATES = 1_000
+"""Largest number of stored certificates; the least recently used ones are removed."""
 
 
 def directory() -> Path:
-    """Directory of the certificates."""
+    """Return the folder of the certificates."""
     return cache_folder("proofs")
 
 
 def key_of(
-    problem: Problem, ids: tuple[str, ...], settings: CertifiedSettings, motion: bool
+    problem: ExactProblem, ids: tuple[str, ...], settings: CertifiedSettings, motion: bool
 ) -> str:
-    """Return the name of a certificate; doubles count with every bit.
+    """Return the name of a certificate; every bit of the doubles counts.
 
-    The names of the balls are in it because the reason of a partial proof names them.
+    The names of the balls are included, because the reason of a partial proof contains them.
     """
     digest = hashlib.sha256(code_hash().encode())
     # repr gives the shortest text that reads back to the same double.
@@ -49,7 +49,7 @@ def key_of(
 
 @cache
 def code_hash() -> str:
-    """Hash of the sources of this package, of what counts as touching, and of the library."""
+    """Return the hash of the sources of this package, the contact tolerances, and the library."""
     digest = hashlib.sha256()
     for path in [*sorted(Path(__file__).parent.glob("*.py")), Path(rounding.__file__)]:
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
@@ -58,23 +58,23 @@ def code_hash() -> str:
 
 
 def path_of(key: str) -> Path:
-    """Return where a certificate of this name is kept."""
+    """Return the path of the certificate with a name."""
     return directory() / f"certificate-{key}.json"
 
 
 def read(key: str) -> Certificate | None:
-    """Return the certificate of this name, or None where there is none that can be read."""
+    """Return the certificate with a name, or None if there is no readable one."""
     path = path_of(key)
     try:
         seal, _, text = path.read_text("utf-8").partition("\n")
         if seal != _seal(key, text):
-            raise GhostballError("it is damaged, or of an older version")
+            raise GhostballError("it is damaged, or from an older version")
         certificate = Certificate.from_json(text)
         os.utime(path)
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError, GhostballError) as error:
-        logger.warning("%s can't be read and is computed anew: %s", path, error)
+        logger.warning("%s can't be read; recomputing it: %s", path, error)
         with suppress(OSError):
             path.unlink(missing_ok=True)
         return None
@@ -86,11 +86,11 @@ def _seal(key: str, text: str) -> str:
 
 
 def write(key: str, certificate: Certificate) -> None:
-    """Keep a certificate; where that can't be done, say so and continue."""
+    """Store a certificate; if this fails, log a warning and continue."""
     path = path_of(key)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Another process may read at any time: the file appears whole or not at all.
+        # Other processes may read at any time: the file appears complete or not at all.
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".certificate-")
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             text = certificate.to_json()
@@ -99,8 +99,8 @@ def write(key: str, certificate: Certificate) -> None:
         _prune(path.parent)
     except OSError as error:
         logger.warning(
-            "certificates can't be kept in %s: %s. Every run will compute them again; set "
-            "GHOSTBALL_CACHE_DIR to a directory that can be written",
+            "certificates can't be stored in %s: %s. Every run will recompute them. Set "
+            "GHOSTBALL_CACHE_DIR to a writable folder",
             path.parent,
             error.strerror or type(error).__name__,
         )
@@ -108,8 +108,8 @@ def write(key: str, certificate: Certificate) -> None:
 
 def _prune(folder: Path) -> None:
     kept = sorted(folder.glob("certificate-*.json"), key=_last_used, reverse=True)
-    for path in kept[KEPT:]:
-        path.unlink(missing_ok=True)  # another process may have been faster
+    for path in kept[MAX_CERTIFICATES:]:
+        path.unlink(missing_ok=True)  # a different process may have removed it
 
 
 def _last_used(path: Path) -> float:

@@ -1,4 +1,4 @@
-"""Events that may come next, in the order of sure bounds; and which of them may be first."""
+"""Candidates for the next event, ordered by certain bounds."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ghostball.reference_adapters.certified.obstacle_gaps import Gap
 from ghostball.reference_adapters.certified.roots import NONE, Bracket
 
 _SLACK = 1e-9
-"""By how much a bound in doubles is put earlier [s]: far more than doubles err."""
+"""Time by which a bound in doubles is moved earlier [s], far more than its error."""
 
 
 class Candidate:
-    """An event that may come next; void once one of its bodies is no longer the ball's.
+    """A candidate for the next event; void once one of its bodies is outdated.
 
-    Either when it happens is known, or only a search in doubles was made of its gap, for a bound.
+    Either its time is known, or only a bound from a search in doubles.
     """
 
     __slots__ = ("bodies", "bracket", "choice", "gap", "key", "meeting")
@@ -44,10 +44,10 @@ class Candidate:
         self.key = self._bound()
 
     def _bound(self) -> float:
-        """Return an instant before which it surely doesn't happen [s]."""
+        """Return a time before which the event certainly doesn't happen [s]."""
         if self.meeting is not None:
             bound = math.nextafter(float(self.meeting.t.lower()), -math.inf)
-            # Where numbers have become too wide for anything: first of all, and undecided.
+            # If the intervals are too wide, the candidate comes first and is undecided.
             return bound if math.isfinite(bound) else -math.inf
         assert self.gap is not None
         assert self.bracket is not None
@@ -55,7 +55,7 @@ class Candidate:
         return earliest - _SLACK * (1.0 + abs(earliest) * 1e-3)
 
     def find(self, bits: int) -> bool:
-        """Enclose when it happens, if that wasn't done yet; False where it never does."""
+        """Enclose the time of the event, if necessary; return False if it never happens."""
         if self.meeting is None:
             assert self.gap is not None
             assert self.bracket is not None
@@ -67,78 +67,78 @@ class Candidate:
 
     @property
     def instant(self) -> arb:
-        """When it happens; or, where that isn't known, an instant before which it doesn't [s]."""
+        """Time of the event; if unknown, a time before which it doesn't happen [s]."""
         assert self.meeting is not None
         return self.meeting.t
 
     @property
     def age(self) -> arb:
-        """How long after the instant of its gap, or of its ball, it happens [s]; of a known one."""
+        """Time of the event since that of its gap, or of its ball [s]; only for a known event."""
         assert self.meeting is not None
         assert self.meeting.s is not None
         return self.meeting.s
 
     @property
     def known(self) -> bool:
-        """Whether it is known to happen, and when."""
+        """Whether the event certainly happens, at a known time."""
         return self.meeting is not None and self.meeting.s is not None
 
     @property
     def rank(self) -> tuple[int, int, int]:
-        """Its place among events of one instant: by kind, then by ball."""
+        """Sorting key among simultaneous events: kind, then balls."""
         return (int(self.choice.kind), self.choice.a, self.choice.b)
 
     @property
     def balls(self) -> tuple[int, ...]:
-        """Indices of its balls."""
+        """Indices of the balls of the event."""
         return self.choice.balls
 
     def is_void(self, bodies: list[Body]) -> bool:
-        """Return True if one of its bodies is no longer the ball's, in `bodies` of all balls."""
+        """Return True if one of its bodies is no longer in `bodies`, those of all balls."""
         return any(bodies[k] is not b for k, b in zip(self.balls, self.bodies, strict=True))
 
 
 class Agenda:
-    """All candidates, the one with the earliest bound first."""
+    """All candidates, ordered by their bounds."""
 
     def __init__(self, bits: int) -> None:
         self._bits = bits
         self._heap: list[tuple[float, int, Candidate]] = []
         self._ticket = count()
-        # By ball, in the order of their tickets. A long shot leaves thousands of void candidates on
-        # the heap, through which no event may search.
-        self._of: defaultdict[int, dict[Candidate, None]] = defaultdict(dict)
+        # By ball, in the order of their tickets. In a long shot, the heap contains thousands of
+        # void candidates, which must not be searched for each event.
+        self._by_ball: defaultdict[int, dict[Candidate, None]] = defaultdict(dict)
 
     def add(self, candidate: Candidate) -> None:
-        """Put a candidate on the agenda."""
+        """Add a candidate."""
         heapq.heappush(self._heap, (candidate.key, next(self._ticket), candidate))
         for k in candidate.balls:
-            self._of[k][candidate] = None
+            self._by_ball[k][candidate] = None
 
     def _take(self) -> Candidate:
         _, _, candidate = heapq.heappop(self._heap)
         for k in candidate.balls:
-            self._of[k].pop(candidate, None)
+            self._by_ball[k].pop(candidate, None)
         return candidate
 
     def add_searched(self, gap: Gap, bodies: tuple[Body, ...], high: float) -> None:
-        """Search a gap in doubles up to a time [s]; note it where it may close."""
+        """Search a gap in doubles up to a time [s], and add a candidate if the gap may close."""
         bracket = gap.search_in_doubles(high)
         if bracket.verdict != NONE:
             self.add(Candidate(gap.choice, bodies, gap, bracket=bracket))
 
     def sharing(self, candidate: Candidate, bodies: list[Body]) -> list[Candidate]:
-        """Return the candidates on the agenda that share a ball with one taken off; none void."""
+        """Return the candidates that share a ball with a removed candidate, without void ones."""
         found: dict[Candidate, None] = {}
         for k in candidate.balls:
-            self._of[k] = {one: None for one in self._of[k] if not one.is_void(bodies)}
-            found |= self._of[k]
+            self._by_ball[k] = {one: None for one in self._by_ball[k] if not one.is_void(bodies)}
+            found |= self._by_ball[k]
         return list(found)
 
     def take_first(self, bodies: list[Body]) -> list[Candidate]:
-        """Take off all candidates that may be first, each enclosed; those not void.
+        """Remove and return all valid candidates that may come first, with enclosed times.
 
-        All that stay come later than the earliest of these that is known.
+        All remaining candidates come later than the earliest known one of these.
         """
         group: list[Candidate] = []
         latest = math.inf

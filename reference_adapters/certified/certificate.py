@@ -1,4 +1,4 @@
-"""What is proved about a shot: events, instants and positions, each as an interval of rationals.
+"""The proved facts about a shot: events, times and positions, each as an interval of rationals.
 
 These types need no interval arithmetic: numbers are integers and powers of two.
 """
@@ -22,7 +22,7 @@ from ghostball.model.trajectory.polynomial import PER_POWER
 Ending = Literal[
     "proved", "ambiguous", "sustained contact", "precision cap", "event limit", "time limit"
 ]
-"""Why a certificate ends where it does; only a "proved" one reaches the end of the shot."""
+"""Why a certificate ends; only a "proved" one reaches the end of the shot."""
 
 ENDINGS: tuple[Ending, ...] = (
     "proved",
@@ -37,16 +37,16 @@ SCHEMA = 4
 """Version of the JSON form."""
 
 _DIMENSIONS = {"positions": (2, 3), "velocities": (2, 3), "spins": (3,)}
-"""Numbers that each ball may have in the vectors of a certificate: 3 where balls may fly."""
+"""Possible dimensions of the vectors of a certificate: 3 for airborne scenes."""
 
 _RISES = ("rise", "up_speed", "fall")
-"""Columns of segments where balls may be in the air."""
+"""Additional columns of segments in airborne scenes."""
 
 
 def segment_columns(powers: int = 2, *, lifts: bool = False) -> tuple[str, ...]:
     """Return the names of the columns of segments; see `ExactTrajectory`.
 
-    `powers`: the highest power of the time in the displacement of a ball.
+    `powers`: highest power of the time in the displacement of a ball.
     `lifts`: whether balls may be in the air.
     """
     names = segment.NAMES + (_RISES if lifts else ())
@@ -58,7 +58,7 @@ def segment_columns(powers: int = 2, *, lifts: bool = False) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Enclosure:
-    """A closed interval that holds a real number: middle and radius, each m 2^e, exactly."""
+    """A closed interval that contains a real number: middle and radius, each exactly m 2^e."""
 
     mid_mantissa: int
     mid_exponent: int
@@ -87,7 +87,7 @@ class Enclosure:
 
     @property
     def width(self) -> float:
-        """Upper end less lower end, to double precision."""
+        """Upper end minus lower end, in double precision."""
         return float(2 * self.rad)
 
     def __float__(self) -> float:
@@ -95,12 +95,12 @@ class Enclosure:
         return float(self.mid)
 
     def contains(self, value: Fraction | float) -> bool:
-        """Whether the interval holds a rational number; a float is the rational that it is."""
+        """Return whether the interval contains a number; a float counts with its exact value."""
         exact = Fraction(value)
         return self.lower <= exact <= self.upper
 
     def to_text(self) -> str:
-        """Return the four integers in hexadecimal, "mp+-e r p+-e": exact, and read by `parse`."""
+        """Return the four integers in hexadecimal, "mp+-e r p+-e": exact, to be read by `parse`."""
         return (
             f"{self.mid_mantissa:x}p{self.mid_exponent:x} "
             f"{self.rad_mantissa:x}p{self.rad_exponent:x}"
@@ -108,7 +108,7 @@ class Enclosure:
 
     @classmethod
     def parse(cls, text: str) -> Enclosure:
-        """Read what `to_text` wrote."""
+        """Read the output of `to_text`."""
         mid, rad = text.split(" ")
         mantissa, exponent = mid.split("p")
         rad_mantissa, rad_exponent = rad.split("p")
@@ -125,7 +125,7 @@ def _scaled(mantissa: int, exponent: int) -> Fraction:
 
 @dataclass(frozen=True)
 class Choice:
-    """An event that may come next: its kind, and the indices as in an event of a `Result`."""
+    """A possible next event: its kind and indices, as in an event of a `Result`."""
 
     kind: EventKind
     a: int
@@ -133,11 +133,11 @@ class Choice:
 
     @property
     def balls(self) -> tuple[int, ...]:
-        """Indices of its balls."""
+        """Indices of the balls of the event."""
         return (self.a, self.b) if self.kind is EventKind.BALL_BALL else (self.a,)
 
     def describe(self, ids: tuple[str, ...]) -> str:
-        """Return the event with the names of its balls."""
+        """Return the event as text, with the names of its balls."""
         first = f'"{ids[self.a]}"'
         if self.kind is EventKind.BALL_BALL:
             return f'{self.kind.label} {first} with "{ids[self.b]}"'
@@ -148,13 +148,13 @@ class Choice:
 
 @dataclass(frozen=True)
 class CertifiedEvent:
-    """One proved event.
+    """A proved event.
 
     `a`, `b`: as in an event of a `Result`.
-    `t` [s].
-    `tie`: whether its place among the events next to it is a convention: an event without a ball in
-        common with it may come at the very same instant, and either order has the same outcome; or
-        they act at once.
+    `t`: time [s].
+    `tie`: whether its place among the neighbouring events is a convention: an event without a
+        common ball may happen at the same time, and either order has the same outcome; or the
+        impacts act together.
     """
 
     kind: EventKind
@@ -165,27 +165,29 @@ class CertifiedEvent:
 
     @property
     def key(self) -> tuple[EventKind, int, int]:
-        """What happened to whom, without when."""
+        """Kind and indices of the event, without its time."""
         return (self.kind, self.a, self.b)
 
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What is proved about a shot, up to where nothing more can be.
+    """The proved facts about a shot, up to the time at which the proof ends.
 
-    `ending`: why it ends; "proved" is the whole shot.
-    `reason`: where it isn't the whole shot, what stopped it, with names and the time; else "".
-    `choices`: the events that couldn't be ordered, or the contact that is sustained; else empty.
-    `precision` [bits]: with which it was proved.
-    `t_end` [s]: when the last ball rests and no longer spins, or `t_max`; or the last event proved.
+    `ending`: why the proof ends; "proved" means that the whole shot is proved.
+    `reason`: what stopped a partial proof, with names and the time; otherwise "".
+    `choices`: the events that couldn't be ordered, or the resting contact; otherwise empty.
+    `precision`: precision of the proof [bits].
+    `t_end`: time at which the last ball rests and no longer spins, or `t_max`; or the time of the
+        last proved event [s].
     `rested`: whether every ball rests at `t_end`.
-    `positions`, `velocities`, `spins` [m] and [m/s] and [rad/s]: of each ball at `t_end`: (x, y),
-        (vx, vy), (wx, wy, wz); with z and vz where balls may fly.
-    `seconds` [s]: what it took, all precisions together.
-    `segments`: the motion of each ball, as in `ExactTrajectory`, from the middles; where asked for.
-    `columns`: what the columns of `segments` are: those of `segment_columns`.
-    `starts`: of each ball, the rows of its segments at which the shot begins, or an event changes
-        its motion. Those between continue with the same motion, as further pieces of its series.
+    `positions`, `velocities`, `spins`: state of each ball at `t_end` [m], [m/s], [rad/s]: (x, y),
+        (vx, vy), (wx, wy, wz); with z and vz in airborne scenes.
+    `seconds`: computing time for all precisions together [s].
+    `segments`: the motion of each ball, as in `ExactTrajectory`, from the middles of the intervals,
+        if requested.
+    `columns`: names of the columns of `segments`, see `segment_columns`.
+    `starts`: for each ball, the rows of its segments at which the shot starts or an event changes
+        its motion. Rows in between are further pieces of the same motion's series.
     """
 
     ending: Ending
@@ -204,7 +206,7 @@ class Certificate:
     starts: tuple[tuple[int, ...], ...] = ()
 
     def trajectory(self, scene: Scene) -> ExactTrajectory | None:
-        """Return the motion that is proved of its scene; None where it wasn't asked for."""
+        """Return the proved motion of its scene; None if it wasn't requested."""
         if self.segments is None:
             return None
         return ExactTrajectory(
@@ -218,7 +220,7 @@ class Certificate:
 
     @property
     def lifts(self) -> bool:
-        """Whether balls may be in the air in its motion."""
+        """Whether the motion contains the heights of balls."""
         return "rise" in self.columns
 
     @property
@@ -228,11 +230,11 @@ class Certificate:
 
     @property
     def events_proved(self) -> int:
-        """How many events are proved."""
+        """Number of proved events."""
         return len(self.events)
 
     def to_json(self) -> str:
-        """Return everything as one line of JSON, exactly; `from_json` reads it back."""
+        """Return everything as one line of JSON, exactly; `from_json` reads it."""
         data: dict[str, Any] = {
             "schema": SCHEMA,
             "ending": self.ending,
@@ -259,18 +261,18 @@ class Certificate:
 
     @classmethod
     def from_json(cls, text: str) -> Certificate:
-        """Read what `to_json` wrote.
+        """Read the output of `to_json`.
 
-        Raises `GhostballError` where the text isn't a certificate of this version.
+        Raises `GhostballError` if the text isn't a certificate of this version.
         """
         try:
             data = json.loads(text)
             if data["schema"] != SCHEMA or data["ending"] not in ENDINGS:
-                raise ValueError("another schema")
+                raise ValueError("a different schema")
             vectors = {name: _vectors_of(data[name], most) for name, most in _DIMENSIONS.items()}
             counts = {name: len(of_balls) for name, of_balls in vectors.items()}
             if len(set(counts.values())) != 1:
-                raise ValueError(f"they must be of the same balls, got {counts}")
+                raise ValueError(f"all must have the same number of balls, got {counts}")
             columns, segments, starts = _segments_of(data["segments"], counts["positions"])
             return cls(
                 ending=data["ending"],
@@ -292,17 +294,17 @@ class Certificate:
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise GhostballError(
                 f"a certificate must be JSON of schema {SCHEMA}, as `to_json` writes it: "
-                f"{type(error).__name__}: {error}. Compute it anew"
+                f"{type(error).__name__}: {error}. Recompute it"
             ) from None
 
 
 def _vectors_of(stored: Any, sizes: tuple[int, ...]) -> tuple[tuple[Enclosure, ...], ...]:
-    """Read one vector for each ball, all of as many numbers, which is one of some sizes."""
+    """Read one vector per ball; all have the same number of components, one of `sizes`."""
     vectors = tuple(tuple(map(Enclosure.parse, vector)) for vector in stored)
     for vector in vectors:
         if len(vector) not in sizes or len(vector) != len(vectors[0]):
             of_one = " or ".join(map(str, sizes))
-            raise ValueError(f"vectors must have {of_one} numbers, all as many, got {len(vector)}")
+            raise ValueError(f"all vectors must have {of_one} numbers, got {len(vector)}")
     return vectors
 
 
@@ -310,7 +312,7 @@ _Segments = tuple[tuple[str, ...], tuple[FloatArray, ...] | None, tuple[tuple[in
 
 
 def _segments_of(stored: Any, balls: int) -> _Segments:
-    """Read the columns, the segments and their starts; each must be what it says that it is."""
+    """Read and check the columns, the segments and their starts."""
     if stored is None:
         return (), None, ()
     columns = tuple(stored["columns"])

@@ -1,16 +1,16 @@
-"""A ball that rolls in air, or on a cloth that slows fast balls more: how far, how fast, how long.
+"""Rolling in air, or on a cloth with quadratic friction: distance, speed and duration.
 
-Along its straight way dv/dt = -(a + b v^2), a = mu_r g; b is (5/7) k of the air's k v^2, for the
-cloth's friction takes the rest, but all of it for the paper's point, and what the cloth adds. With
-q = v0 sqrt(b / a) and w = sqrt(a b):
+Along the straight path dv/dt = -(a + b v^2), with a = mu_r g. b is (5/7) k of the air drag k v^2,
+because cloth friction takes the rest (all of it for the paper's point ball), plus the quadratic
+friction of the cloth. With q = v0 sqrt(b / a) and w = sqrt(a b):
 
     v(t) = (v0 - sqrt(a / b) tan(w t)) / (1 + q tan(w t)),  x(t) = ln(cos(w t) + q sin(w t)) / b,
 
-until t = atan(q) / w, after ln(1 + q^2) / 2b. Without friction of the cloth, a = 0, the ball never
-stops: v = v0 / (1 + b v0 t), x = ln(1 + b v0 t) / b.
+until t = atan(q) / w, after the distance ln(1 + q^2) / 2b. Without cloth friction, a = 0, the ball
+never stops: v = v0 / (1 + b v0 t), x = ln(1 + b v0 t) / b.
 
-Such a way is no polynomial: where it meets another is searched on intervals of time, on which the
-gap lies within its value in the middle and its rate over all of them.
+This motion isn't polynomial: contacts are searched on intervals of time, on which the gap is
+enclosed by its value in the middle and its rate on the whole interval.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from ghostball.reference_adapters.certified.roots import NONE, ROOT, UNSURE, Bra
 Function = Callable[[arb], arb]
 
 _CUT = 0.486
-"""Where an interval is cut, in parts of it: not in halves, where roots of simple numbers lie."""
+"""Fraction at which an interval is divided; not 1/2, where roots of simple numbers lie."""
 
 
 class Roll:
-    """The way of one ball from an instant on.
+    """The motion of one rolling ball from a given time.
 
-    `distance`, `duration` [m] and [s]: until it rests; None where nothing stops it.
+    `distance`, `duration`: until the ball rests [m] and [s]; None if it never stops.
     """
 
     __slots__ = ("_a", "_b", "_q", "_v", "_w", "distance", "duration")
@@ -48,20 +48,20 @@ class Roll:
             self.distance = (self._q * self._q).log1p() / (2 * quadratic)
 
     def displacement(self, s: arb) -> arb:
-        """Return how far the ball has come after a time s; of a ball of times, the range [m]."""
+        """Return the distance after a time s [m]; for an interval of times, the range."""
         return self._displacement(s.upper()) if s.is_exact() else self._range(self._displacement, s)
 
     def speed(self, s: arb) -> arb:
-        """Return how fast it is after a time s [m/s]."""
+        """Return the speed after a time s [m/s]."""
         return self._speed(s.upper()) if s.is_exact() else self._range(self._speed, s)
 
     def deceleration(self, s: arb) -> arb:
-        """Return by how much it is slowed after a time s [m/s^2]."""
+        """Return the deceleration after a time s [m/s^2]."""
         v = self.speed(s)
         return self._a + self._b * v * v
 
     def series(self, s: arb, powers: int) -> list[arb]:
-        """Return the displacement after a time s in powers of the time since, from the first on.
+        """Return the coefficients of the displacement in powers of the time since s, from 1.
 
         (n + 1) v_{n+1} = -(a [n = 0] + b sum of v_i v_{n-i}).
         """
@@ -72,15 +72,15 @@ class Roll:
         return [part / (n + 1) for n, part in enumerate(v)]
 
     def reach(self, s: arb) -> arb:
-        """Return how far from a time s that series converges [s]; at least, where it is over."""
+        """Return the radius of convergence of that series at a time s [s], or a lower bound."""
         v = self.speed(s)
         if self.duration is None:
             return 1 / (self._b * v)
-        # Up to the pole of the tangent, where the ball would have come from.
+        # Distance to the pole of the tangent, at an earlier time.
         return arb.atan2(self._a.sqrt(), self._b.sqrt() * v) / self._w
 
     def _range(self, function: Function, s: arb) -> arb:
-        # The ball never turns back: both only rise, or only fall.
+        # The ball never reverses, so both functions are monotonic.
         return function(s.lower()).union(function(s.upper()))
 
     def _displacement(self, s: arb) -> arb:
@@ -102,11 +102,10 @@ class Roll:
 
 
 def first_entry_of(value: Function, slope: Function, low: arb, high: arb, bits: int) -> Bracket:
-    """Search for the first instant in [low, high] at which a gap closes, both exact [s].
+    """Search for the first time in [low, high], both exact, at which a gap closes [s].
 
-    `value`, `slope`: the gap and its rate; of a ball of times, a ball that holds them at all of
-        these.
-    `bits`: the search gives up, with `UNSURE`, where intervals come down to 2^-`bits` of the first.
+    `value`, `slope`: the gap and its rate; for an interval of times, enclosures over the interval.
+    `bits`: the search ends with `UNSURE` at intervals of 2^-`bits` of the first one.
     """
     stack = [(low, high)]
     narrow = ((high - low) * arb((1, -bits))).upper()
@@ -126,7 +125,7 @@ def first_entry_of(value: Function, slope: Function, low: arb, high: arb, bits: 
 
 
 def parting(slope: Function, high: arb, bits: int) -> arb | None:
-    """Return an instant until which a gap that is 0 only opens [s]; None where that isn't known."""
+    """Return a time until which a gap that is 0 only opens [s]; None if unknown."""
     for _ in range(bits):
         if slope(ZERO.union(high)) > 0:
             return high

@@ -1,4 +1,4 @@
-"""Certified truth as a reference engine: what is proved about a scene, as a `Result`."""
+"""Certified results of a scene as a `Result`."""
 
 from __future__ import annotations
 
@@ -24,32 +24,32 @@ _STATUS: dict[Ending, Status] = {
 
 
 class CertifiedEngine(EngineBase):
-    """The same model in ball arithmetic, every event proved; see `reference_adapters.certified`."""
+    """The same model in ball arithmetic, with proved events; see `reference_adapters.certified`."""
 
     name: ClassVar[str] = NAME
     Settings: ClassVar[type[EngineSettings]] = CertifiedSettings
 
     @property
     def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented; the same with all settings."""
+        """How each feature of a scene is supported; the same for all settings."""
         return CAPABILITIES
 
     def resolution(self, scene: Scene) -> Literal["proved"]:  # noqa: ARG002
-        """Return that what it says is proved."""
+        """Return "proved", because the positions are certified."""
         return "proved"
 
     def certify(self, scene: Scene, *, motion: bool = False) -> Certificate:
-        """Return the proof itself; see `certify`."""
+        """Return the certificate; see `certify`."""
         return certify(scene, self.settings, motion=motion)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Return what is proved, rounded to the nearest doubles.
+        """Return the certified result, rounded to the nearest doubles.
 
-        Where the proof ends early, the final state is that after the last proved event, and
-        `reason` says what stopped it. `wall_time` is that of the computation, also where the
-        certificate was read from the disk.
+        If the proof ends early, the final state is that after the last proved event, and `reason`
+        names the cause. `wall_time` is that of the computation, even if the certificate was read
+        from the disk.
 
-        Raises `UnsupportedSceneError` where the scene has physics that isn't certified.
+        Raises `UnsupportedSceneError` if the scene has physics that can't be certified.
         """
         self.check(scene)
         certificate = self.certify(scene, motion=record == "trajectory")

@@ -1,14 +1,14 @@
-"""A ball above the cloth until something acts on it, and how the table answers when it comes down.
+"""A ball above the cloth until the next event, and the reaction of the table when it lands.
 
-Like `motion`, with the height besides. In flight gravity alone acts, so that velocity along the
-cloth, slip and spin stay as they are: a parabola, which ends on the table. The table returns the
-speed downwards e times; friction takes mu (1 + e) times it of the velocity, against the slip, but
-no more than 2/7 of the slip, which ends it (Alciatore, technical proof B.5; the slip changes by 7/2
-of what the velocity does).
+As `motion`, with the height in addition. In flight only gravity acts, so the velocity along the
+cloth, the slip and the spin are constant: a parabola, which ends on the table. The table returns e
+times the downward speed. Friction changes the velocity by mu (1 + e) times the downward speed,
+against the slip, but at most by 2/7 of the slip, which ends the slip (Alciatore, technical proof
+B.5; the slip changes by 7/2 of the change of the velocity).
 
-Bounces that would rise less than `LOWEST_BOUNCE` are no events of their own: the model takes all
-that follow for one motion along the cloth. They are a geometric series, whose duration, way and
-loss of slip have closed forms.
+Bounces lower than `LOWEST_BOUNCE` are no separate events: in the model, all remaining bounces are
+one motion along the cloth. They form a geometric series, whose duration, distance and loss of slip
+have closed forms.
 """
 
 from __future__ import annotations
@@ -36,23 +36,24 @@ from ghostball.reference_adapters.certified.motion import (
     constants_of,
     slip_at_start,
 )
-from ghostball.reference_adapters.certified.problem import BallNumbers, Problem
+from ghostball.reference_adapters.certified.problem import BallNumbers, ExactProblem
 
 LOWEST_BOUNCE = 2.0**-24
-"""Height of a bounce, in diameters, from which on bounces are one motion: 3e-9 m for pool balls."""
+"""Height, in diameters, below which bounces are one motion: 3e-9 m for pool balls."""
 
 HEIGHT_ROUNDING = 2.0**-37
-"""Difference, in units of `LOWEST_BOUNCE`, at which no engine in doubles tells two heights apart.
+"""Difference of heights, in units of `LOWEST_BOUNCE`, that an engine in doubles can't resolve.
 
-A table that returns half of the speed brings a ball to exactly that height that falls its diameter.
+For example, a ball that falls by its diameter on a table with a restitution of 1/2 reaches exactly
+the height `LOWEST_BOUNCE`.
 """
 
 
-class State(NamedTuple):
-    """A ball at an instant, with its height; slip and spin as in `motion.Body`."""
+class FlightState(NamedTuple):
+    """The state of a ball at a time, with its height; slip and spin as in `motion.Body`."""
 
     place: Vector  # [m]
-    rise: arb  # of its lowest point above the cloth [m]; exactly 0 where it is on it
+    rise: arb  # height of its lowest point above the cloth [m]; exactly 0 on the cloth
     velocity: Vector  # [m/s]
     up: arb  # velocity upwards [m/s]
     slip: Vector  # [m/s]
@@ -60,22 +61,22 @@ class State(NamedTuple):
 
 
 class FlyingBody(Body):
-    """One ball in the air, until it comes down or something acts on it; never changed.
+    """A ball in the air, until it lands or an event changes its motion; immutable.
 
-    `rise` [m]: of its lowest point above the cloth.
-    `up` [m/s]: velocity upwards.
+    `rise`: height of its lowest point above the cloth [m].
+    `up`: upward velocity [m/s].
     """
 
     __slots__ = ("rise", "up")
 
-    def __init__(self, constants: Constants, state: State, t: arb, order: int) -> None:
+    def __init__(self, constants: Constants, state: FlightState, t: arb, order: int) -> None:
         self.rise, self.up = state.rise, state.up
         super().__init__(constants, state.place, state.velocity, state.slip, state.wz, t, order)
 
     def _start(self) -> Phase:
         gravity = self.constants.gravity
         fall = self._speed_of_fall()
-        if self.up < 0:  # nothing cancels
+        if self.up < 0:  # without cancellation
             self.duration = 2 * self.rise / (fall - self.up)
         else:
             self.duration = (fall + self.up) / gravity
@@ -88,24 +89,24 @@ class FlyingBody(Body):
 
     @property
     def end_kind(self) -> EventKind:
-        """What the end of its flight is called."""
+        """Kind of the event at the end of the flight."""
         return EventKind.BALL_CLOTH
 
     @property
     def vertical(self) -> tuple[arb, arb, arb]:
-        """Height of the centre, velocity and acceleration upwards: see `Body.vertical`."""
+        """Height of the centre, upward velocity and acceleration; see `Body.vertical`."""
         return (self.constants.radius + self.rise, self.up, -self.constants.gravity)
 
-    def spin_after(self, s: arb) -> arb:  # noqa: ARG002 - it is the same at any time
-        """Return the spin about the vertical [rad/s]: nothing slows it in the air."""
+    def spin_after(self, s: arb) -> arb:  # noqa: ARG002 - constant
+        """Return the vertical spin [rad/s], which is constant in the air."""
         return self.wz
 
     def after_phase(self, t: arb, order: int) -> Body:
-        """Return the ball as the table sends it off."""
+        """Return the ball after the reaction of the table."""
         assert self.duration is not None
         s = self.duration
         place, fall = self.position_after(s), self._speed_of_fall()
-        state = State(place, ZERO, (self.vx, self.vy), -fall, (self.ux, self.uy), self.wz)
+        state = FlightState(place, ZERO, (self.vx, self.vy), -fall, (self.ux, self.uy), self.wz)
         return answered_by_table(self.constants, state, t, order)
 
     def _in_doubles(self) -> Doubles:
@@ -126,14 +127,14 @@ class FlyingBody(Body):
 
 
 class BouncingBody(Body):
-    """One ball whose bounces are too low to be followed, until they end; never changed.
+    """A ball whose bounces are too low to be resolved, until they end; immutable.
 
-    It goes along the cloth, straight on, at the mean velocity, with the slip that belongs to that.
+    It moves along the cloth in a straight line, with the mean velocity and the corresponding slip.
     """
 
     __slots__ = ("_lasts", "_slip_left", "_velocity_left")
 
-    def __init__(self, constants: Constants, state: State, t: arb, order: int) -> None:
+    def __init__(self, constants: Constants, state: FlightState, t: arb, order: int) -> None:
         e, (ux, uy) = constants.table_restitution, state.slip
         self._lasts = 2 * state.up / (constants.gravity * (1 - e))
         loss = _loss_in_bounces(constants, state.up, self._lasts, length(ux, uy))
@@ -157,12 +158,12 @@ class BouncingBody(Body):
 
     @property
     def resting(self) -> bool:
-        """Whether its centre rests until something acts on it: its bounces end first."""
+        """Whether its centre rests until the next event: False, because its bounces end first."""
         return False
 
     @property
     def end_kind(self) -> EventKind:
-        """What the end of the bounces is called."""
+        """Kind of the event at the end of the bounces."""
         return EventKind.BALL_CLOTH
 
     def after_phase(self, t: arb, order: int) -> Body:
@@ -180,7 +181,7 @@ class BouncingBody(Body):
 
 
 class GoneBody(Body):
-    """One ball that has left the table: it stays where it did, and nothing meets it."""
+    """A ball that has left the table: it doesn't move, and nothing meets it."""
 
     __slots__ = ("rise",)
 
@@ -194,21 +195,21 @@ class GoneBody(Body):
 
     @property
     def resting(self) -> bool:
-        """Whether its centre rests until something acts on it: nothing does."""
+        """Whether its centre rests until the next event: True."""
         return True
 
     @property
     def vertical(self) -> tuple[arb, arb, arb]:
-        """Height of the centre, velocity and acceleration upwards: see `Body.vertical`."""
+        """Height of the centre, upward velocity and acceleration; see `Body.vertical`."""
         return (self.constants.radius + self.rise, ZERO, ZERO)
 
 
-def body_in_space_at_start(ball: BallNumbers, problem: Problem) -> Body:
-    """Return a ball at t = 0, of a scene whose balls may leave the cloth."""
+def body_in_space_at_start(ball: BallNumbers, problem: ExactProblem) -> Body:
+    """Return a ball of an airborne scene at t = 0."""
     rise = exactly(ball.z) - exactly(ball.radius)
     if rise == 0 and ball.vz <= 0.0:
         return body_at_start(ball, problem)
-    state = State(
+    state = FlightState(
         (arb(ball.x), arb(ball.y)),
         arb(rise),
         (arb(ball.vx), arb(ball.vy)),
@@ -220,17 +221,17 @@ def body_in_space_at_start(ball: BallNumbers, problem: Problem) -> Body:
 
 
 def gone(body: Body, s: arb, t: arb, order: int) -> Body:
-    """Return a ball that leaves the table at the age s, the instant t [s]."""
+    """Return a ball that leaves the table at the age s, the time t [s]."""
     height, _, _ = body.vertical_after(s)
     rise = height - body.constants.radius
     return GoneBody(body.constants, body.position_after(s), rise, t, order)
 
 
-def answered_by_table(constants: Constants, state: State, t: arb, order: int) -> Body:
-    """Return a ball that something has acted on, after what the table does at the same instant.
+def answered_by_table(constants: Constants, state: FlightState, t: arb, order: int) -> Body:
+    """Return a ball after an event and the simultaneous reaction of the table.
 
-    Raises `UndecidedError` where it can't be decided whether it is on the table, is pushed onto it,
-    sticks to it, or flies.
+    Raises `UndecidedError` if it can't be decided whether the ball is on the table, is pushed onto
+    it, sticks to it, or flies.
     """
     if not state.rise.is_zero():
         if not state.rise > 0:
@@ -253,8 +254,8 @@ def answered_by_table(constants: Constants, state: State, t: arb, order: int) ->
     return BouncingBody(constants, state, t, order)
 
 
-def _bounced(constants: Constants, state: State) -> State:
-    """Return a ball whose speed downwards the table has returned, with the cloth's friction."""
+def _bounced(constants: Constants, state: FlightState) -> FlightState:
+    """Return a ball after the table has returned its downward speed, with cloth friction."""
     e, down = constants.table_restitution, -state.up
     slip = length(*state.slip)
     if slip.is_zero():
@@ -272,20 +273,20 @@ def _bounced(constants: Constants, state: State) -> State:
 
 
 class _Loss(NamedTuple):
-    """What friction takes of the velocity in bounces, over the slip."""
+    """Loss of velocity by friction in bounces, divided by the slip."""
 
     part: arb
-    mean: arb  # of the mean velocity
+    mean: arb  # loss of the mean velocity
     all: bool  # whether the slip ends
 
 
 def _loss_in_bounces(constants: Constants, up: arb, lasts: arb, slip: arb) -> _Loss:
-    """Return what bounces take that begin with the speed `up` [m/s] and last for so long [s].
+    """Return the loss in bounces that start with the speed `up` [m/s] and last `lasts` [s].
 
-    Impact n, from 1 on, comes with e^(n-1) up and takes mu (1 + e) times that; what it takes is
-    missing for the rest, lasts e^n. It sticks where 2/7 of the slip, less what was taken before,
-    is no more; if none does, all of them take mu (1 + e) up / (1 - e), and of the way
-    2 mu e up^2 / (g (1 - e)^2).
+    Impact n, from 1, has the speed e^(n-1) up and changes the velocity by mu (1 + e) times this;
+    the change applies to the remaining time, e^n lasts. The impact sticks if 2/7 of the slip, minus
+    the earlier changes, is smaller. If no impact sticks, the total change is mu (1 + e) up / (1 -
+    e), and the loss of distance is 2 mu e up^2 / (g (1 - e)^2).
     """
     if slip.is_zero():
         return _Loss(ZERO, ZERO, all=True)
@@ -306,7 +307,7 @@ def _loss_in_bounces(constants: Constants, up: arb, lasts: arb, slip: arb) -> _L
 
 
 def _sticks(most: arb, slip: arb) -> bool:
-    """Whether friction that takes at most so much of the velocity ends a slip [m/s]."""
+    """Return whether friction that changes the velocity by at most `most` ends a slip [m/s]."""
     needed = 2 * slip / 7
     if most >= needed:
         return True

@@ -1,8 +1,8 @@
-"""Gaps, as functions of the time, and that of two balls; those of obstacles: `obstacle_gaps`.
+"""Gaps as functions of time: those of two balls; `obstacle_gaps` has those of obstacles.
 
-Two balls: |r + v s + a s^2 / 2|^2 - D^2, of degree 4 in the time s since the later of their
-instants; in space where one of them is in the air, else in the plane. Where air slows a ball there
-is no polynomial.
+For two balls: |r + v s + a s^2 / 2|^2 - D^2, of degree 4 in the time s since the later of their
+start times; in space if one of them is in the air, otherwise in the plane. If air slows a ball, the
+gap isn't polynomial.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ from ghostball.reference_adapters.certified.roots import (
 )
 
 DOUBLES_ERROR = 1e-10
-"""Bound of the error of a search in doubles, in units of the sum of all terms.
+"""Error bound of a search in doubles, relative to the sum of all terms.
 
-A state that `exact_enough` lets pass is wrong by 1e-13 of its terms, doubles round by 1e-16, and a
-coefficient adds up a few of them.
+A state that is `exact_enough` has an error of 1e-13 of its terms, doubles round by 1e-16, and a
+coefficient is the sum of a few terms.
 """
 
 
 class DistanceGap(ABC):
-    """The squared length of a vector that moves, less the square of a reach [m^2].
+    """The squared length of a moving vector minus the square of a reach [m^2].
 
-    `t` [s]: instant that its time counts from.
-    `choice`: what closes it.
-    `reach` [m].
-    `curved`: whether a ball is slowed by air: then the gap is no polynomial.
+    `t`: time from which its time counts [s].
+    `choice`: the event when it closes.
+    `reach`: distance at contact [m].
+    `curved`: whether air slows a ball; then the gap isn't polynomial.
     """
 
     t: arb
@@ -54,10 +54,10 @@ class DistanceGap(ABC):
 
     @abstractmethod
     def vector(self, s: arb, order: int = 0) -> Direction:
-        """Return the vector a time s after `t` [m], or its first or second derivative."""
+        """Return the vector at a time s after `t` [m], or its first or second derivative."""
 
     def coefficients(self) -> list[arb]:
-        """Return the coefficients from the constant up [m^2, m^2/s ...]."""
+        """Return the coefficients, the constant first [m^2, m^2/s ...]."""
         r, v, a = (self.vector(ZERO, order) for order in range(3))
         return [
             dot(r, r) - self.reach * self.reach,
@@ -68,7 +68,7 @@ class DistanceGap(ABC):
         ]
 
     def value(self, s: arb) -> arb:
-        """Return the gap after a time s, from the places: narrower than by powers of s."""
+        """Return the gap after a time s, from positions: narrower than from powers of s."""
         r = self.vector(s)
         return dot(r, r) - self.reach * self.reach
 
@@ -82,7 +82,7 @@ class DistanceGap(ABC):
         return 2 * (dot(v, v) + dot(self.vector(s), self.vector(s, 2)))
 
     def normal(self, s: arb, *, touching: bool) -> Direction:
-        """Return the unit vector along the gap after a time s, where it is closed."""
+        """Return the unit vector along the gap after a time s, when it is closed."""
         r = self.vector(s)
         if touching:
             return tuple(x / self.reach for x in r)
@@ -96,9 +96,9 @@ class DistanceGap(ABC):
 class PairGap(DistanceGap):
     """The gap of two balls.
 
-    `free`: whether one of them is in the air: then it is a gap in space.
-    `reach` [m]: the sum of their radii; another one where balls of different size lie on the cloth
-        of a scene in space, and touch along a line that isn't level.
+    `free`: whether one of them is in the air; then it is a gap in space.
+    `reach`: the sum of their radii [m]; smaller for balls of different sizes on the cloth of an
+        airborne scene, whose contact normal isn't horizontal.
     """
 
     def __init__(self, a: Body, b: Body, choice: Choice, reach: arb | None = None) -> None:
@@ -118,7 +118,7 @@ class PairGap(DistanceGap):
         return s if body.order == self._later.order else (self.t - body.t) + s
 
     def vector(self, s: arb, order: int = 0) -> Direction:
-        """Return where b is relative to a at a time s [m], or the derivatives of that."""
+        """Return the position of b relative to a at a time s [m], or its derivatives."""
         if self.curved:
             return self._apart(s, order)
         if self._start is None:
@@ -136,7 +136,7 @@ class PairGap(DistanceGap):
         return minus(second, first)
 
     def normal(self, s: arb, *, touching: bool) -> Direction:
-        """Return the unit normal from a to b where they touch, after a time s."""
+        """Return the unit normal from a to b at their contact, after a time s."""
         if not self.free:
             x, y = self.vector(s)
             if x.is_zero() or y.is_zero() or not touching:
@@ -144,11 +144,11 @@ class PairGap(DistanceGap):
         return super().normal(s, touching=touching)
 
     def search_in_doubles(self, high: float) -> Bracket:
-        """Search in doubles; balls too wide for that are UNSURE."""
+        """Search in doubles; UNSURE if the intervals of a ball are too wide."""
         a, b = self._a.doubles, self._b.doubles
         if not (a.exact_enough and b.exact_enough):
             return unsearched(high)
-        # Differences of instants are taken before rounding, which would be coarser.
+        # Differences of times are computed before rounding, which would be coarser.
         sa, sb = (float(self._age(body, ZERO)) for body in (self._a, self._b))
         first = motion_in_doubles(self._a, sa, in_space=self.free)
         second = motion_in_doubles(self._b, sb, in_space=self.free)
@@ -161,9 +161,9 @@ class PairGap(DistanceGap):
 
 
 def motion_of(body: Body, s: arb, order: int = 0, *, in_space: bool) -> Direction:
-    """Return where a ball's centre is a time s [s] after its instant, or a derivative of that.
+    """Return the centre of a ball a time s [s] after its start time, or a derivative.
 
-    In m, m/s or m/s^2; in space with its height above the cloth.
+    In m, m/s or m/s^2; in space with the height above the cloth.
     """
     if body.resting:
         level = ((body.x, body.y), (body.vx, body.vy), (ZERO, ZERO))[order]
@@ -175,7 +175,7 @@ def motion_of(body: Body, s: arb, order: int = 0, *, in_space: bool) -> Directio
 
 
 def level_reach(a: Body, b: Body) -> arb:
-    """Return how far apart, in plan, two balls that lie on the cloth touch [m]: 2 sqrt(R_a R_b)."""
+    """Return the horizontal distance of two touching balls on the cloth [m]: 2 sqrt(R_a R_b)."""
     first, second = a.constants.radius, b.constants.radius
     if first == second:
         return first + second
@@ -183,15 +183,15 @@ def level_reach(a: Body, b: Body) -> arb:
 
 
 def error_in_doubles(place: float, speed: float, pull: float, s: float) -> float:
-    """Return a bound of the error of a length that doubles have after a time s [m].
+    """Return an error bound of a length computed in doubles after a time s [m].
 
-    `place`, `speed` and `pull` bound the sums of what is added up.
+    `place`, `speed` and `pull` bound the sums of the terms.
     """
     return DOUBLES_ERROR * (place + s * (speed + s * pull))
 
 
 def motion_in_doubles(body: Body, lag: float, *, in_space: bool) -> Sequence[Sequence[float]]:
-    """Return where a ball is, its velocity and its acceleration, `lag` [s] after its instant."""
+    """Return position, velocity and acceleration of a ball, `lag` [s] after its start time."""
     q = body.doubles
     r, v, a = (
         (
@@ -216,10 +216,10 @@ def search_distance(
     speed: float,
     pull: float,
 ) -> Bracket:
-    """Search in doubles for when a vector that moves is as short as `reach` [m].
+    """Search in doubles for the time at which a moving vector is as short as `reach` [m].
 
     `motion`: the vector and its first two derivatives.
-    `place`, `speed` and `pull`: bounds, as of `error_in_doubles`.
+    `place`, `speed` and `pull`: bounds, as in `error_in_doubles`.
     """
     r, v, a = motion
     gap = (

@@ -1,4 +1,4 @@
-"""One impact: balls moved to its instant, turned into the frame of the contact, and sent off."""
+"""One impact: balls are moved to its time, put in the contact's frame, and resolved."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from ghostball.model import EventKind
 from ghostball.reference_adapters.certified.arithmetic import ZERO, Vector
 from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.certificate import Choice
-from ghostball.reference_adapters.certified.contacts import Contacts
+from ghostball.reference_adapters.certified.contacts import RunContacts
 from ghostball.reference_adapters.certified.gaps import PairGap
 from ghostball.reference_adapters.certified.laws import (
+    ImpactLaws,
     InContactFrame,
-    Laws,
     from_contact_frame,
     to_contact_frame,
 )
@@ -26,42 +26,43 @@ from ghostball.reference_adapters.certified.obstacle_gaps import (
     StraightGap,
     reach_to_nose,
 )
-from ghostball.reference_adapters.certified.obstacles import Straight
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.obstacles import StraightPiece
+from ghostball.reference_adapters.certified.problem import ExactProblem
 
 
 class Together(NamedTuple):
-    """What impacts that act at once do: the balls after them, by index, and their events."""
+    """The outcome of impacts that act together: balls after them, by index, and events."""
 
     bodies: dict[int, Body]
     choices: tuple[Choice, ...]
 
 
 class Impacts:
-    """What impacts do in one run.
+    """The outcomes of impacts in one run.
 
-    Both methods raise where the outcome can't be decided, or the contact is sustained from here on.
+    Both methods raise an error if the outcome can't be decided, or if the contact is a resting
+    contact from now on.
 
     `still`: whether the last impact has exactly ended the approach of two balls.
     """
 
-    def __init__(self, problem: Problem, contacts: Contacts) -> None:
+    def __init__(self, problem: ExactProblem, contacts: RunContacts) -> None:
         self._problem = problem
-        self._laws = Laws(problem)
+        self._laws = ImpactLaws(problem)
         self._contacts = contacts
         self.still = False
 
     @property
     def act_at_once(self) -> bool:
-        """Whether impacts of one instant act at once; else one after another, in an order."""
+        """Whether simultaneous impacts act together; otherwise they act one after another."""
         return False
 
     def together(self, group: Sequence[Candidate], order: int) -> Together:
-        """Return what impacts of one instant do that share balls, where they act at once."""
+        """Return the outcome of simultaneous impacts that share balls, if they act together."""
         raise NotImplementedError
 
     def overlapping(self, chosen: Candidate) -> bool:
-        """Whether an impact begins in an overlap, by the rounding of the scene's numbers."""
+        """Return whether an impact starts with an overlap, from rounding of the scene."""
         a, b = chosen.choice.a, chosen.choice.b
         if not chosen.age.is_zero():
             return False
@@ -90,7 +91,7 @@ class Impacts:
         )
 
     def bounced(self, chosen: Candidate, order: int) -> Body:
-        """Return a ball after it met a cushion, or a disc."""
+        """Return a ball after its impact with a cushion or a disc."""
         body, s, gap = chosen.bodies[0], chosen.age, chosen.gap
         velocity, slip, place = body.velocity_after(s), body.slip_after(s), body.position_after(s)
         if isinstance(gap, RoundGap):
@@ -108,13 +109,13 @@ class Impacts:
         return self._sent_off(body, n, place, after, chosen.instant, order)
 
     def _checked_normal(self, chosen: Candidate, gap: PairGap) -> Vector:
-        """Return the normal of two balls in the plane, unless they stay in contact from here on."""
+        """Return the normal of two balls in the plane; raise an error for a resting contact."""
         nx, ny = gap.normal(chosen.age, touching=not self.overlapping(chosen))
         self._check_distance(chosen, gap, (nx, ny), gap.reach)
         return (nx, ny)
 
-    def _check_cushion(self, chosen: Candidate, piece: Straight) -> None:
-        """Raise where a ball that meets a cushion stays in contact."""
+    def _check_cushion(self, chosen: Candidate, piece: StraightPiece) -> None:
+        """Raise an error if a ball stays in contact with a cushion."""
         body, s = chosen.bodies[0], chosen.age
         rate, opening = (
             piece.across(vector) for vector in (body.velocity_after(s), body.acceleration_after(s))
@@ -124,10 +125,11 @@ class Impacts:
     def _check_distance(
         self, chosen: Candidate, gap: PairGap | RoundGap, n: Vector, diameter: arb
     ) -> None:
-        """Raise where balls, or a ball and a disc, stay in contact; `n` is along their gap."""
+        """Raise an error if balls, or a ball and a disc, stay in contact; `n`: along the gap."""
         (vx, vy), (ax, ay) = gap.vector(chosen.age, 1), gap.vector(chosen.age, 2)
         rate, across = n[0] * vx + n[1] * vy, n[0] * vy - n[1] * vx
-        # The second derivative of the distance: the line of centres turns away, and friction.
+        # The second derivative of the distance, from the rotation of the line of centres and
+        # friction.
         opening = across * across / gap.reach + n[0] * ax + n[1] * ay
         self._contacts.check_bounce(chosen, rate, opening, diameter)
 
@@ -136,14 +138,14 @@ class Impacts:
     ) -> Body:
         velocity, slip = from_contact_frame(n, after)
         if not self._problem.slides:
-            slip = (ZERO, ZERO)  # a ball that always rolls has the spin of its velocity
+            slip = (ZERO, ZERO)  # the velocity of a ball that always rolls determines its spin
         return Body(body.constants, place, velocity, slip, after.wz, t, order)
 
-    def _at_cushion(self, i: int, piece: Straight, place: Vector) -> Vector:
-        """Return where ball i touches a cushion along an axis: across it there is no doubt.
+    def _at_cushion(self, i: int, piece: StraightPiece, place: Vector) -> Vector:
+        """Return the position of ball i at a cushion along an axis: exact across the cushion.
 
-        Without this, the instants of a ball between a cushion and another grow wider at every
-        bounce (Galperin's 31415 collisions would need a hundred thousand bits).
+        Otherwise, the times of a ball between a cushion and a different ball would become less
+        precise at every bounce (Galperin's 31415 collisions would need a hundred thousand bits).
         """
         (x, y), reach = piece.inward, reach_to_nose(self._problem, i, piece)
         if y.is_zero():
@@ -152,7 +154,7 @@ class Impacts:
 
 
 def age_of(body: Body, chosen: Candidate) -> arb:
-    """Return how long after a ball's instant the two of a pair meet [s]."""
+    """Return the time from a ball's start time to the contact of a pair [s]."""
     assert chosen.gap is not None
-    # The gap's own time is narrower than a difference of instants.
+    # The gap's time is a narrower interval than a difference of times.
     return chosen.age if body.t is chosen.gap.t else (chosen.gap.t - body.t) + chosen.age

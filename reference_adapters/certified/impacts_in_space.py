@@ -1,10 +1,10 @@
-"""One impact where balls may leave the cloth: along the true normal, in space, and on the table.
+"""One impact in an airborne scene: along the true normal, in space, and on the table.
 
-The model's law: restitution along the normal of the contact, Coulomb friction across it, against
-the slip of the surfaces, no more than ends it; then the table answers at the same instant, to each
-ball that lies there (`flight.answered_by_table`). An impact on the cloth whose rebound would rise
-less than `LOW_BOUNCE` lifts nothing and is one in the plane. In flight one as slow is none that is
-followed here: what rests on another ball, or on a nose, bounces there without end.
+The model's law: restitution along the contact normal and Coulomb friction against the slip of the
+surfaces, at most as much as ends the slip; then the table reacts at the same time on each ball that
+lies on it (`flight.answered_by_table`). An impact on the cloth whose rebound would rise less than
+`LOW_BOUNCE` lifts no ball and is an impact in the plane. In flight, slower impacts aren't computed:
+a ball that rests on a different ball, or on a nose, bounces there endlessly.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from ghostball.reference_adapters.certified.arithmetic import (
     minus,
 )
 from ghostball.reference_adapters.certified.candidates import Candidate
-from ghostball.reference_adapters.certified.contacts import LOW_BOUNCE, Contacts
-from ghostball.reference_adapters.certified.flight import FlyingBody, State, answered_by_table
+from ghostball.reference_adapters.certified.contacts import LOW_BOUNCE, RunContacts
+from ghostball.reference_adapters.certified.flight import FlightState, FlyingBody, answered_by_table
 from ghostball.reference_adapters.certified.gaps import PairGap, motion_of
 from ghostball.reference_adapters.certified.impacts import Impacts, age_of
-from ghostball.reference_adapters.certified.laws import FallingRestitution, capped
+from ghostball.reference_adapters.certified.laws import CushionRestitution, capped
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.obstacle_gaps import (
     NoseGap,
@@ -36,14 +36,14 @@ from ghostball.reference_adapters.certified.obstacle_gaps import (
     StraightGap,
     nose_reach,
 )
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.problem import ExactProblem
 
 TURNING = ("frictional", "han2005")
-"""Laws of cushions whose friction turns balls; others have a factor along the cushion instead."""
+"""Cushion laws with friction, which changes spin; the other laws have a tangential factor."""
 
 
 class _Moving(NamedTuple):
-    """A ball at an impact: the spin as R w, all in m/s."""
+    """A ball at an impact, with the spin as R w; all in m/s."""
 
     body: Body
     place: Vector  # [m]
@@ -54,14 +54,14 @@ class _Moving(NamedTuple):
 
 
 class ImpactsInSpace(Impacts):
-    """What impacts do in one run of a problem whose balls may leave the cloth."""
+    """The outcomes of impacts in one run of an airborne scene."""
 
-    def __init__(self, problem: Problem, contacts: Contacts) -> None:
+    def __init__(self, problem: ExactProblem, contacts: RunContacts) -> None:
         super().__init__(problem, contacts)
         self._gravity = arb(problem.gravity)
         self._restitution = arb(problem.ball_restitution)
         self._height = problem.cushion_height
-        self._falling = FallingRestitution(problem)
+        self._falling = CushionRestitution(problem)
         self._cushion_tangential = arb(problem.cushion_tangential)
         self._cushion_friction = arb(problem.cushion_friction)
 
@@ -82,7 +82,7 @@ class ImpactsInSpace(Impacts):
             self._checked_normal(chosen, gap)
         if not self._lifts(speed, slow):
             if free:
-                raise _resting_on(chosen, "another ball")
+                raise _resting_on(chosen, "a ball")
             return super().collided(chosen, order)
         returned = self._restitution * speed
         if free:
@@ -95,7 +95,7 @@ class ImpactsInSpace(Impacts):
         impulse = _plus(_times(normal, n), _times(part, slip))
         turn = _times(5 * part / 2, _cross(n, slip))
         total = masses[0] + masses[1]
-        # Where nothing lifts a ball, or pushes it onto the table, that adds nothing to it.
+        # Exactly 0 if no ball is lifted or pushed onto the table.
         self.still = not free and returned.is_zero() and impulse[2].is_zero()
         return (
             self._sent_on(a, arb(-masses[1] / total), impulse, turn, chosen.instant, order),
@@ -105,7 +105,7 @@ class ImpactsInSpace(Impacts):
     def _tilted(
         self, gap: PairGap, s: arb, first: Body, second: Body, *, touching: bool
     ) -> Direction:
-        """Return the normal of two balls on the cloth, whose centres may differ in height."""
+        """Return the normal of two balls on the cloth, whose centres may have different heights."""
         x, y = gap.normal(s, touching=touching)
         below, above = first.constants.radius, second.constants.radius
         reach = below + above
@@ -113,7 +113,7 @@ class ImpactsInSpace(Impacts):
         return (level * x, level * y, (above - below) / reach)
 
     def bounced(self, chosen: Candidate, order: int) -> Body:
-        """Return a ball after it met a nose."""
+        """Return a ball after its impact with a nose."""
         body, s, gap = chosen.bodies[0], chosen.age, chosen.gap
         assert isinstance(gap, NoseGap | StraightGap | RoundGap)
         radius, touching = body.constants.radius, not self.overlapping(chosen)
@@ -160,11 +160,11 @@ class ImpactsInSpace(Impacts):
         return self._sent_on(ball, arb(1), impulse, turn, chosen.instant, order)
 
     def _slow(self, diameter: arb) -> arb:
-        """Return the speed of a rebound that rises as little as `LOW_BOUNCE` diameters [m/s]."""
+        """Return the speed of a rebound that rises by `LOW_BOUNCE` diameters [m/s]."""
         return (2 * self._gravity * LOW_BOUNCE * diameter).sqrt()
 
     def _lifts(self, speed: arb, slow: arb) -> bool:
-        """Whether an impact is fast enough to be one in space."""
+        """Return whether an impact is fast enough to be an impact in space."""
         if speed > slow:
             return True
         if speed <= slow:
@@ -172,7 +172,7 @@ class ImpactsInSpace(Impacts):
         raise UndecidedError("whether an impact is fast enough to lift a ball")
 
     def _part(self, normal: arb, slip: Direction) -> arb:
-        """Return what part of the slip friction takes, over the reduced mass."""
+        """Return the fraction of the slip that friction removes, over the reduced mass."""
         size = _size(slip)
         return ZERO if size.is_zero() else capped(self._laws.friction(size) * normal, size)
 
@@ -192,10 +192,10 @@ class ImpactsInSpace(Impacts):
     def _sent_on(
         self, ball: _Moving, share: arb, impulse: Direction, turn: Direction, t: arb, order: int
     ) -> Body:
-        """Return a ball that gets its share of an impulse, and is turned, over the reduced mass."""
+        """Return a ball after its share of an impulse and of a torque, over the reduced mass."""
         radius = ball.body.constants.radius
         gain, twist = _times(share, impulse), _times(-abs(share), turn)
-        state = State(
+        state = FlightState(
             ball.place,
             ball.rise,
             (ball.velocity[0] + gain[0], ball.velocity[1] + gain[1]),
@@ -208,7 +208,7 @@ class ImpactsInSpace(Impacts):
 
 def _resting_on(chosen: Candidate, what: str) -> SustainedContactError:
     return SustainedContactError(
-        f"a ball in the air lies on {what}, or bounces there lower than is followed",
+        f"an airborne ball rests on {what}, or bounces there too low to be resolved",
         (chosen.choice,),
         chosen.instant,
     )

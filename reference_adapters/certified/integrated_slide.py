@@ -1,7 +1,7 @@
-"""A slide in air as pieces of polynomials: what a ball's motion needs of one that was integrated.
+"""A slide in air as polynomial pieces: the interface of an integrated slide.
 
-A slide in air has no closed form, and no proof covers it. Who runs a shot with an integrator of
-slides (`prove`) gets a shot that is integrated, which is no proof (`validation.truth.integration`).
+A slide in air has no closed form, and can't be certified. A shot computed with an integrator of
+slides (`prove`) is integrated and isn't a proof (`validation.truth.integration`).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _START = attrgetter("start")
 
 
 class SlidePiece(NamedTuple):
-    """Polynomials of the time since `start` [s]: displacement, velocity and slip, x and y each."""
+    """Polynomials in the time since `start` [s]: displacement, velocity and slip, for x and y."""
 
     start: arb
     displacement: tuple[arb_poly, arb_poly]
@@ -34,13 +34,13 @@ class SlidePiece(NamedTuple):
 
 
 class IntegratedSlide(NamedTuple):
-    """A slide in air from an instant on, and a little beyond its end.
+    """A slide in air from a given time to a little beyond its end.
 
-    `friction`, `drag` [m/s^2] and [1/m]: of the cloth, and the air's k.
-    `pieces`: the last one goes straight on after the end: a search may look a little farther.
-    `duration` [s]: until the ball rolls.
-    `end` (x, y) [m]: how far it has come then.
-    `final_velocity` (vx, vy) [m/s].
+    `friction`, `drag`: deceleration by the cloth, and the air's k [m/s^2] and [1/m].
+    `pieces`: the last piece continues in a straight line after the end, for searches beyond it.
+    `duration`: time until the ball rolls [s].
+    `end`: displacement at that time, (x, y) [m].
+    `final_velocity`: (vx, vy) [m/s].
     """
 
     friction: arb
@@ -51,23 +51,23 @@ class IntegratedSlide(NamedTuple):
     final_velocity: Vector
 
     def displacement(self, s: arb) -> Vector:
-        """Return how far the ball has come after a time s; of a ball of times, the range [m]."""
+        """Return the displacement after a time s [m]; for an interval of times, the range."""
         return self._range(s, 0)
 
     def velocity(self, s: arb) -> Vector:
-        """Return its velocity after a time s [m/s]."""
+        """Return the velocity after a time s [m/s]."""
         return self._range(s, 1)
 
     def slip(self, s: arb) -> Vector:
-        """Return its slip after a time s [m/s]."""
+        """Return the slip after a time s [m/s]."""
         return self._range(s, 2)
 
     def acceleration(self, s: arb) -> Vector:
-        """Return its acceleration after a time s, before the end [m/s^2]."""
+        """Return the acceleration after a time s, before the end [m/s^2]."""
         return self.slowed(self.velocity(s), self.slip(s))
 
     def slowed(self, v: Vector, u: Vector) -> Vector:
-        """Return its acceleration at a velocity and a slip [m/s^2]."""
+        """Return the acceleration at a velocity and a slip [m/s^2]."""
         air = self.drag * length_of(*v)
         try:
             e = unit(*u, "where it slips to")
@@ -100,4 +100,4 @@ def _union(a: arb, b: arb) -> arb:
 
 
 Integrator = Callable[[Vector, Vector, arb, arb], IntegratedSlide]
-"""Velocity [m/s], slip [m/s], friction of the cloth [m/s^2] and drag [1/m] -> the slide."""
+"""Function of velocity [m/s], slip [m/s], cloth friction [m/s^2] and drag [1/m]: the slide."""

@@ -39,11 +39,11 @@ from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.obstacle_gaps import RoundGap, StraightGap
 from ghostball.reference_adapters.certified.ties import axis_of_mirror
 
-MOST_IN_CORNER = 64
+MAX_CORNER_BOUNCES = 64
 """Largest number of bounces in one corner; after it, the proof ends."""
 
 
-class _Contact(NamedTuple):
+class _JointContact(NamedTuple):
     """A contact of balls a and b; `normal` points from a to b; `approach` [m/s] is positive."""
 
     a: int
@@ -53,9 +53,9 @@ class _Contact(NamedTuple):
 
 
 class _Ball:
-    """A ball of a joint impact, whose motion is changed.
+    """A ball in simultaneous impacts; its motion is changed in place.
 
-    Masses, and with them impulses, are in units of one ball's: [1] and [m/s].
+    Masses and impulses are in units of one ball's mass: [1] and [m/s].
     """
 
     def __init__(self, body: Body, dt: arb, mass: arb) -> None:
@@ -66,19 +66,19 @@ class _Ball:
         self.wz = body.spin_after(dt)
 
     def push(self, impulse: Vector) -> None:
-        """Apply an impulse through the centre; the surface's motion about the centre stays."""
+        """Apply an impulse through the centre; the rotation doesn't change."""
         x, y = (part / self.mass for part in impulse)
         self.velocity = (self.velocity[0] + x, self.velocity[1] + y)
         self.slip = (self.slip[0] + x, self.slip[1] + y)
 
     def rub(self, n: Vector, along: arb, up: arb) -> None:
-        """Turn it by the friction of a contact: its parts along t = z x n, and up."""
+        """Turn the ball by the friction of a contact, given along t = z x n and upwards."""
         by = 5 * up / (2 * self.mass)
         self.slip = (self.slip[0] - by * n[0], self.slip[1] - by * n[1])
         self.wz -= 5 * along / (2 * self.mass * self.body.constants.radius)
 
     def seen(self, n: Vector) -> InContactFrame:
-        """Return it in the frame of a contact with this normal."""
+        """Return the ball in the frame of a contact with this normal."""
         return to_contact_frame(n, self.velocity, self.slip, self.wz, self.body.constants.radius)
 
 
@@ -103,7 +103,7 @@ class JointImpacts(Impacts):
 
     def _collided_together(self, group: Sequence[Candidate], order: int) -> Together:
         balls: dict[int, _Ball] = {}
-        contacts: list[_Contact] = []
+        contacts: list[_JointContact] = []
         first = group[0].choice.a
         for one in group:
             assert isinstance(one.gap, PairGap)
@@ -113,7 +113,7 @@ class JointImpacts(Impacts):
                 if k not in balls:
                     balls[k] = _Ball(body, age_of(body, one), self._relative_mass(k, first))
                 balls[k].contacts += 1
-            contacts.append(_Contact(a, b, n, -_opening(balls[a], balls[b], n)))
+            contacts.append(_JointContact(a, b, n, -_opening(balls[a], balls[b], n)))
         restitution = arb(self._problem.ball_restitution)
         forces = _impulses(contacts, balls, [(1 + restitution) * one.approach for one in contacts])
         rubs = self._problem.slides and self._problem.ball_friction != 0.0
@@ -140,12 +140,12 @@ class JointImpacts(Impacts):
         return Together(after, tuple(one.choice for one in group))
 
     def _relative_mass(self, k: int, first: int) -> arb:
-        """Return the mass of a ball over another one's: exactly 1 for equal balls."""
+        """Return the mass of a ball over that of a different ball: exactly 1 for equal balls."""
         own, other = (exactly(self._problem.balls[m].mass) for m in (k, first))
         return arb(own / other)
 
     def _rub(
-        self, contacts: Sequence[_Contact], balls: dict[int, _Ball], forces: Sequence[arb]
+        self, contacts: Sequence[_JointContact], balls: dict[int, _Ball], forces: Sequence[arb]
     ) -> None:
         """Let friction act against the mean of the slips before and after the normal impulses."""
         gains = {k: [ZERO, ZERO] for k in balls}
@@ -184,7 +184,7 @@ class JointImpacts(Impacts):
         longer = (kept / square).sqrt() - 1
         more = (longer * velocity[0], longer * velocity[1])
         velocity = (velocity[0] + more[0], velocity[1] + more[1])
-        # The spin is the mean: so the slip changes as the velocity does.
+        # The spin is the mean, so the slip changes like the velocity.
         slip = (slip[0] + more[0], slip[1] + more[1]) if self._problem.slides else (ZERO, ZERO)
         velocity, slip, wz = _on_axis(first, second, velocity, slip, (w1 + w2) / 2)
         body, s = first.bodies[0], first.age
@@ -217,7 +217,7 @@ class JointImpacts(Impacts):
         """Return velocity, slip and spin of a ball after alternating bounces, and their number."""
         body, s = chosen.bodies[0], chosen.age
         velocity, slip, wz = body.velocity_after(s), body.slip_after(s), body.spin_after(s)
-        for count in range(MOST_IN_CORNER):
+        for count in range(MAX_CORNER_BOUNCES):
             n = normals[count % 2]
             into = dot(n, velocity)
             if count and not into > 0:
@@ -230,7 +230,7 @@ class JointImpacts(Impacts):
             wz = after.wz
             if not self._problem.slides:
                 slip = (ZERO, ZERO)
-        raise UndecidedError("what comes of a corner", exact=True)
+        raise UndecidedError("how a ball leaves a corner", exact=True)
 
 
 def _on_axis(
@@ -250,14 +250,14 @@ def _opening(a: _Ball, b: _Ball, n: Vector) -> arb:
 
 
 def _impulses(
-    contacts: Sequence[_Contact], balls: dict[int, _Ball], gains: Sequence[arb]
+    contacts: Sequence[_JointContact], balls: dict[int, _Ball], gains: Sequence[arb]
 ) -> list[arb]:
     """Return the normal impulses that cause given changes of the rates of all gaps.
 
-    Raises `UndecidedError` if an impulse may have to pull: then other contacts act.
+    Raises `UndecidedError` if an impulse may have to pull, because then different contacts act.
     """
 
-    def response(one: _Contact, other: _Contact) -> arb:
+    def response(one: _JointContact, other: _JointContact) -> arb:
         total = ZERO
         for k, sign in ((one.a, -1), (one.b, 1)):
             for m, its in ((other.a, -1), (other.b, 1)):

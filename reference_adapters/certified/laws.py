@@ -1,8 +1,8 @@
-"""What impacts do, in balls, written from the cited equations.
+"""The impact laws in interval arithmetic, written from the cited equations.
 
-Each ball is seen in the frame of its contact: n, the unit normal; t = z x n; z up. Its spin is seen
-through its slip over the cloth, u = v - d, where R w = z x d + R wz z: so R w has the component d_n
-along t and -d_t along n, and what doesn't turn the ball changes u as it changes v.
+Each ball is given in the frame of its contact: n, the unit normal; t = z x n; z up. Its spin is
+given by its slip on the cloth, u = v - d, where R w = z x d + R wz z. So R w has the component d_n
+along t and -d_t along n, and an impulse that doesn't turn the ball changes u and v equally.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from ghostball.reference_adapters.certified.arithmetic import (
     exactly,
     length,
 )
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.problem import ExactProblem
 
 STICKING = fmpq(2, 7)
-"""Share of a slip, over the mass, that ends it: a sphere's surface is 7/2 times as compliant."""
+"""Impulse over mass and slip that ends a slip: a sphere's surface is 7/2 times as compliant."""
 
 # Alciatore's fit to Marlow's measurements, technical proof A.14: a + b exp(-c v), [1], [1], [s/m].
 ALCIATORE = tuple(exactly(number) for number in (9.951e-3, 0.108, 1.088))
@@ -49,17 +49,17 @@ class InContactFrame(NamedTuple):
         return self.vt - self.ut
 
 
-class FallingRestitution:
-    """The restitution of cushions, e0 / (1 + c sqrt(v)) of an approach at v, of one problem."""
+class CushionRestitution:
+    """The restitution of cushions of one problem, e0 / (1 + c sqrt(v)) at the approach speed v."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: ExactProblem) -> None:
         self._slow = arb(problem.cushion_restitution)
         self._loss = arb(problem.cushion_loss) if problem.cushion_loss > 0.0 else None
 
     def at(self, speed: arb) -> arb:
-        """Return the restitution of an impact that approaches at `speed` [m/s].
+        """Return the restitution at an approach speed [m/s].
 
-        Raises `UndecidedError` where it isn't known whether it approaches at all.
+        Raises `UndecidedError` if it isn't known whether the ball approaches.
         """
         if self._loss is None:
             return self._slow
@@ -68,20 +68,20 @@ class FallingRestitution:
         return self._slow / (1 + self._loss * speed.sqrt())
 
 
-class Laws:
-    """The laws of impacts of one problem, in the precision at hand."""
+class ImpactLaws:
+    """The impact laws of one problem, with the present precision."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: ExactProblem) -> None:
         self._restitution = arb(problem.ball_restitution)
         self._friction = None if problem.ball_friction is None else arb(problem.ball_friction)
         self._rubs = problem.ball_friction != 0.0
         self._alciatore = tuple(arb(number) for number in ALCIATORE)
         self._cushion = problem.cushion
-        self._falling = FallingRestitution(problem)
+        self._falling = CushionRestitution(problem)
         self._cushion_tangential = arb(problem.cushion_tangential)
         self._cushion_friction = arb(problem.cushion_friction)
         self._height = exactly(problem.cushion_height)
-        # What part of the approach each ball takes, exactly: 1 for equal elastic balls.
+        # The exact fraction of the approach that each ball takes: 1 for equal elastic balls.
         e, masses = exactly(problem.ball_restitution), [exactly(b.mass) for b in problem.balls]
         self._exchange = {
             (m, other): arb((1 + e) * other / (m + other)) for m in masses for other in masses
@@ -92,11 +92,11 @@ class Laws:
     def collide(
         self, i: int, j: int, a: InContactFrame, b: InContactFrame
     ) -> tuple[InContactFrame, InContactFrame]:
-        """Return balls i and j after their impact; n from i to j.
+        """Return balls i and j after their impact; n points from i to j.
 
-        Wallace and Schroeder (1988); Alciatore, technical proof A.14: the normal impulse is
-        (1 + e) times the approach, friction at most mu times as much, and no more than 2/7 of the
-        slip, which ends it. Vertical velocities are dropped.
+        Wallace and Schroeder (1988); Alciatore, technical proof A.14: the normal impulse is (1 + e)
+        times the approach; friction is at most mu times this, and at most 2/7 of the slip, which
+        ends it. Vertical velocities are dropped.
         """
         mi, mj = self._masses[i], self._masses[j]
         to_a, to_b = self._exchange[mi, mj], self._exchange[mj, mi]
@@ -114,23 +114,23 @@ class Laws:
         )
 
     def _part(self, along: arb, up: arb, approach: arb) -> arb:
-        """Return what part of the slip the friction of an impact takes, over the reduced mass."""
+        """Return the fraction of the slip that friction removes, over the reduced mass."""
         slip = length(along, up)
         return capped((1 + self._restitution) * self.friction(slip) * approach, slip)
 
     def friction(self, slip: arb) -> arb:
-        """Return the coefficient of friction between balls that slip at this speed [m/s]."""
+        """Return the coefficient of friction between balls at a slip speed [m/s]."""
         if self._friction is not None:
             return self._friction
         least, span, rate = self._alciatore
         return least + span * (-rate * slip).exp()
 
     def bounce(self, i: int, seen: InContactFrame) -> InContactFrame:
-        """Return ball i after a cushion that n points into.
+        """Return ball i after an impact with a cushion; n points into the cushion.
 
-        Mirror and restitution: factors on vn and vt, the spin untouched (the paper, 4.2). Han
-        (2005), equations 14 to 21 with the errata of the print; "frictional" is the same at the
-        height of the centre.
+        Mirror and restitution: factors on vn and vt, spin unchanged (the paper, 4.2). Han (2005),
+        equations 14 to 21 with the errata of the print; "frictional" is the same at the height of
+        the centre.
         """
         e = self._falling.at(seen.vn)
         if self._cushion in ("mirror", "restitution"):
@@ -176,16 +176,17 @@ class Laws:
 def _exchanged(own: InContactFrame, other: InContactFrame, part: arb) -> InContactFrame:
     """Return a ball that takes `part` of the difference of the two normal velocities.
 
-    As a mean, so that equal elastic balls swap their speeds exactly.
+    Computed as a mean, so that equal elastic balls swap their speeds exactly.
     """
     vn = (1 - part) * own.vn + part * other.vn
     return own._replace(vn=vn, un=own.un + part * (other.vn - own.vn))
 
 
 def capped(most: arb, slip: arb) -> arb:
-    """Return what part of a slip a friction of at most `most` takes, no more than 2/7.
+    """Return the fraction of a slip that friction of at most `most` removes, at most 2/7.
 
-    It rises with `most` and falls with the slip: where the slip may be 0, the ends give the range.
+    It increases with `most` and decreases with the slip: if the slip may be 0, the ends give the
+    range.
     """
     limit = arb(STICKING)
     if most.is_zero():
@@ -205,7 +206,7 @@ def capped(most: arb, slip: arb) -> arb:
 def _rubbed(ball: InContactFrame, share: arb, push: arb, along: arb, up: arb) -> InContactFrame:
     """Return a ball that friction pushes along t and turns; R / I is 5 / (2 m R).
 
-    The turn is the same for both balls, since arm and impulse both change their sign.
+    The turn is the same for both balls, because arm and impulse both change sign.
     """
     return ball._replace(
         vt=ball.vt + share * push,
@@ -218,7 +219,7 @@ def _rubbed(ball: InContactFrame, share: arb, push: arb, along: arb, up: arb) ->
 def to_contact_frame(
     n: Vector, velocity: Vector, slip: Vector, wz: arb, radius: arb
 ) -> InContactFrame:
-    """Turn a ball into the frame of a contact with normal n."""
+    """Transform a ball to the frame of a contact with the normal n."""
     (nx, ny), (vx, vy), (ux, uy) = n, velocity, slip
     return InContactFrame(
         vn=nx * vx + ny * vy,
@@ -231,7 +232,7 @@ def to_contact_frame(
 
 
 def from_contact_frame(n: Vector, seen: InContactFrame) -> tuple[Vector, Vector]:
-    """Turn a ball back: its velocity and its slip."""
+    """Transform a ball back; return its velocity and its slip."""
     nx, ny = n
     return (
         (nx * seen.vn - ny * seen.vt, ny * seen.vn + nx * seen.vt),

@@ -1,4 +1,4 @@
-"""When a gap closes: for the first time, and again after it was closed."""
+"""Times at which gaps close: for the first time, and again after a contact."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from ghostball.reference_adapters.certified.roots import (
 
 
 class Meeting(NamedTuple):
-    """When a gap closes: after s, at t; or not before t, where `s` is None [s]."""
+    """Time t at which a gap closes, s after the gap's time; if s is None, a lower bound [s]."""
 
     s: arb | None
     t: arb
 
 
 def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
-    """Find when a gap that is open at first closes, in balls; None is never.
+    """Find the time at which an initially open gap closes, in intervals; None if never.
 
-    `bracket` is what a search in doubles found.
+    `bracket`: the result of a search in doubles.
     """
     if isinstance(gap, StraightGap) and gap.ends:
         return _meeting_with_face(gap, bracket, bits)
@@ -54,25 +54,25 @@ def meeting(gap: Gap, bracket: Bracket, bits: int) -> Meeting | None:
 
 
 def meeting_again(gap: Gap, high: float, bits: int, *, still: bool = False) -> Meeting | None:
-    """Find when a gap that is exactly 0 now closes again: at once, later, or never (None).
+    """Find the time at which a gap that is exactly 0 now closes again: now, later, or never (None).
 
-    `still` says that its rate is exactly 0, too, though computed from numbers that are not exact.
+    `still`: whether its rate is also exactly 0, although computed from intervals.
 
-    Raises `UndecidedError` where it can't be decided whether they part; `SustainedContactError`
-    where they are in resting contact.
+    Raises `UndecidedError` if it can't be decided whether the bodies separate;
+    `SustainedContactError` if they are in resting contact.
     """
     found = _meeting_again(gap, high, bits, still=still)
     if found is not None and found.s is not None and isinstance(gap, StraightGap) and gap.ends:
         is_on_face = gap.is_on_face(found.s)
         if is_on_face is None or (not is_on_face and gap.curved):
             return Meeting(None, found.t)
-        if not is_on_face:  # a parabola that left the line crosses it once more at most
+        if not is_on_face:  # a parabola crosses the line at most once more
             return None
     return found
 
 
 def _meeting_again(gap: Gap, high: float, bits: int, *, still: bool) -> Meeting | None:
-    """`meeting_again`, wherever along a straight piece."""
+    """As `meeting_again`, for the infinite line of a straight piece."""
     now = Meeting(ZERO, gap.t)
     if gap.curved:
         return _meeting_again_in_air(gap, arb(high), bits, still=still)
@@ -93,13 +93,13 @@ def _meeting_again(gap: Gap, high: float, bits: int, *, still: bool) -> Meeting 
 
 
 def _meeting_with_face(gap: StraightGap, bracket: Bracket, bits: int) -> Meeting | None:
-    """Find when a ball meets a face: its line is crossed, where the face is, from the front."""
+    """Find the time at which a ball crosses the line of a face from the front, at the face."""
     at_first = gap.value(ZERO)
     in_front, low = at_first > 0, ZERO
     if not in_front:
         if not at_first < 0:
             return Meeting(None, gap.t)
-        if not gap.is_behind:  # else it is far from it, in another part of the table
+        if not gap.is_behind:  # otherwise far away, in a different part of the table
             is_on_face = gap.is_on_face(ZERO)
             if is_on_face is None or (is_on_face and gap.curved):
                 return Meeting(None, gap.t)
@@ -124,7 +124,7 @@ def _meeting_with_face(gap: StraightGap, bracket: Bracket, bits: int) -> Meeting
 
 
 def _crossing(gap: StraightGap, low: arb, high: arb, bits: int, *, downwards: bool) -> Bracket:
-    """Search for the next instant in [low, high] at which a ball crosses a face's line."""
+    """Search for the next time in [low, high] at which a ball crosses the line of a face."""
     sign = 1 if downwards else -1
     if not gap.curved:
         return first_entry([sign * c for c in gap.coefficients()], low, high, bits)
@@ -142,7 +142,7 @@ def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Mee
         opens = gap.bend
         pull = opens(ZERO)
         if pull.is_zero() and isinstance(gap, StraightGap):
-            return None  # it goes along the cushion
+            return None  # it moves along the cushion
         if pull < 0:
             raise SustainedContactError("in resting contact", (gap.choice,), gap.t)
     parted = parting(opens, high, bits) if opens(ZERO) > 0 else None
@@ -157,8 +157,8 @@ def _meeting_again_in_air(gap: Gap, high: arb, bits: int, *, still: bool) -> Mee
 def _after_overlap(gap: Gap, coefficients: list[arb], high: arb, bits: int) -> Meeting | None:
     """Find the next entry of balls that overlap by the rounding of the scene's numbers.
 
-    The rule of the model (Bannerman, Strobl, Formella and Poeschel 2014): an overlap that closes is
-    an impact now, one that opens is none.
+    The rule of the model (Bannerman, Strobl, Formella and Poeschel 2014): a closing overlap is an
+    impact now, an opening overlap is none.
     """
     if all(c.is_zero() for c in coefficients[1:]):
         return None
@@ -195,7 +195,7 @@ def _horner(coefficients: Sequence[arb]) -> tuple[Callable[[arb], arb], Callable
 def _narrowed(
     t: arb, value: Callable[[arb], arb], slope: Callable[[arb], arb], bracket: Bracket
 ) -> Meeting | None:
-    """Return the meeting in a bracket of times from t on, as narrow as the precision allows."""
+    """Return the meeting in a bracket, as precisely as possible; times count from t."""
     if bracket.verdict == NONE:
         return None
     if bracket.verdict == ROOT:

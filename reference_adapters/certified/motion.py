@@ -1,12 +1,12 @@
-"""One ball on the cloth until something acts on it: where it is, and when its phase ends.
+"""One ball on the cloth until the next event: its position, and the end of its phase.
 
-The state is the velocity v of the centre, the slip u of the lowest point over the cloth, and the
-spin about the vertical. With u in place of the angular velocity, rolling is u = 0 exactly, and an
-impulse without friction adds the same to both.
+The state is the velocity v of the centre, the slip u of the lowest point on the cloth, and the
+vertical spin. With u instead of the angular velocity, rolling is exactly u = 0, and an impulse
+without friction changes both equally.
 
-Slip: du/dt = -(7/2) mu_s g u/|u|, so its direction never changes and it ends after
-2 |u| / (7 mu_s g), when the cloth has taken (2/7) u from v. Rolling: straight, slowed by mu_r g
-(Leckie and Greenspan 2006, section 2; Alciatore, technical proofs; the paper, section 5.2).
+Slip: du/dt = -(7/2) mu_s g u/|u|, so its direction is constant and it ends after 2 |u| / (7 mu_s
+g), when the cloth has reduced v by (2/7) u. Rolling: straight, with the deceleration mu_r g (Leckie
+and Greenspan 2006, section 2; Alciatore, technical proofs; the paper, section 5.2).
 """
 
 from __future__ import annotations
@@ -28,35 +28,35 @@ from ghostball.reference_adapters.certified.arithmetic import (
 )
 from ghostball.reference_adapters.certified.drag import Roll
 from ghostball.reference_adapters.certified.integrated_slide import IntegratedSlide, Integrator
-from ghostball.reference_adapters.certified.problem import BallNumbers, Problem
+from ghostball.reference_adapters.certified.problem import BallNumbers, ExactProblem
 
-UNCOVERED = "how a ball moves that slides in air: no proof covers a slide in air"
+UNCOVERED = "how a ball slides in air, because a slide in air has no closed form"
 
 EXACT_ENOUGH = 1e-13
-"""Relative width of a state up to which a search in doubles may stand for it; see `contacts`."""
+"""Relative width of a state up to which a search in doubles may replace it; see `contacts`."""
 
 _SMALLEST, _LARGEST = 1e-60, 1e60
-"""Between these doubles neither over- nor underflow in products of four."""
+"""Products of four doubles between these neither overflow nor underflow."""
 
 
 class Constants(NamedTuple):
-    """What never changes about a ball."""
+    """The constants of a ball."""
 
     radius: arb  # [m]
     mass: arb  # [kg]
     rolling: arb  # deceleration of a rolling ball [m/s^2]
-    sliding: arb  # of a sliding one [m/s^2]
-    spinning: arb  # of the spin about the vertical [rad/s^2]
+    sliding: arb  # deceleration of a sliding ball [m/s^2]
+    spinning: arb  # deceleration of vertical spin [rad/s^2]
     quadratic: arb  # b in the deceleration a + b v^2 of a rolling ball [1/m]
-    drag: arb  # k in the deceleration k v^2 by the air of one that slides [1/m]
+    drag: arb  # k in the deceleration k v^2 of a sliding ball by the air [1/m]
     gravity: arb  # [m/s^2]
     cloth_friction: arb  # coefficient of sliding friction
     table_restitution: arb
-    slide: Integrator | None = None  # of a slide in air; None: none is covered
+    slide: Integrator | None = None  # integrator of slides in air; None: not supported
 
 
 class Doubles(NamedTuple):
-    """A state in doubles, for searches that have a margin for it."""
+    """A state in doubles, for searches with an error margin."""
 
     x: float
     y: float
@@ -71,19 +71,19 @@ class Doubles(NamedTuple):
 
 
 class Body:
-    """One ball from an instant on, until its phase ends or something acts on it; never changed.
+    """One ball from a given time, until its phase ends or an event changes its motion; immutable.
 
-    `x`, `y` [m].
-    `vx`, `vy` [m/s].
-    `ux`, `uy` [m/s]: slip; exactly 0 where the ball rolls or rests.
-    `wz` [rad/s].
-    `t` [s]: the instant. Two bodies that something acted on at one instant share the object.
-    `order`: number of the instant, in order of time.
-    `ax`, `ay` [m/s^2]: as the phase begins, and, but for one in air, all through it.
-    `roll`: of a ball that rolls in air, or where the cloth slows fast balls more; or that slides in
-        air without friction.
-    `slide`: of one that slides in air, where the shot is integrated.
-    `duration` [s]: how long the phase lasts, if nothing acts on the ball; None is without end.
+    `x`, `y`: centre [m].
+    `vx`, `vy`: velocity [m/s].
+    `ux`, `uy`: slip [m/s]; exactly 0 if the ball rolls or rests.
+    `wz`: vertical spin [rad/s].
+    `t`: start time [s]. Two bodies that start at the same event share this object.
+    `order`: number of the start time, in order of time.
+    `ax`, `ay`: acceleration at the start of the phase [m/s^2]; constant without air.
+    `roll`: motion of a ball that rolls in air, or with quadratic friction, or that slides in air
+        without friction.
+    `slide`: motion of a ball that slides in air, if the shot is integrated.
+    `duration`: duration of the phase without further events [s]; None if it doesn't end.
     """
 
     __slots__ = (
@@ -135,7 +135,7 @@ class Body:
     def _start(self) -> Phase:
         """Set accelerations and duration, and return the phase.
 
-        Raises `UndecidedError` where the ball may or may not slip, or move.
+        Raises `UndecidedError` if it can't be decided whether the ball slips, or moves.
         """
         constants = self.constants
         if not (self.ux.is_zero() and self.uy.is_zero()):
@@ -166,7 +166,7 @@ class Body:
         return Phase.ROLLING
 
     def _start_roll(self, constant: arb, quadratic: arb) -> None:
-        """Let it go straight on, slowed by so much and by so much times the square of its speed."""
+        """Start a straight motion with a constant and a quadratic deceleration."""
         x, y = unit(self.vx, self.vy, "whether it moves or rests")
         self.roll = Roll(length(self.vx, self.vy), constant, quadratic)
         slowed = self.roll.deceleration(ZERO)
@@ -175,12 +175,12 @@ class Body:
 
     @property
     def curved(self) -> bool:
-        """Whether its way is no polynomial of degree 2: that of a ball in air."""
+        """Whether its motion isn't a polynomial of degree 2, because of air."""
         return self.roll is not None or self.slide is not None
 
     @property
     def resting(self) -> bool:
-        """Whether its centre rests until something acts on it; it may spin on the spot."""
+        """Whether its centre rests until the next event; the ball may spin about the vertical."""
         if self.phase is Phase.SLIDING:
             slips = not self.constants.sliding.is_zero()
             return not slips and self.vx.is_zero() and self.vy.is_zero()
@@ -188,7 +188,7 @@ class Body:
 
     @property
     def end_kind(self) -> EventKind:
-        """What the end of its phase is called."""
+        """Kind of the event at the end of the phase."""
         if self.phase is Phase.ROLLING:
             return EventKind.ROLL_TO_REST
         vx, vy = self._final_velocity()
@@ -200,7 +200,7 @@ class Body:
             return (ZERO, ZERO)
         if self.slide is not None:
             return self.slide.final_velocity
-        # One quotient, so that equal numbers leave exactly 0.
+        # A single quotient, so that equal numbers give exactly 0.
         return ((7 * self.vx - 2 * self.ux) / 7, (7 * self.vy - 2 * self.uy) / 7)
 
     def position_after(self, s: arb) -> Vector:
@@ -241,12 +241,12 @@ class Body:
         return (-slowed * x, -slowed * y)
 
     def _along(self, displacement: arb) -> Vector:
-        """Return the centre of a ball that has rolled so far [m]."""
+        """Return the centre of a ball after a rolled distance [m]."""
         x, y = unit(self.vx, self.vy, "whether it moves or rests")
         return (self.x + displacement * x, self.y + displacement * y)
 
     def _beyond(self, displacement: Vector) -> Vector:
-        """Return the centre of a ball that has moved by this [m]."""
+        """Return the centre of a ball after a displacement [m]."""
         return (self.x + displacement[0], self.y + displacement[1])
 
     def slip_after(self, s: arb) -> Vector:
@@ -261,28 +261,28 @@ class Body:
         return (self.ux + 7 * s * self.ax / 2, self.uy + 7 * s * self.ay / 2)
 
     def spin_after(self, s: arb) -> arb:
-        """Return the spin about the vertical after a time s [rad/s]: it decays in any phase."""
+        """Return the vertical spin after a time s [rad/s]; it decays in every phase."""
         return decayed(self.wz, s * self.constants.spinning)
 
     @property
     def vertical(self) -> tuple[arb, arb, arb]:
-        """Height of the centre above the cloth, velocity and acceleration upwards, at its instant.
+        """Height of the centre above the cloth, upward velocity and acceleration at the start.
 
-        In m, m/s and m/s^2. On the cloth that is the radius, and nothing else.
+        In m, m/s and m/s^2. On the cloth, this is the radius and zeros.
         """
         return (self.constants.radius, ZERO, ZERO)
 
     def vertical_after(self, s: arb) -> tuple[arb, arb, arb]:
-        """Return the same after a time s [s]."""
+        """Return the same values after a time s [s]."""
         height, up, pull = self.vertical
         if pull.is_zero():
             return (height, up, pull)
         return (height + s * (up + s * pull / 2), up + s * pull, pull)
 
     def after_phase(self, t: arb, order: int) -> Body:
-        """Return the ball as it is once its phase has ended by itself, at the instant t.
+        """Return the ball after the end of its phase, at the time t.
 
-        The mean of both velocities times the duration is the displacement.
+        The displacement is the mean of both velocities times the duration.
         """
         assert self.duration is not None
         s = self.duration
@@ -318,9 +318,9 @@ class Body:
 
 
 def decayed(spin: arb, loss: arb) -> arb:
-    """Return a spin whose size has lost `loss`, but no more than it had.
+    """Return a spin reduced in size by `loss`, at most to 0.
 
-    Rises with the spin, and with the loss only towards 0: so ends of intervals give the range.
+    It increases with the spin and moves towards 0 with the loss, so interval ends give the range.
     """
     if spin.is_zero():
         return ZERO
@@ -334,10 +334,12 @@ def decayed(spin: arb, loss: arb) -> arb:
     return bottom.union(top)
 
 
-def constants_of(ball: BallNumbers, problem: Problem, slide: Integrator | None = None) -> Constants:
-    """Return the constants of a ball; products in the precision at hand."""
+def constants_of(
+    ball: BallNumbers, problem: ExactProblem, slide: Integrator | None = None
+) -> Constants:
+    """Return the constants of a ball; products have the present precision."""
     gravity = arb(problem.gravity)
-    # Of the air's drag the cloth's friction takes 2/7, but none where a ball is a rolling point.
+    # Cloth friction takes 2/7 of the air drag, but nothing for a ball that is a rolling point.
     felt = arb(problem.air_drag) * (arb(5) / 7 if problem.slides else 1)
     return Constants(
         radius=arb(ball.radius),
@@ -354,7 +356,9 @@ def constants_of(ball: BallNumbers, problem: Problem, slide: Integrator | None =
     )
 
 
-def body_at_start(ball: BallNumbers, problem: Problem, slide: Integrator | None = None) -> Body:
+def body_at_start(
+    ball: BallNumbers, problem: ExactProblem, slide: Integrator | None = None
+) -> Body:
     """Return a ball on the cloth at t = 0."""
     return Body(
         constants_of(ball, problem, slide),
@@ -368,7 +372,7 @@ def body_at_start(ball: BallNumbers, problem: Problem, slide: Integrator | None 
 
 
 def slip_at_start(ball: BallNumbers) -> Vector:
-    """Return a ball's slip at t = 0 [m/s]: rounded from the exact one, so 0 is exactly 0."""
+    """Return a ball's slip at t = 0 [m/s], rounded from the exact value, so that 0 is exactly 0."""
     if ball.rolls:
         return (ZERO, ZERO)
     radius = exactly(ball.radius)

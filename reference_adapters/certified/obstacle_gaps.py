@@ -1,8 +1,8 @@
-"""Gaps between a ball and what stands on the table, as functions of the time.
+"""Gaps between a ball and an obstacle, as functions of time.
 
-A line, or a face of it, is at a distance of degree 2. For a ball in the air its nose is a line at a
-height, and the gap that of two balls, across it, in a vertical plane. A disc is a ball that rests,
-and a hole one that the ball's centre meets.
+The distance from a line, or from a face, has degree 2. For a ball in the air, the nose is a line at
+a height, and the gap is like that of two balls in the vertical plane across the line. A disc is
+like a resting ball, and a hole is like a ball that the centre of the ball meets.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from ghostball.reference_adapters.certified.gaps import (
     search_distance,
 )
 from ghostball.reference_adapters.certified.motion import Body
-from ghostball.reference_adapters.certified.obstacles import Round, Straight
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.obstacles import RoundPiece, StraightPiece
+from ghostball.reference_adapters.certified.problem import ExactProblem
 from ghostball.reference_adapters.certified.roots import (
     ROOT,
     Bracket,
@@ -37,7 +37,7 @@ from ghostball.reference_adapters.certified.roots import (
 class NoseGap(DistanceGap):
     """The gap of a ball in the air and a nose, a line at a height."""
 
-    def __init__(self, body: Body, piece: Straight, height: float, choice: Choice) -> None:
+    def __init__(self, body: Body, piece: StraightPiece, height: float, choice: Choice) -> None:
         self.choice = choice
         self.piece = piece
         self.t = body.t
@@ -46,14 +46,14 @@ class NoseGap(DistanceGap):
         self._body, self._height = body, height
 
     def vector(self, s: arb, order: int = 0) -> Direction:
-        """Return where the ball is, seen from the nose: away from it and up [m]."""
+        """Return the position of the ball relative to the nose: away from it and up [m]."""
         x, y, z = motion_of(self._body, s, order, in_space=True)
         if order == 0:
             return (self.piece.away((x, y)), z - self._height)
         return (self.piece.across((x, y)), z)
 
     def search_in_doubles(self, high: float) -> Bracket:
-        """Search in doubles; a ball too wide for that is UNSURE."""
+        """Search in doubles; UNSURE if the intervals of the ball are too wide."""
         state = self._body.doubles
         if not state.exact_enough:
             return unsearched(high)
@@ -70,12 +70,12 @@ class NoseGap(DistanceGap):
 
 
 class RoundGap(DistanceGap):
-    """The gap, in plan, of a ball and a disc, or of its centre and the edge of a hole.
+    """The horizontal gap of a ball and a disc, or of its centre and the edge of a hole.
 
-    `reach` [m]: how near to a disc's edge the ball's centre touches it.
+    `reach`: distance of the ball's centre from the edge of the disc at contact [m].
     """
 
-    def __init__(self, body: Body, piece: Round, choice: Choice, reach: arb) -> None:
+    def __init__(self, body: Body, piece: RoundPiece, choice: Choice, reach: arb) -> None:
         self.choice = choice
         self.piece = piece
         self.t = body.t
@@ -84,12 +84,12 @@ class RoundGap(DistanceGap):
         self._body = body
 
     def vector(self, s: arb, order: int = 0) -> Direction:
-        """Return where the ball is, seen from the centre [m], or the derivatives of that."""
+        """Return the position of the ball relative to the centre [m], or its derivatives."""
         moved = motion_of(self._body, s, order, in_space=False)
         return moved if order else minus(moved, self.piece.centre)
 
     def search_in_doubles(self, high: float) -> Bracket:
-        """Search in doubles; a ball too wide for that is UNSURE."""
+        """Search in doubles; UNSURE if the intervals of the ball are too wide."""
         state = self._body.doubles
         if not state.exact_enough:
             return unsearched(high)
@@ -105,14 +105,14 @@ class RoundGap(DistanceGap):
 
 
 class StraightGap:
-    """The distance of a ball from the line of a straight piece, on the table's side [m].
+    """The distance of a ball from the line of a straight piece, on the side of the table [m].
 
-    Less the ball's radius, or another `reach` [m]: where the nose is not at the height of its
-    centre. Where the piece is a face, the ball touches it only if `is_on_face`.
+    The ball's radius is subtracted, or a different `reach` [m] if the nose isn't at the height of
+    its centre. If the piece is a face, the ball touches it only if `is_on_face`.
     """
 
     def __init__(
-        self, body: Body, piece: Straight, choice: Choice, reach: arb | None = None
+        self, body: Body, piece: StraightPiece, choice: Choice, reach: arb | None = None
     ) -> None:
         self._reach = body.constants.radius if reach is None else reach
         self.choice = choice
@@ -123,30 +123,30 @@ class StraightGap:
 
     @property
     def ends(self) -> bool:
-        """Whether the piece is a face: the gap may close beside it."""
+        """Whether the piece is a face, so that the gap may close beside it."""
         return self.piece.extent is not None
 
     @property
     def is_behind(self) -> bool:
-        """Whether the ball's centre is surely behind the line, at first: no rounding does that."""
+        """Whether the centre is certainly behind the line initially; rounding can't cause this."""
         return bool(self.piece.away((self._body.x, self._body.y)) < 0)
 
     @property
     def slowing(self) -> arb:
-        """Component, across the line, of the velocity or slip that friction acts against, at first.
+        """Component, across the line, of the initial velocity or slip that friction acts against.
 
-        The line's own share of what slows the ball is in proportion to it.
+        The component of the deceleration across the line is proportional to it.
         """
         body = self._body
         slides = body.phase is Phase.SLIDING
         return self.piece.across((body.ux, body.uy) if slides else (body.vx, body.vy))
 
     def is_on_face(self, s: arb) -> bool | None:
-        """Whether the ball is in front of the face after a time s; None: that isn't decided."""
+        """Return whether the ball is in front of the face after a time s; None if undecided."""
         return self.piece.holds_foot_of(self._body.position_after(s))
 
     def coefficients(self) -> list[arb]:
-        """Return the coefficients from the constant up [m, m/s, m/s^2]."""
+        """Return the coefficients, the constant first [m, m/s, m/s^2]."""
         body, across = self._body, self.piece.across
         away = self.piece.away((body.x, body.y)) - self._reach
         return [away, across((body.vx, body.vy)), across((body.ax, body.ay)) / 2]
@@ -159,18 +159,18 @@ class StraightGap:
         return c0 + s * (c1 + s * c2)
 
     def slope(self, s: arb) -> arb:
-        """Return its rate after a time s [m/s]."""
+        """Return the rate of the gap after a time s [m/s]."""
         if self.curved:
             return self.piece.across(self._body.velocity_after(s))
         _, c1, c2 = self.coefficients()
         return c1 + 2 * s * c2
 
     def bend(self, s: arb) -> arb:
-        """Return its second derivative after a time s [m/s^2]."""
+        """Return the second derivative of the gap after a time s [m/s^2]."""
         return self.piece.across(self._body.acceleration_after(s))
 
     def search_in_doubles(self, high: float) -> Bracket:
-        """Search in doubles; a ball too wide for that is UNSURE."""
+        """Search in doubles; UNSURE if the intervals of the ball are too wide."""
         q = self._body.doubles
         if not q.exact_enough:
             return unsearched(high)
@@ -197,36 +197,36 @@ class StraightGap:
         if not gap[0] > margin(0.0):
             return unsearched(high)
         found = first_entry_in_doubles((*gap, 0.0, 0.0), high, margin)
-        # A parabola that begins in front of the line crosses it downwards once at most.
+        # A parabola that starts in front of the line crosses it downwards at most once.
         if found.verdict == ROOT and misses(float(found.low), float(found.high)):
             return unreached(high)
         return found
 
 
 ObstacleGap = NoseGap | RoundGap | StraightGap
-"""Gaps of a ball and what stands on the table."""
+"""Gaps of a ball and an obstacle."""
 
 Gap = PairGap | ObstacleGap
-"""Gaps from an instant on: positive where there is room."""
+"""Gaps from a given time on; positive if the bodies are apart."""
 
 
-def choice_at(i: int, piece: Straight | Round) -> Choice:
-    """Return what it is called when ball i meets something on the table."""
-    takes_out = isinstance(piece, Round) and piece.takes_out
+def choice_at(i: int, piece: StraightPiece | RoundPiece) -> Choice:
+    """Return the event of ball i with an obstacle."""
+    takes_out = isinstance(piece, RoundPiece) and piece.takes_out
     kind = EventKind.POCKETED if takes_out else EventKind.BALL_CUSHION
     return Choice(kind, i, piece.obstacle)
 
 
-def reach_to_nose(problem: Problem, i: int, piece: Straight | Round) -> arb:
-    """Return how far from a nose, or a post, ball i, on the cloth, touches it [m]."""
+def reach_to_nose(problem: ExactProblem, i: int, piece: StraightPiece | RoundPiece) -> arb:
+    """Return the distance from a nose, or a post, at which ball i on the cloth touches it [m]."""
     radius = problem.balls[i].radius
-    if not problem.airborne or (isinstance(piece, Round) and piece.is_post):
+    if not problem.airborne or (isinstance(piece, RoundPiece) and piece.is_post):
         return arb(radius)
     return nose_reach(radius, problem.cushion_height)
 
 
 def nose_reach(radius: float, height: float) -> arb:
-    """Return how far from the line of a nose a ball on the cloth touches it [m]."""
+    """Return the horizontal distance from a nose at which a ball on the cloth touches it [m]."""
     if height == radius:
         return arb(radius)
     h, r = exactly(height), exactly(radius)

@@ -1,8 +1,8 @@
-"""What stands on the table, as a run meets it: lines, faces of straight pieces, discs and holes.
+"""The obstacles of a run: lines, faces of straight pieces, discs and holes.
 
-A ball meets a straight piece on its face, where the foot of the perpendicular from its centre lies
-between the ends; or at an end that points into the table, which is a disc without size. No ball
-meets the back of a piece: on the way there it would meet another one, or a hole.
+A ball meets a straight piece on its face if the foot of the perpendicular from its centre lies
+between the ends; or at an end that points into the table, which is a disc of radius 0. A ball can't
+meet the back of a piece, because it would first meet a different piece or a hole.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ from ghostball.model.scene import CUSHIONS, INWARD, Disc, Hole, Obstacle, Segmen
 from ghostball.model.scene.obstacles import FIRST_POST
 from ghostball.model.scene.sides import Point
 from ghostball.reference_adapters.certified.arithmetic import Vector, exactly, length
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.problem import ExactProblem
 
 _COVERED = 1e-9
-"""How near to a jaw's surface the end of a straight piece belongs to the jaw [m].
+"""Distance from a jaw's surface up to which the end of a straight piece belongs to the jaw [m].
 
-They join there, but for the rounding of the numbers that say where.
+They join there, up to the rounding of their coordinates.
 """
 
 
-class Straight(NamedTuple):
+class StraightPiece(NamedTuple):
     """A line, or the face of a straight piece.
 
     `obstacle`: its index in events.
-    `row`: a number of its own: several pieces may belong to one obstacle.
-    `place` [m]: a point of it, the one that its face begins at.
-    `inward`: unit normal into the table; exact where it is parallel to an axis.
-    `extent` [m]: how far the face reaches from there; None: it has no ends.
-    `is_open`: whether what lies at the beginning of the face, and at its end, is no part of it.
-    `along`: the way from its beginning to its end, exactly; without ends, along the line.
-    `doubles`: place and normal in doubles, and the extent.
+    `row`: a unique number, because several pieces may belong to one obstacle.
+    `place`: a point of the line; for a face, its start [m].
+    `inward`: unit normal into the table; exact if it is parallel to an axis.
+    `extent`: length of the face [m]; None for an infinite line.
+    `is_open`: whether the start and the end of the face don't belong to it.
+    `along`: exact vector from its start to its end, or a vector along the infinite line.
+    `doubles`: place, normal and extent in doubles.
     """
 
     obstacle: int
@@ -50,7 +50,7 @@ class Straight(NamedTuple):
 
     @property
     def is_level(self) -> bool:
-        """Whether it is parallel to an axis: then its normal is exact."""
+        """Whether the piece is parallel to an axis, so that its normal is exact."""
         return bool(self.inward[0].is_zero() or self.inward[1].is_zero())
 
     def across(self, vector: Vector) -> arb:
@@ -58,11 +58,11 @@ class Straight(NamedTuple):
         return self.inward[0] * vector[0] + self.inward[1] * vector[1]
 
     def away(self, place: Vector) -> arb:
-        """Return how far in front of its line a place is [m]."""
+        """Return the distance of a place in front of the line [m]."""
         return self.across((place[0] - self.place[0], place[1] - self.place[1]))
 
     def holds_foot_of(self, place: Vector) -> bool | None:
-        """Whether the face holds the foot of a place's perpendicular; None: that isn't decided."""
+        """Return whether the face contains the foot of a place's perpendicular, or None."""
         if self.extent is None:
             return True
         dx, dy = place[0] - self.place[0], place[1] - self.place[1]
@@ -76,14 +76,14 @@ class Straight(NamedTuple):
         return None if None in answers else True
 
 
-class Round(NamedTuple):
-    """A disc, the end of a straight piece, or a hole, which takes a ball whose centre enters it.
+class RoundPiece(NamedTuple):
+    """A disc, the end of a straight piece, or a hole, in which a ball is pocketed.
 
-    `obstacle`, `row`: as those of a `Straight`; of a hole the first is the pocket.
-    `centre`, `radius` [m].
-    `inward`: of a hole, the unit vector along the pocket's axis, into the table.
-    `is_post`: whether it is taller than any ball flies.
-    `doubles`: both in doubles.
+    `obstacle`, `row`: as for a `StraightPiece`; for a hole, the first is the pocket.
+    `centre`, `radius`: [m].
+    `inward`: for a hole, the unit vector along the pocket's axis, into the table.
+    `is_post`: whether it is a post, higher than any flight.
+    `doubles`: centre and radius in doubles.
     """
 
     obstacle: int
@@ -96,12 +96,12 @@ class Round(NamedTuple):
     doubles: tuple[float, float, float]
 
 
-def obstacles_met(problem: Problem) -> list[Straight | Round]:
-    """Return everything that a ball may meet, in the precision at hand.
+def obstacles_met(problem: ExactProblem) -> list[StraightPiece | RoundPiece]:
+    """Return all obstacles that a ball may meet, with the present precision.
 
     The cushions of a rectangle come first; their rows are their indices in events.
     """
-    found: list[Straight | Round] = []
+    found: list[StraightPiece | RoundPiece] = []
     for k, line in enumerate(problem.noses):
         if line is not None:
             x, y = INWARD[CUSHIONS[k]]
@@ -110,7 +110,7 @@ def obstacles_met(problem: Problem) -> list[Straight | Round]:
             doubles = (*place, x, y, math.inf)
             along = (exactly(y), exactly(-x))
             found.append(
-                Straight(k, k, _exact(place), inward, None, (False, False), along, doubles)
+                StraightPiece(k, k, _exact(place), inward, None, (False, False), along, doubles)
             )
     ends = _ends_met(problem.obstacles)
     pieces: list[Obstacle] = [*problem.obstacles]
@@ -122,7 +122,7 @@ def obstacles_met(problem: Problem) -> list[Straight | Round]:
             takes_out = isinstance(one, Hole)
             index = one.pocket if isinstance(one, Hole) else one.obstacle
             found.append(
-                Round(
+                RoundPiece(
                     index,
                     row,
                     _exact(one.centre),
@@ -140,22 +140,24 @@ def _exact(point: Point) -> Vector:
     return (arb(point[0]), arb(point[1]))
 
 
-def _face(one: Segment, row: int, is_open: tuple[bool, bool]) -> Straight:
+def _face(one: Segment, row: int, is_open: tuple[bool, bool]) -> StraightPiece:
     along = _way_along(one)
     dx, dy = arb(along[0]), arb(along[1])
     size = length(dx, dy)
     inward = (-dy / size, dx / size)
     doubles = (*one.start, float(inward[0]), float(inward[1]), float(size))
-    return Straight(one.obstacle, row, _exact(one.start), inward, size, is_open, along, doubles)
+    return StraightPiece(
+        one.obstacle, row, _exact(one.start), inward, size, is_open, along, doubles
+    )
 
 
 def _ends_met(obstacles: Sequence[Obstacle]) -> dict[Point, int]:
-    """Return the ends of straight pieces that a ball can meet, and what events name them by.
+    """Return the ends of straight pieces that a ball can meet, with their indices in events.
 
-    That is the side that ends there, going round counterclockwise.
+    The index is that of the side that ends there, in counterclockwise order.
 
-    None is where a jaw begins, or in a hole; nor where two pieces join and the table's corner is
-    less than two right angles, or they go straight on: there a ball meets their faces.
+    An end can't be met at the start of a jaw or in a hole, nor if two pieces join there with a
+    convex corner of the table or in a straight line: there a ball meets the faces.
     """
     straight = [one for one in obstacles if isinstance(one, Segment)]
     rest = [one for one in obstacles if not isinstance(one, Segment)]
@@ -178,7 +180,7 @@ def _belongs_to(end: Point, other: Disc | Hole) -> bool:
 
 
 def _turns_right(before: Segment, after: Segment) -> bool:
-    """Whether the way along two pieces turns right, so that their corner points into the table."""
+    """Return whether two pieces turn right, so that their corner points into the table."""
     (ax, ay), (bx, by) = _way_along(before), _way_along(after)
     return bool(ax * by - ay * bx < 0)
 
@@ -189,7 +191,7 @@ def _way_along(one: Segment) -> tuple[fmpq, fmpq]:
 
 
 def _is_beyond(along: arb, *, is_open: bool) -> bool | None:
-    """Whether a foot lies beyond an end of a face, on its side; None: that isn't decided."""
+    """Return whether a foot lies beyond an end of a face, on its side; None if undecided."""
     if along > 0:
         return True
     if along < 0:

@@ -21,7 +21,7 @@ from ghostball.reference_adapters.certified.gaps import (
 )
 from ghostball.reference_adapters.certified.meetings import Meeting
 from ghostball.reference_adapters.certified.motion import Body
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.problem import ExactProblem
 from ghostball.reference_adapters.certified.ties import are_at_once, commute, first_of_instant
 
 TIE_BITS = 100
@@ -32,7 +32,7 @@ example if a rolling ball hits a resting ball and both slides end together.
 """
 
 
-def largest_speeds(problem: Problem) -> list[float]:
+def largest_speeds(problem: ExactProblem) -> list[float]:
     """Return an upper bound on the speed of each ball [m/s]: it has all of the initial energy.
 
     Neither impacts nor the cloth add energy: m v^2 / 2 is at most the sum of m v^2 / 2
@@ -49,7 +49,7 @@ def largest_speeds(problem: Problem) -> list[float]:
     return [float((twice / ball.mass).upper().sqrt().upper()) for ball in problem.balls]
 
 
-class Order:
+class EventOrder:
     """The order of the events of one run.
 
     `agenda`: the candidates; `bodies`: the balls in their present state, the run's own list.
@@ -57,7 +57,7 @@ class Order:
     """
 
     def __init__(
-        self, problem: Problem, agenda: Agenda, bodies: list[Body], *, act_at_once: bool
+        self, problem: ExactProblem, agenda: Agenda, bodies: list[Body], *, act_at_once: bool
     ) -> None:
         self._problem = problem
         self._agenda = agenda
@@ -119,7 +119,7 @@ class Order:
             if other.gap is None or _far_apart(other, now):
                 continue
             if other.known and other.instant is first.instant:
-                continue  # it comes after it by the law of one instant
+                continue  # simultaneous, and later by the rule for simultaneous impacts
             if commute(self._problem, first, other):
                 continue
             choices = tuple(c.choice for c in sorted((first, other), key=lambda c: c.rank))

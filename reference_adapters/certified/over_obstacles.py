@@ -1,8 +1,8 @@
-"""A ball in the air over a table with pockets, or a polygon: which holes take it, what is near it.
+"""A ball in the air above pockets, or a polygon: the holes and obstacles that it may meet.
 
-In plan it goes straight on, so that plain geometry says what it surely doesn't meet. Near a jaw, or
-the end of a nose, whose gap to a ball in the air is no polynomial, nothing is decided, and the
-proof ends where the ball takes off.
+Seen from above it moves in a straight line, so geometry shows which obstacles it certainly doesn't
+meet. Near a jaw, or the end of a nose, whose gap to a ball in the air isn't polynomial, nothing is
+decided, and the proof ends when the ball takes off.
 """
 
 from __future__ import annotations
@@ -20,41 +20,47 @@ from ghostball.reference_adapters.certified.certificate import Choice
 from ghostball.reference_adapters.certified.flight import FlyingBody
 from ghostball.reference_adapters.certified.meetings import Meeting
 from ghostball.reference_adapters.certified.obstacle_gaps import choice_at
-from ghostball.reference_adapters.certified.obstacles import Round, Straight
+from ghostball.reference_adapters.certified.obstacles import RoundPiece, StraightPiece
 
 HIGHEST_AT_BACK = 1.4
-"""How high a ball's centre may be to fall into a hole where it would leave it, in radii: a rule of
-the model, and the same double as the engine's."""
+"""Largest height of a ball's centre, in radii, at which it falls into a hole at its far edge.
+
+This is a rule of the model, with the same double as in the engine.
+"""
 
 _MARGIN = 2.0**-20
-"""Part of a ball's radius, place and way by which doubles have to say that it passes something: far
-more than they err where its place is known to `motion.EXACT_ENOUGH`."""
+"""Margin for passing an obstacle, relative to a ball's radius, position and path.
+
+It is far larger than the error of doubles for positions known to `motion.EXACT_ENOUGH`.
+"""
 
 Point = tuple[float, float]
 
 
 class Nearness(enum.Enum):
-    """How a ball in the air is to something that has an end."""
+    """Position of a ball in the air relative to an obstacle with ends."""
 
-    FAR = enum.auto()  # they don't touch, and it doesn't pass over it
-    IN_FRONT = enum.auto()  # always in front of a face, which is a line then
+    FAR = enum.auto()  # the ball neither touches the obstacle nor passes above it
+    IN_FRONT = enum.auto()  # always in front of a face, which then counts as a line
     UNDECIDED = enum.auto()
 
 
-def hole_below(body: FlyingBody, pieces: Sequence[Straight | Round]) -> tuple[Round | None, bool]:
-    """Return the hole that a ball lands in, or None; False beside it: that isn't decided."""
+def hole_below(
+    body: FlyingBody, pieces: Sequence[StraightPiece | RoundPiece]
+) -> tuple[RoundPiece | None, bool]:
+    """Return the hole in which a ball lands, or None; and whether this is decided."""
     assert body.duration is not None
     place = body.position_after(body.duration)
     for piece in pieces:
-        if isinstance(piece, Round) and piece.takes_out:
+        if isinstance(piece, RoundPiece) and piece.takes_out:
             gap = _square_from(piece, place) - piece.radius * piece.radius
             if not gap > 0:
                 return piece, bool(gap < 0)
     return None, True
 
 
-def past_hole(i: int, body: FlyingBody, hole: Round) -> Iterator[tuple[Choice, Meeting]]:
-    """Yield what happens to ball i at the far edge of a hole that it flies over, if anything."""
+def past_hole(i: int, body: FlyingBody, hole: RoundPiece) -> Iterator[tuple[Choice, Meeting]]:
+    """Yield the event of ball i at the far edge of a hole that it flies over, if any."""
     vx, vy = body.vx, body.vy
     undecided = (choice_at(i, hole), Meeting(None, body.t))
     dx, dy = body.x - hole.centre[0], body.y - hole.centre[1]
@@ -86,8 +92,8 @@ def past_hole(i: int, body: FlyingBody, hole: Round) -> Iterator[tuple[Choice, M
         yield undecided
 
 
-def nearness(body: FlyingBody, piece: Straight | Round, last: float) -> Nearness:
-    """Return how near to a face, a jaw, or an end of a nose a ball comes in `last` seconds."""
+def nearness(body: FlyingBody, piece: StraightPiece | RoundPiece, last: float) -> Nearness:
+    """Return how close a ball comes to a face, a jaw, or the end of a nose in `last` seconds."""
     state = body.doubles
     if not state.exact_enough:
         return Nearness.UNDECIDED
@@ -95,7 +101,7 @@ def nearness(body: FlyingBody, piece: Straight | Round, last: float) -> Nearness
     end = (state.x + last * state.vx, state.y + last * state.vy)
     radius = float(body.constants.radius)
     margin = _MARGIN * (radius + state.place + last * state.speed)
-    if isinstance(piece, Round):
+    if isinstance(piece, RoundPiece):
         x, y, size = piece.doubles
         is_far = _from_way((x, y), start, end) > size + radius + margin
         return Nearness.FAR if is_far else Nearness.UNDECIDED
@@ -115,13 +121,13 @@ def nearness(body: FlyingBody, piece: Straight | Round, last: float) -> Nearness
     return Nearness.IN_FRONT if in_front else Nearness.UNDECIDED
 
 
-def _square_from(piece: Round, place: Vector) -> arb:
+def _square_from(piece: RoundPiece, place: Vector) -> arb:
     dx, dy = place[0] - piece.centre[0], place[1] - piece.centre[1]
     return dx * dx + dy * dy
 
 
 def _from_way(point: Point, start: Point, end: Point) -> float:
-    """Return how far a point is from a straight way [m]."""
+    """Return the distance of a point from a straight path [m]."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     rx, ry = point[0] - start[0], point[1] - start[1]
     square = dx * dx + dy * dy

@@ -1,4 +1,4 @@
-"""A scene reduced to the exact numbers that decide its motion; equal problems, equal proofs."""
+"""A scene reduced to the numbers that determine its motion; equal problems, equal proofs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ghostball.model.scene import Obstacle
 
 @dataclass(frozen=True)
 class BallNumbers:
-    """One ball, in SI units; every number is the very double of the scene."""
+    """One ball, in SI units; every number is the exact double of the scene."""
 
     x: float
     y: float
@@ -30,11 +30,11 @@ class BallNumbers:
 
 
 @dataclass(frozen=True)
-class Problem:
-    """All that the motion of a scene depends on; names, titles and tags are no part of it.
+class ExactProblem:
+    """Everything that the motion of a scene depends on, without names, titles and tags.
 
-    `noses` are the lines of the cushions in the order of `CUSHIONS` [m], None where a side is open;
-    `obstacles` what else stands on the table, or takes balls out, by the doubles that say where.
+    `noses`: coordinates of the cushion lines in the order of `CUSHIONS` [m]; None for an open side.
+    `obstacles`: all other obstacles and holes, with their coordinates as doubles.
     """
 
     balls: tuple[BallNumbers, ...]
@@ -43,7 +43,7 @@ class Problem:
     t_max: float | None
     gravity: float
     slides: bool
-    simultaneous: bool  # impacts of one instant act at once
+    simultaneous: bool  # simultaneous impacts act together
     ball_restitution: float
     ball_friction: float | None  # None: Alciatore's curve
     cushion: str
@@ -58,8 +58,8 @@ class Problem:
     table_restitution: float
 
 
-def problem_of(scene: Scene) -> Problem:
-    """Return the numbers of a scene that the engine can certify."""
+def problem_of(scene: Scene) -> ExactProblem:
+    """Return the numbers of a scene for the certification."""
     physics, table = scene.physics, scene.table
     rolls, spins = scene.rolls, scene.angular_velocities
     rolling, sliding = scene.rolling_frictions, scene.sliding_frictions
@@ -90,7 +90,7 @@ def problem_of(scene: Scene) -> Problem:
             noses[side.cushion] = side.point[side.across]
     mirror = physics.cushion == "mirror"
     friction = physics.ball_friction
-    return Problem(
+    return ExactProblem(
         balls=balls,
         noses=tuple(noses),
         obstacles=() if table is None else table.obstacles,

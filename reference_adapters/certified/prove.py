@@ -1,4 +1,4 @@
-"""A certificate of a shot: runs in wider and wider precision until everything is proved."""
+"""Certify a shot: runs with increasing precision until everything is proved."""
 
 from __future__ import annotations
 
@@ -28,48 +28,48 @@ from ghostball.reference_adapters.certified.certificate import (
 )
 from ghostball.reference_adapters.certified.integrated_slide import Integrator
 from ghostball.reference_adapters.certified.motion import Body
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.problem import ExactProblem
 from ghostball.reference_adapters.certified.recorded import recorded
-from ghostball.reference_adapters.certified.run import Run
+from ghostball.reference_adapters.certified.run import CertifiedRun
 from ghostball.reference_adapters.certified.settings import CertifiedSettings
 
 
 class _Stop(NamedTuple):
-    """Where one run ended, and why."""
+    """Where and why one run ended."""
 
     ending: Ending
     what: str
     choices: tuple[Choice, ...]
     t: arb
-    final: bool  # whether more precision can't get any further
-    events: int  # proved until then
+    final: bool  # whether more precision can't help
+    events: int  # number of events proved so far
 
 
 def prove(
-    problem: Problem,
+    problem: ExactProblem,
     ids: tuple[str, ...],
     settings: CertifiedSettings,
     *,
     motion: bool,
     slide: Integrator | None = None,
 ) -> Certificate:
-    """Prove what happens in a problem whose balls have these names, as far as it can be proved.
+    """Prove the events of a problem whose balls have the names `ids`, as far as possible.
 
-    With `motion` the motion between events is kept, too. With `slide`, which integrates slides in
-    air, the shot is integrated: what is returned has the form of a proof, and is none.
+    With `motion`, the motion between events is stored, too. With `slide`, an integrator of slides
+    in air, the shot is integrated: the result has the form of a proof, but isn't one.
 
-    Raises `UnsupportedSceneError` where it can't be decided how a ball starts.
+    Raises `UnsupportedSceneError` if it can't be decided how a ball starts.
     """
     started = time.perf_counter()
     deadline = started + settings.time_limit
-    run: Run | None = None
+    run: CertifiedRun | None = None
     stop: _Stop | None = None
     for bits in _precisions(settings):
-        # The first precision begins in any case: else there is nothing to hand back.
+        # The first precision has no deadline, because there would be nothing to return.
         first = bits == settings.start_precision
         with working_precision(bits), computing_until(math.inf if first else deadline):
             try:
-                new = Run(problem, bits, slide)
+                new = CertifiedRun(problem, bits, slide)
             except UndecidedError as error:
                 if error.exact or bits == settings.max_precision or time.perf_counter() > deadline:
                     raise _refused(error.what) from None
@@ -77,7 +77,8 @@ def prove(
             except OutOfTimeError:
                 if stop is None:
                     unknown = (
-                        f"in {settings.time_limit:g} s (`time_limit`) it can't tell a start",
+                        f"in {settings.time_limit:g} s (`time_limit`) it can't verify the initial "
+                        "state",
                     )
                     raise UnsupportedSceneError("certified", unknown) from None
                 stop = stop._replace(ending="time limit")
@@ -88,7 +89,7 @@ def prove(
         if not stop.final and time.perf_counter() > deadline:
             stop = stop._replace(ending="time limit", final=True)
         if not stop.final and bits == settings.max_precision:
-            stop = _at_the_cap(stop, before)
+            stop = _at_max_precision(stop, before)
         if stop.final:
             break
     assert run is not None
@@ -99,14 +100,14 @@ def prove(
 
 
 def _refused(what: str) -> UnsupportedSceneError:
-    return UnsupportedSceneError("certified", (f"from the start it can't tell {what}",))
+    return UnsupportedSceneError("certified", (f"it can't determine, from the start, {what}",))
 
 
-def _at_the_cap(stop: _Stop, before: _Stop | None) -> _Stop:
-    """Return what to call an end that more bits might have moved."""
+def _at_max_precision(stop: _Stop, before: _Stop | None) -> _Stop:
+    """Return the ending of a run that more precision might have continued."""
     if stop.ending not in ("ambiguous", "proved"):
         return stop._replace(final=True)
-    # Where the last widening didn't get any further, the numbers are equal for all we know.
+    # If the last increase of precision didn't help, the numbers are presumably equal.
     further = before is None or stop._replace(t=before.t) != before
     tie = stop.ending == "ambiguous" and not further
     return stop._replace(ending="ambiguous" if tie else "precision cap", final=True)
@@ -120,8 +121,8 @@ def _precisions(settings: CertifiedSettings) -> Iterator[int]:
     yield settings.max_precision
 
 
-def _attempt(run: Run, settings: CertifiedSettings, deadline: float) -> _Stop:
-    """Run in one precision, and say where and why it ended."""
+def _attempt(run: CertifiedRun, settings: CertifiedSettings, deadline: float) -> _Stop:
+    """Run with one precision; return where and why the run ended."""
     try:
         ending = run.go(settings.max_events, deadline)
         end = run.end_instant() if run.ended else run.now
@@ -137,8 +138,8 @@ def _attempt(run: Run, settings: CertifiedSettings, deadline: float) -> _Stop:
     return stop._replace(final=final, events=len(run.events))
 
 
-def _widest(run: Run, end: arb) -> float:
-    """Width of the widest number that a certificate would hold, in m, s and m/s."""
+def _widest(run: CertifiedRun, end: arb) -> float:
+    """Return the width of the widest number in the certificate, in m, s and m/s."""
     numbers = [end, *(t for _, t, _ in run.events)]
     for body in run.bodies:
         place, velocity, spin = _state_at(body, end, run.airborne)
@@ -151,12 +152,12 @@ def _reason(stop: _Stop, ids: tuple[str, ...], settings: CertifiedSettings) -> s
     colon = ": " if named else ""
     at = f"{colon}{named}, at t = {float(stop.t):.17g} s"
     if stop.ending == "ambiguous":
-        return f"can't tell {stop.what}{at}"
+        return f"can't determine {stop.what}{at}"
     if stop.ending == "precision cap":
-        cap = f"{settings.max_precision} bits (`max_precision`) don't tell"
+        cap = f"{settings.max_precision} bits (`max_precision`) are not enough to determine"
         return f"{cap} {stop.what}{at}. Raise it"
     if stop.ending == "sustained contact":
-        return f"{stop.what}, sustained from here on{at}"
+        return f"{stop.what}, in resting contact from here on{at}"
     if stop.ending == "event limit":
         return f"{settings.max_events} events (`max_events`){at}"
     if stop.ending == "time limit":
@@ -164,7 +165,9 @@ def _reason(stop: _Stop, ids: tuple[str, ...], settings: CertifiedSettings) -> s
     return ""
 
 
-def _certificate(run: Run, stop: _Stop, reason: str, seconds: float, motion: bool) -> Certificate:
+def _certificate(
+    run: CertifiedRun, stop: _Stop, reason: str, seconds: float, motion: bool
+) -> Certificate:
     positions, velocities, spins = [], [], []
     end = stop.t if run.ended else run.now
     for body in run.bodies:

@@ -1,4 +1,4 @@
-"""The motion of a proved shot in doubles, from the middles: as an `ExactTrajectory` has it."""
+"""The motion of a proved shot in doubles, from middles, for an `ExactTrajectory`."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from ghostball.reference_adapters.certified.arithmetic import ZERO, unit
 from ghostball.reference_adapters.certified.certificate import segment_columns
 from ghostball.reference_adapters.certified.integrated_slide import SlidePiece
 from ghostball.reference_adapters.certified.motion import Body
-from ghostball.reference_adapters.certified.run import Run
+from ghostball.reference_adapters.certified.run import CertifiedRun
 
 POWERS = 20
-"""Powers of the time in the displacement of a ball that air slows."""
+"""Highest power of the time in the displacement of a ball slowed by air."""
 
 PIECES_IN_REACH = 6.0
-"""How many pieces of a roll in air its series could reach.
+"""Radius of convergence of a roll in air divided by the length of a piece.
 
-What is left out is 6^-20 of the displacement or less: its rounding. Of a slide it is 4^-20 of what
-the air changes in a piece.
+The truncation error is at most 6^-20 of the displacement, which is rounding. For a slide it is
+4^-20 of the effect of the air in a piece.
 """
 
-_NO_LONGER = 2.0**-30
-"""What of a slide is no piece of its own [s]: the one before continues, for a few nanometres."""
+_SHORTEST_PIECE = 2.0**-30
+"""Shortest piece of a slide [s]: the previous piece continues instead, for a few nanometres."""
 
 Row = tuple[float, ...]
 
 
-class Recorded(NamedTuple):
-    """What a `Certificate` holds of the motion: see there."""
+class RecordedMotion(NamedTuple):
+    """The motion in a `Certificate`; the fields are documented there."""
 
     columns: tuple[str, ...]
     segments: tuple[FloatArray, ...]
     starts: tuple[tuple[int, ...], ...]
 
 
-def recorded(run: Run, end: arb) -> Recorded:
-    """Return the motion of each ball up to an instant.
+def recorded(run: CertifiedRun, end: arb) -> RecordedMotion:
+    """Return the motion of each ball up to a time.
 
-    With more powers of the time where air slows any.
+    It has more powers of the time if air slows a ball.
     """
     counts: list[list[int]] = [[] for _ in run.bodies]
     rows: list[list[Row]] = [[] for _ in run.bodies]
@@ -64,7 +64,7 @@ def recorded(run: Run, end: arb) -> Recorded:
         rows[k][:0] = [(*row, *[0.0] * (len(columns) - len(row))) for row in pieces]
         counts[k].insert(0, len(pieces))
         until[k] = body.t
-    return Recorded(
+    return RecordedMotion(
         columns,
         tuple(np.array(row, dtype=np.float64) for row in rows),
         tuple(tuple(accumulate(of_ball[:-1], initial=0)) for of_ball in counts),
@@ -72,7 +72,7 @@ def recorded(run: Run, end: arb) -> Recorded:
 
 
 def _lift(body: Body) -> Row:
-    """Return height of the lowest point, velocity upwards and acceleration downwards."""
+    """Return the height of the lowest point, the upward velocity and the downward acceleration."""
     height, up, pull = body.vertical
     return float(height - body.constants.radius), float(up), -float(pull)
 
@@ -86,7 +86,7 @@ def _parabola(body: Body) -> Row:
 
 
 def _in_a_line(body: Body, lasts: float) -> list[Row]:
-    """Return a motion that only air and rolling friction slow, in pieces, up to a time [s]."""
+    """Return straight motion slowed by air and rolling friction, in pieces, up to a time [s]."""
     assert body.roll is not None
     x, y = unit(body.vx, body.vy, "whether it moves or rests")
     rows: list[Row] = []
@@ -106,7 +106,7 @@ def _sliding(body: Body, lasts: float) -> list[Row]:
     rows: list[Row] = []
     for piece in body.slide.pieces:
         t = piece.start
-        if float(body.slide.duration - t) < _NO_LONGER or (rows and float(t) >= lasts):
+        if float(body.slide.duration - t) < _SHORTEST_PIECE or (rows and float(t) >= lasts):
             break
         rows.append(_slid(body, piece))
     return rows or [_parabola(body)]
@@ -122,10 +122,10 @@ def _slid(body: Body, piece: SlidePiece) -> Row:
 def _row(
     body: Body, s: arb, displacement: Sequence[tuple[arb, arb]], q: Sequence[tuple[arb, arb]]
 ) -> Row:
-    """Return a segment a time s after the body's instant.
+    """Return a segment that starts a time s after the body's start time.
 
-    `displacement` (x, y) by power of the time since.
-    `q`: from u = (vx - R wy, vy + R wx).
+    `displacement`: (x, y) by power of the time since then.
+    `q`: u - v, from u = (vx - R wy, vy + R wx).
     """
     radius = body.constants.radius
     turns = [(float(y / radius), float(-x / radius)) for x, y in q]

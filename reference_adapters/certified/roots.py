@@ -1,11 +1,11 @@
-"""The first instant at which a gap closes, isolated with proof.
+"""Isolate the first time at which a gap closes, with proof.
 
-A gap is a polynomial of degree 4 or less in the time. In Bernstein form on an interval it lies
-between its least and its largest coefficient, and has at most as many roots there as its
-coefficients change sign (Descartes; Rouillier and Zimmermann 2004). So coefficients that are all
-positive exclude the interval, and + ... + - ... - isolates one root, which is an entry; anything
-else is cut in two. The same search runs in doubles, with a margin far above their errors, and in
-balls without one.
+A gap is a polynomial in time of degree 4 or less. In Bernstein form on an interval, its values lie
+between its smallest and its largest coefficient, and its number of roots is at most the number of
+sign changes of the coefficients (Descartes; Rouillier and Zimmermann 2004). So positive
+coefficients exclude the interval, and + ... + - ... - isolates one root, which is an entry; any
+other interval is divided. The same search runs in doubles, with a margin far above their errors,
+and in interval arithmetic without a margin.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from ghostball.reference_adapters.certified.arithmetic import ZERO
 NONE = 0
 """The gap stays open."""
 ROOT = 1
-"""It closes exactly once within the bracket, and not before it."""
+"""The gap closes exactly once within the bracket, and not before it."""
 UNSURE = 2
-"""It stays open up to the start of the bracket; from there on it can't be decided."""
+"""The gap stays open up to the start of the bracket; after it, the search is undecided."""
 
 _RATIOS = {
     n: tuple(tuple((comb(i, k), comb(n, k)) for k in range(i + 1)) for i in range(n + 1))
@@ -31,22 +31,22 @@ _RATIOS = {
 }
 
 _CUTS = (0.486, 0.523, 0.461)
-"""Where an interval is cut, in parts of it: not in halves, since roots of simple numbers lie there.
+"""Fractions at which an interval is divided; not 1/2, where roots of simple numbers lie.
 
-A root at the end of a piece would stay there for ever.
+A root at the end of an interval would stay there forever.
 """
 
 _MOST_PIECES = 80
-"""Intervals after which a search in doubles gives up, with UNSURE."""
+"""Number of intervals after which a search in doubles ends with UNSURE."""
 
 _SMALL_STEP = 2.0**-30
-"""Newton step, in units of the bracket, whose sign is left to the proof that follows."""
+"""Newton step, in units of the bracket, below which the following proof decides."""
 
 Margin = Callable[[float], float]
 
 
 class Bracket(NamedTuple):
-    """What a search found: a verdict, and the interval it is about [s]; its ends are exact."""
+    """The result of a search: a verdict and its interval [s], with exact ends."""
 
     verdict: int
     low: arb
@@ -56,10 +56,9 @@ class Bracket(NamedTuple):
 def first_entry_in_doubles(gap: Sequence[float], high: float, margin: Margin) -> Bracket:
     """Search in doubles for the first entry of a gap in [0, high].
 
-    `gap`: coefficients from the constant up [m^2, m^2/s ...].
-    `high` [s].
-    `margin`: what an error of a Bernstein coefficient on an interval that ends at a time can't
-        exceed.
+    `gap`: coefficients, the constant first [m^2, m^2/s ...].
+    `high`: [s].
+    `margin`: error bound of a Bernstein coefficient on an interval that ends at a given time.
     """
     stack, pieces = [(0.0, high)], _MOST_PIECES
     while stack:
@@ -84,19 +83,19 @@ def _bracket(verdict: int, low: float, high: float) -> Bracket:
 
 
 def unsearched(high: float) -> Bracket:
-    """Return the bracket of a search that wasn't made."""
+    """Return the bracket of a search that wasn't performed."""
     return _bracket(UNSURE, 0.0, high)
 
 
 def unreached(high: float) -> Bracket:
-    """Return the bracket of a gap that surely stays open."""
+    """Return the bracket of a gap that certainly stays open."""
     return _bracket(NONE, high, high)
 
 
 def first_entry(gap: Sequence[arb], low: arb, high: arb, bits: int) -> Bracket:
-    """Search in balls for the first entry of a gap in [low, high] [s], both exact.
+    """Search in interval arithmetic for the first entry of a gap in [low, high] [s], both exact.
 
-    Contract: gives up, with UNSURE, where intervals come down to 2^-`bits` of the first.
+    Contract: ends with UNSURE at intervals of 2^-`bits` of the first one.
     """
     gap = _trimmed(gap)
     ratios = _RATIOS[len(gap) - 1]
@@ -118,7 +117,7 @@ def first_entry(gap: Sequence[arb], low: arb, high: arb, bits: int) -> Bracket:
 
 
 def _cut(gap: Sequence[arb], start: arb, end: arb) -> arb:
-    """Return where to cut an interval: not at a root."""
+    """Return a time at which to divide an interval, not at a root."""
     middle = start
     for part in _CUTS:
         middle = (start + part * (end - start)).mid()
@@ -133,14 +132,14 @@ def _cut(gap: Sequence[arb], start: arb, end: arb) -> arb:
 def refined(
     value: Callable[[arb], arb], slope: Callable[[arb], arb], low: arb, high: arb
 ) -> arb | None:
-    """Enclose the one root in a bracket as narrowly as the precision allows.
+    """Enclose the single root in a bracket as precisely as possible.
 
-    `value`, `slope`: a function with exactly one root in [low, high], where it falls through 0, and
-        its derivative; of a ball, the range.
-    `low`, `high` [s].
+    `value`, `slope`: a function with exactly one root in [low, high], where it decreases through 0,
+        and its derivative; for an interval, the range.
+    `low`, `high`: [s].
 
-    Returns [s]: the interval Newton step from the middle of a ball that contains its own image: so
-    the ball has one root, for every function that the coefficients enclose.
+    Returns an interval [s]: the interval Newton step from the middle of an interval that contains
+    its own image. Such an interval has one root, for every function that the coefficients enclose.
     """
     start, end = low, high
     x = ((start + end) / 2).mid()
@@ -151,13 +150,13 @@ def refined(
         elif at < 0:
             end = x
         else:
-            break  # x is a root as far as this precision can tell
+            break  # x is a root to the present precision
         rate = slope(x)
         step = at / rate if rate < 0 else ZERO
         new = (x - step).mid()
         if not (rate < 0 and start < new < end):
             if rate < 0 and abs(step) < _SMALL_STEP * (end - start):
-                break  # rounding alone put it outside
+                break  # outside only by rounding
             new = ((start + end) / 2).mid()
             if not start < new < end:
                 break
@@ -173,7 +172,7 @@ def refined(
             return None
         image = x - at / rate
         if ball.contains(image):
-            # Only of the bracket it is known that its root is the first one.
+            # Only the root in the bracket is known to be the first.
             return image if low <= ball.lower() and ball.upper() <= high else None
         reach = 4 * reach
     return None
@@ -213,7 +212,7 @@ def _bernstein(gap: Sequence[float], low: float, high: float) -> tuple[float, ..
     """
     c0, c1, c2, c3, c4 = gap
     if low != 0.0:
-        # In powers of (s - low): Horner's scheme, again and again.
+        # In powers of (s - low), by repeated Horner schemes.
         d3 = c3 + low * c4
         d2 = c2 + low * d3
         d1 = c1 + low * d2
@@ -242,7 +241,7 @@ def _bernstein(gap: Sequence[float], low: float, high: float) -> tuple[float, ..
 def _bernstein_of_balls(
     gap: Sequence[arb], low: arb, high: arb, ratios: Sequence[Sequence[tuple[int, int]]]
 ) -> list[arb]:
-    """Return the same of balls; with quotients, since 1/6 is no double."""
+    """Return the Bernstein coefficients as intervals, with quotients: 1/6 is no double."""
     shifted = _shifted(gap, low)
     width = high - low
     scale = arb(1)
@@ -270,7 +269,7 @@ def _shifted(gap: Sequence[arb], by: arb) -> list[arb]:
 
 
 def _trimmed(gap: Sequence[arb]) -> Sequence[arb]:
-    """Leave out leading coefficients that are exactly 0: the form gets narrower."""
+    """Return the coefficients without leading ones that are exactly 0, for narrower intervals."""
     count = len(gap)
     while count > 1 and gap[count - 1].is_zero():
         count -= 1

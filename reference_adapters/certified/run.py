@@ -1,7 +1,7 @@
-"""One run of a problem in one precision: event after event, each proved to be the next.
+"""One run of a problem with one precision: event after event, each proved to be the next.
 
-Bounds in doubles, on the safe side, say which candidates need a proof at all; those that may be
-first are enclosed in balls and compared. What can't be decided is raised, and `certify` widens the
+Conservative bounds in doubles select the candidates that need a proof; those that may be first are
+enclosed in intervals and compared. An open decision raises an error, and `certify` increases the
 precision and starts again.
 """
 
@@ -20,7 +20,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
 )
 from ghostball.reference_adapters.certified.candidates import Agenda, Candidate
 from ghostball.reference_adapters.certified.certificate import Choice, Ending
-from ghostball.reference_adapters.certified.contacts import Contacts
+from ghostball.reference_adapters.certified.contacts import RunContacts
 from ghostball.reference_adapters.certified.flight import (
     FlyingBody,
     body_in_space_at_start,
@@ -41,28 +41,32 @@ from ghostball.reference_adapters.certified.obstacle_gaps import (
     choice_at,
     reach_to_nose,
 )
-from ghostball.reference_adapters.certified.obstacles import Round, Straight, obstacles_met
-from ghostball.reference_adapters.certified.order import Order
+from ghostball.reference_adapters.certified.obstacles import (
+    RoundPiece,
+    StraightPiece,
+    obstacles_met,
+)
+from ghostball.reference_adapters.certified.order import EventOrder
 from ghostball.reference_adapters.certified.over_obstacles import (
     Nearness,
     hole_below,
     nearness,
     past_hole,
 )
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.problem import ExactProblem
 from ghostball.reference_adapters.certified.ties import sharing_balls
 
 
-class Run:
+class CertifiedRun:
     """One run.
 
-    `bodies`: each ball from the last event that concerned it.
-    `now` [s]: the last event's instant.
-    `events`: what is proved: event, instant, and whether its place is a convention.
-    `ended`: whether the run reached its natural end.
+    `bodies`: each ball since its last event.
+    `now`: time of the last event [s].
+    `events`: proved events: event, time, and whether the order is a convention.
+    `ended`: whether the run reached its normal end.
     """
 
-    def __init__(self, problem: Problem, bits: int, slide: Integrator | None = None) -> None:
+    def __init__(self, problem: ExactProblem, bits: int, slide: Integrator | None = None) -> None:
         self.bits = bits
         self.now = ZERO
         self.order = 0
@@ -74,7 +78,7 @@ class Run:
         self._t_max = None if problem.t_max is None else arb(problem.t_max)
         self._agenda = Agenda(bits)
         self._pieces = obstacles_met(problem)
-        self._contacts = Contacts(problem, self._pieces)
+        self._contacts = RunContacts(problem, self._pieces)
         law = ImpactsInSpace if problem.airborne else JointImpacts
         self._impacts: Impacts = law(problem, self._contacts)
         if problem.airborne:
@@ -83,15 +87,15 @@ class Run:
             self.bodies = [body_at_start(ball, problem, slide) for ball in problem.balls]
         self.segments = list(enumerate(self.bodies))
         at_once = self._impacts.act_at_once
-        self._order = Order(problem, self._agenda, self.bodies, act_at_once=at_once)
+        self._order = EventOrder(problem, self._agenda, self.bodies, act_at_once=at_once)
 
     def go(self, max_events: int, deadline: float) -> Ending:
-        """Run until the end, `max_events` events, or `deadline` of `time.perf_counter`.
+        """Run to the end, to `max_events` events, or to `deadline` of `time.perf_counter`.
 
         Returns "proved", "event limit" or "time limit".
 
-        Raises `UndecidedError` where this precision can't tell what comes next;
-        `SustainedContactError` where a contact is sustained from here on.
+        Raises `UndecidedError` if this precision can't determine the next event;
+        `SustainedContactError` if a contact is a resting contact from now on.
         """
         self._begin()
         while True:
@@ -120,7 +124,7 @@ class Run:
                 self._predict_pair(j, i)
 
     def _predict_alone(self, i: int) -> None:
-        """Predict what ball i does alone: its phase ends, it meets a cushion or a pocket."""
+        """Predict the events of ball i alone: its phase ends, or it meets a cushion or a pocket."""
         body = self.bodies[i]
         if body.resting:
             return
@@ -139,20 +143,20 @@ class Run:
             else:
                 self._agenda.add_searched(gap, (body,), high)
 
-            if isinstance(body, FlyingBody) and isinstance(piece, Straight):
+            if isinstance(body, FlyingBody) and isinstance(piece, StraightPiece):
                 choice = Choice(EventKind.LEAVES_TABLE, i, piece.obstacle)
                 self._predict_leaving(body, piece, choice)
 
-    def _gap_to(self, i: int, piece: Straight | Round) -> ObstacleGap:
+    def _gap_to(self, i: int, piece: StraightPiece | RoundPiece) -> ObstacleGap:
         body, choice = self.bodies[i], choice_at(i, piece)
-        if isinstance(piece, Round):
+        if isinstance(piece, RoundPiece):
             return RoundGap(body, piece, choice, reach_to_nose(self._problem, i, piece))
         if isinstance(body, FlyingBody):
             return NoseGap(body, piece, self._problem.cushion_height, choice)
         return StraightGap(body, piece, choice, reach_to_nose(self._problem, i, piece))
 
     def _predict_end(self, i: int, body: Body, s: arb) -> None:
-        """Predict the end of ball i's phase, a time s after its instant [s]."""
+        """Predict the end of ball i's phase, a time s after its start time [s]."""
         choice, found = Choice(body.end_kind, i, -1), Meeting(s, body.t + s)
         if isinstance(body, FlyingBody):
             hole, is_known = hole_below(body, self._pieces)
@@ -162,24 +166,27 @@ class Run:
         self._agenda.add(Candidate(choice, (body,), found=found))
 
     def _predict_holes(self, i: int, body: FlyingBody) -> float:
-        """Predict what holes do to ball i, in the air; return how long it flies at most [s]."""
+        """Predict the events of airborne ball i with holes; return its longest flight time [s]."""
         assert body.duration is not None
         last = _latest(body.duration)
         for piece in self._pieces:
-            if isinstance(piece, Round) and piece.takes_out:
+            if isinstance(piece, RoundPiece) and piece.takes_out:
                 for choice, found in past_hole(i, body, piece):
                     self._agenda.add(Candidate(choice, (body,), found=found))
                     last = last if found.s is None else min(last, _latest(found.s))
         return last
 
-    def _predict_over(self, i: int, body: FlyingBody, piece: Straight | Round, last: float) -> bool:
-        """Say that ball i, in the air, meets something as on the cloth, or as a line; else predict.
+    def _predict_over(
+        self, i: int, body: FlyingBody, piece: StraightPiece | RoundPiece, last: float
+    ) -> bool:
+        """Return whether airborne ball i meets an obstacle as on the cloth, or as a line.
 
-        It flies for `last` seconds at most.
+        Otherwise, predict an undecided event, if necessary. The ball flies for at most `last`
+        seconds.
         """
-        if isinstance(piece, Round) and (piece.takes_out or piece.is_post):
+        if isinstance(piece, RoundPiece) and (piece.takes_out or piece.is_post):
             return piece.is_post
-        if isinstance(piece, Straight) and piece.extent is None:
+        if isinstance(piece, StraightPiece) and piece.extent is None:
             return True
         where = nearness(body, piece, last)
         if where is Nearness.UNDECIDED:
@@ -187,8 +194,8 @@ class Run:
             self._agenda.add(Candidate(choice_at(i, piece), (body,), found=found))
         return where is Nearness.IN_FRONT
 
-    def _predict_leaving(self, body: FlyingBody, piece: Straight, choice: Choice) -> None:
-        """Predict when a ball in the air flies over a cushion: its centre is above the nose."""
+    def _predict_leaving(self, body: FlyingBody, piece: StraightPiece, choice: Choice) -> None:
+        """Predict when an airborne ball flies over a cushion: when its centre is above the nose."""
         away, rate = piece.away((body.x, body.y)), piece.across((body.vx, body.vy))
         if not away > 0:
             raise UndecidedError("whether it is over the cushion", (choice,), body.t)
@@ -199,7 +206,7 @@ class Run:
         self._agenda.add(Candidate(choice, (body,), found=found))
 
     def _predict_pair(self, i: int, j: int) -> None:
-        """Predict when balls i < j meet, while both continue as they do."""
+        """Predict the contact of balls i < j with their present motions."""
         a, b = self.bodies[i], self.bodies[j]
         if (a.resting and b.resting) or Phase.GONE in (a.phase, b.phase):
             return
@@ -218,9 +225,9 @@ class Run:
             self._agenda.add(Candidate(gap.choice, (a, b), gap, found=found))
 
     def _window(self, end: float, later: Body) -> float:
-        """Return how long after the later instant motions with this end need a search [s].
+        """Return the search time after the later start time for motions that end at `end` [s].
 
-        A little longer than they last: what happens at the very end has to be seen.
+        It is slightly longer than the motions, to include events at the very end.
         """
         if self._problem.t_max is not None:
             end = min(end, self._problem.t_max)
@@ -229,9 +236,9 @@ class Run:
     # -- what it does ----------------------------------------------------------------------------
 
     def _resolve(self, group: list[Candidate]) -> tuple[Choice, ...]:
-        """Move the clock to an event, or impacts that act at once, and their balls on from there.
+        """Resolve an event, or impacts that act together; advance the clock and the balls.
 
-        Return the events. Nothing is changed where the outcome can't be decided.
+        Returns the events. Nothing is changed if the outcome can't be decided.
         """
         first, t = group[0], group[0].instant
         same = t is self.now
@@ -281,11 +288,11 @@ class Run:
                     self._predict_pair(min(k, m), max(k, m))
 
     def end_instant(self) -> arb:
-        """Return when everything is over: `t_max`, or the last centre rests and the last spin ends.
+        """Return the end of the shot: `t_max`, or when the last motion and the last spin end.
 
-        A spin that nothing slows isn't waited for.
+        Spin that doesn't decay isn't waited for.
 
-        Raises `UndecidedError` where the last spin may end before or after `t_max`.
+        Raises `UndecidedError` if the last spin may end before or after `t_max`.
         """
         assert self.ended
         if not self.rested:
@@ -304,5 +311,5 @@ class Run:
 
 
 def _latest(s: arb) -> float:
-    """Return a double that a time surely doesn't exceed [s]."""
+    """Return an upper bound of a time as a double [s]."""
     return math.nextafter(float(s.upper()), math.inf)

@@ -1,4 +1,4 @@
-"""How far a proof may go."""
+"""Settings that limit a proof."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ghostball.reference_adapters.base import EngineSettings
 class CertifiedSettings(EngineSettings):
     """Settings of `CertifiedEngine`.
 
-    `start_precision` [bits]: the precision to begin with; it is doubled until everything is proved.
-    `max_precision` [bits]: the cap: the precision is never above.
-    `max_events`: events after which to stop.
-    `time_limit` [s]: computing time after which to stop; what was stopped so isn't kept for later.
-    `width` [m]: how wide the enclosure of a position may be at the end; in s and m/s, that of an
-        instant and of a speed. The default is a hundredth of the rounding of a double on a table.
+    `start_precision`: initial precision, doubled until everything is proved [bits].
+    `max_precision`: largest precision [bits].
+    `max_events`: number of events after which the proof ends.
+    `time_limit`: computing time after which the proof ends [s]; such a certificate isn't stored.
+    `width`: largest width of the final enclosure of a position [m]; also that of a time in s and of
+        a speed in m/s. The default is a hundredth of the rounding of a double on a table.
     """
 
     start_precision: Annotated[int, Field(ge=24, le=2**20)] = 53

@@ -17,7 +17,7 @@ from ghostball.reference_adapters.certified.candidates import Candidate
 from ghostball.reference_adapters.certified.gaps import PairGap
 from ghostball.reference_adapters.certified.motion import Body
 from ghostball.reference_adapters.certified.obstacle_gaps import Gap, RoundGap, StraightGap
-from ghostball.reference_adapters.certified.problem import Problem
+from ghostball.reference_adapters.certified.problem import ExactProblem
 
 
 def are_at_once(first: Candidate, other: Candidate) -> bool:
@@ -31,7 +31,7 @@ def are_at_once(first: Candidate, other: Candidate) -> bool:
         return False
     if not _are_one_function(a, b, first, other):
         return False
-    # It is monotonic there, so that both are the same root of it.
+    # The function is monotonic there, so both are the same root.
     return bool(a.slope(first.age.union(other.age)) < 0)
 
 
@@ -126,7 +126,7 @@ def _share(group: Sequence[Candidate], one: Candidate) -> bool:
     return any(not set(its.balls).isdisjoint(one.balls) for its in group)
 
 
-def commute(problem: Problem, first: Candidate, other: Candidate) -> bool:
+def commute(problem: ExactProblem, first: Candidate, other: Candidate) -> bool:
     """Return True if two impacts of a ball have the same outcome in either order.
 
     True for two straight sides at right angles, without friction: each impact changes only the
@@ -138,5 +138,5 @@ def commute(problem: Problem, first: Candidate, other: Candidate) -> bool:
     if problem.airborne or problem.cushion not in ("mirror", "restitution"):
         return False
     if problem.cushion_loss > 0.0 and problem.cushion_tangential != 1.0:
-        return False  # how much a side returns would depend on what the other has left
+        return False  # the restitution of a side would depend on the outcome at the other
     return bool(dot(a.piece.inward, b.piece.inward).is_zero())

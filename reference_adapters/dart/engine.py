@@ -1,11 +1,12 @@
-"""DART: a 3D engine whose impacts and friction are one boxed linear complementarity problem.
+"""DART: a 3D engine which solves impacts and friction as one boxed linear complementarity problem.
 
-Two constants are compiled in, in its own unit of length: rebounds slower than 0.1 unit/s are left
-out, faster than 100 units/s are cut. `scale` says how many units a metre has.
-`contact_steps="fixed"` sees contacts when balls overlap as a step begins; `contact_steps="exact"`
-ends the steps where balls touch. `cloth="own"` has balls slide on a plane under gravity, with
-DART's friction; else the adapter applies the cloth between the steps. `config="naive"` is what a
-newcomer types: metres, and the restitution on both bodies, of which DART takes the product.
+Two constants are compiled in, in a unit of length of its own: rebounds below 0.1 unit/s are
+suppressed, those above 100 units/s clipped. `scale` is the number of units per metre.
+`contact_steps="fixed"` detects contacts when balls overlap at the start of a step;
+`contact_steps="exact"` ends the steps when balls touch. `cloth="own"` lets balls slide on a plane
+under gravity with DART's friction; otherwise the adapter applies cloth friction between time steps.
+`config="naive"` is what a newcomer types: metres, and the restitution set on both bodies, although
+DART multiplies the two.
 """
 
 from __future__ import annotations
@@ -23,17 +24,16 @@ from ghostball.reference_adapters.stepping.settings import OwnClothSettings
 from ghostball.reference_adapters.stepping.space import OwnClothEngine
 
 FASTEST_REBOUND = 100.0
-"""Rebounds faster than this are cut to it [units/s]."""
+"""Faster rebounds are clipped to this speed [units/s]."""
 
 
 class DartSettings(OwnClothSettings):
     """Settings of the DART adapter.
 
-    `dt` is 1e-3 s, as DART's own; 0.02 s in exact steps. There are no `iterations`: DART solves
-    directly.
-
-    `scale` [1/m]: units of DART in a metre. None is as many as the scene's fastest ball allows, at
-    most 10; 1 in the naive configuration.
+    `dt`: 1e-3 s, DART's default; 0.02 s with exact steps. `iterations` has no effect, because DART
+        uses a direct solver.
+    `scale`: units of DART per metre [1/m]. None: as many as the scene's fastest ball allows, at
+        most 10; 1 in the naive configuration.
     """
 
     NAIVE_DT: ClassVar[float] = 1e-3
@@ -41,20 +41,22 @@ class DartSettings(OwnClothSettings):
     scale: Annotated[float, Field(gt=0.0, le=1e4)] | None = None
 
     def units(self, scene: Scene) -> float:
-        """Return the units in a metre for a scene [1/m]."""
+        """Return the number of units per metre for a scene [1/m]."""
         if self.scale is not None:
             return self.scale
         if self.config == "naive":
             return 1.0
-        # Two balls that share all energy meet at sqrt(2) times what one has with it.
+        # Two balls that share all the energy approach at sqrt(2) times the speed of one with all of
+        # it.
         return min(10.0, FASTEST_REBOUND / max(1.5 * fastest(scene), 1e-9))
 
 
 class DartEngine(OwnClothEngine):
-    """DART behind the protocol; see the module."""
+    """DART as a reference engine; see this module."""
 
     name: ClassVar[str] = "dart"
     PACKAGE: ClassVar[str] = "dartpy"
+    WORLD: ClassVar[str] = "DartWorld"
     Settings: ClassVar[type[EngineSettings]] = DartSettings
     TITLE: ClassVar[str] = "DART"
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "dart")
@@ -66,10 +68,10 @@ class DartEngine(OwnClothEngine):
         if fastest(scene) > most:
             yield (
                 f"no speeds above {most:.3g} m/s with `scale` = {settings.units(scene):g} (DART "
-                "cuts rebounds to 100 units/s)"
+                "clips rebounds at 100 units/s)"
             )
         if self.own_cloth(scene) and len(scene.balls) > 1:
             yield (
-                "no impacts between balls with `cloth` = own (DART takes the smaller of two "
-                "coefficients of friction, so balls that rub on the cloth rub on each other)"
+                "no impacts between balls with `cloth` = own (DART uses the smaller of two "
+                "friction coefficients, so cloth friction implies friction between balls)"
             )

@@ -1,7 +1,7 @@
 """A scene as a DART world: spheres in the plane of the table, or on a plane under gravity.
 
-DART multiplies the restitutions of two bodies and takes the smaller of their frictions; so the
-factors are split between them. Lengths are in a unit of the adapter's; see `dart.engine`.
+DART multiplies the restitutions of two bodies, so the restitution is split into factors, and uses
+the smaller of their friction coefficients. The unit of length is defined in `dart.engine`.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from ghostball.model import Disc, Scene, Segment
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.dart.engine import DartSettings
 from ghostball.reference_adapters.stepping.contact_world import (
-    DOUBLE,
+    DOUBLE_PRECISION_NOISE,
     ContactWorld,
-    Part,
+    WorldBody,
     collision_of,
 )
 from ghostball.reference_adapters.stepping.laws import (
@@ -34,23 +34,25 @@ from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 _CLOTH = "cloth"
 
 THICKNESS = 1e-9
-"""Half of that of a part of a cushion [m]: DART has no plane that ends, but a thin box."""
+"""Half the thickness of a cushion segment [m]: DART has no finite plane, so it is a thin box."""
 
 
-class World(ContactWorld):
-    """A world with its balls in the scene's order, and the collisions of its last step.
+class DartWorld(ContactWorld):
+    """A world with its balls in the order of the scene, and the collisions of its last step.
 
-    `on_cloth`: as `SpaceWorld` has it.
+    `on_cloth`: as in `SpaceWorld`.
     """
 
-    iterations = 0  # it solves directly
+    iterations = 0  # a direct solver
 
     def __init__(self, scene: Scene, settings: DartSettings, *, own_cloth: bool) -> None:
         rubbing = rubs(scene) or own_cloth
-        super().__init__(scene, noise=DOUBLE, rubs=rubbing, units=settings.units(scene))
+        super().__init__(
+            scene, noise=DOUBLE_PRECISION_NOISE, rubs=rubbing, units=settings.units(scene)
+        )
         self._skeletons: list[Any] = []
         self._own_cloth, self._height = own_cloth, float(np.max(scene.radii))
-        self._names: dict[str, Part] = {}
+        self._names: dict[str, WorldBody] = {}
         self.on_cloth: set[int] = set()
         physics, split = scene.physics, settings.config == "tuned"
         self._world = dartpy.simulation.World()
@@ -58,7 +60,7 @@ class World(ContactWorld):
         factors = multiplied_restitutions if split else restitutions
         ball_factor, cushion_factor = factors(physics)
         friction = ball_friction(scene)
-        # The smaller of two: a ball's is what all its contacts have at most.
+        # DART uses the smaller of two coefficients, so that of a ball limits all its contacts.
         most = max(friction, cushion_friction(physics), float(np.max(scene.sliding_frictions)))
         rub = most if len(scene.balls) == 1 else friction
         self._bodies = [
@@ -77,7 +79,7 @@ class World(ContactWorld):
             self._plane(_CLOTH, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), bounce, most)
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
-        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step."""
         self._given = velocities
         if spins is None:
             for (joint, _), velocity in zip(self._bodies, velocities * self._units, strict=True):
@@ -87,12 +89,12 @@ class World(ContactWorld):
         spatial = np.zeros((len(velocities), 3))
         spatial[:, :2] = velocities
         centres, _, _ = self.motion()
-        centres[:, 2] = 0.0  # in the plane
+        centres[:, 2] = 0.0  # back to the plane
         self._set_motion(centres, spatial, spins)
         return velocities
 
     def step(self, dt: float) -> None:
-        """Let DART step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        """Advance DART by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._world.getTimeStep():
             self._world.setTimeStep(dt)
         self._world.step()
@@ -120,7 +122,7 @@ class World(ContactWorld):
         return centres, self._kept(velocities)
 
     def turns(self) -> FloatArray:
-        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
+        """Return the spin changes by the contacts of the step, (n, 3) [rad/s]."""
         return self._turned(self.motion()[2])
 
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -135,7 +137,7 @@ class World(ContactWorld):
         self._set_motion(self.motion()[0], velocities, spins)
 
     def _set_motion(self, centres: FloatArray, velocities: FloatArray, spins: FloatArray) -> None:
-        """Set what each ball does, unturned: DART has velocities in the frame of the ball."""
+        """Set the motion of each ball without rotation: DART's velocities are in its frame."""
         places = np.hstack([np.zeros_like(centres), centres * self._units])
         motions = np.hstack([spins, velocities * self._units])
         for (joint, _), place, motion in zip(self._bodies, places, motions, strict=True):
@@ -143,11 +145,11 @@ class World(ContactWorld):
             joint.setVelocities(motion)
 
     def remove(self, ball: int) -> None:
-        """Take a ball out of the world; it is still listed."""
+        """Remove a ball from the world; it stays in the list."""
         self._world.removeSkeleton(self._skeletons[ball])
 
-    def _parts(self, contact: Any) -> list[Part]:
-        """Return which balls and cushions a contact is of; the cloth isn't named."""
+    def _parts(self, contact: Any) -> list[WorldBody]:
+        """Return the balls and cushions of a contact, without the cloth."""
         sides = (contact.collisionObject1, contact.collisionObject2)
         names = (side.getShapeFrame().getName() for side in sides)
         return [self._names[name] for name in names if name != _CLOTH]

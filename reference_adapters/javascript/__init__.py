@@ -1,5 +1,6 @@
-"""Engines in JavaScript, played by node: planck.js, matter.js and cannon-es.
+"""JavaScript engines that run in Node.js: planck.js, matter.js and cannon-es.
 
-`driver/` holds what node runs: `serve.mjs` answers, `play.mjs` plays a scene, and each engine is a
-short file. `make peers-js` installs the engines by the lock file that lies there.
+The folder `driver/` contains the code for Node.js: `serve.mjs` answers requests, `play.mjs`
+simulates a scene, and each engine has a short file. `make peers-js` installs the engines with the
+lock file in that folder.
 """

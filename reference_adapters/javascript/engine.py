@@ -1,10 +1,10 @@
-"""Engines in JavaScript: each a class that says what it represents; node plays its scenes.
+"""JavaScript engines: one class each with its supported features; Node.js runs the scenes.
 
-A process of node serves all shots of one engine and configuration, and ends with ours. What the
-cloth does between the engine's steps, and where steps end with `contact_steps="exact"`, is the same
-as in `stepping/`, written again in `driver/`: a process that were asked step by step would measure
-its pipe. `config="naive"` is what a newcomer types: frames of 1/60 s, friction and damping as the
-engine has them, restitution as the scene says.
+One Node.js process runs all shots of an engine configuration and exits with Ghostball. The cloth
+friction between steps, and the step ends for `contact_steps="exact"`, are those of `stepping/`,
+implemented again in `driver/`: calling the process for every time step would measure the pipe
+instead of the engine. `config="naive"` is what a newcomer types: time steps of 1/60 s, the engine's
+default friction and damping, and the restitution of the scene.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from pydantic import Field
 from ghostball.model import Record, Result, Scene, Status
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
-from ghostball.reference_adapters.javascript.packages import DRIVER, NODE, folder, why_not
-from ghostball.reference_adapters.stepping.ending import ending_of
-from ghostball.reference_adapters.stepping.ends import ExactSteps
+from ghostball.reference_adapters.javascript.packages import DRIVER, NODE, folder, why_unavailable
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
+from ghostball.reference_adapters.stepping.run_end import ending_of
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import reach_beyond
+from ghostball.reference_adapters.stepping.step_ends import ExactSteps
 from ghostball.reference_adapters.workers.engine import run_of
 from ghostball.reference_adapters.workers.process import Worker
 
 
 class JavascriptSettings(SteppingSettings):
-    """Settings of the engines in JavaScript.
+    """Settings of the JavaScript engines.
 
-    `dt` is 1e-3 s tuned, 1/60 s naive, 0.02 s in exact steps.
+    `dt`: 1e-3 s tuned, 1/60 s naive, 0.02 s with exact steps.
     """
 
     EXACT_IF_NAIVE: ClassVar[bool] = False
@@ -44,30 +44,30 @@ class JavascriptSettings(SteppingSettings):
 
     @property
     def kernels(self) -> tuple[str, ...]:
-        """None of ours: node runs what the adapter adds."""
+        """None of Ghostball's kernels, because Node.js runs the adapter's code."""
         return ()
 
 
 class PlanckSettings(JavascriptSettings):
-    """Settings of planck.js; `iterations` are of velocities, 8, its own.
+    """Settings of planck.js; `iterations` are velocity iterations, 8 by default.
 
-    `bullet`: whether balls are bullets: contacts between them are found in continuous time. Where
-        steps end at contacts, and in the naive configuration, they never are.
+    `bullet`: whether balls are bullets, which detect contacts with each other in continuous time.
+        With exact steps, and in the naive configuration, they never are.
     """
 
     bullet: bool = True
 
     @property
     def bullets(self) -> bool:
-        """Whether balls are bullets, with these settings."""
+        """Whether balls are bullets with these settings."""
         return self.bullet and self.contact_steps == "fixed" and self.config == "tuned"
 
 
 class MatterSettings(JavascriptSettings):
-    """Settings of matter.js; `iterations` are of velocities, 4, its own.
+    """Settings of matter.js; `iterations` are velocity iterations, 4 by default.
 
-    `sides`: of the polygon that stands for a ball, an even number; the naive configuration has
-        what `Bodies.circle` makes.
+    `sides`: number of sides of the polygon that represents a ball, even; in the naive
+        configuration, it is that of `Bodies.circle`.
     """
 
     sides: Annotated[int, Field(ge=8, le=10_000, multiple_of=2)] = 240
@@ -80,8 +80,8 @@ def _worker(name: str, config: str, packages: Path, node: str) -> Worker:
     return worker
 
 
-LONGEST = 600.0
-"""Time after which node is given up [s]; callers have limits of their own."""
+TIME_LIMIT = 600.0
+"""Time limit for Node.js [s]; callers have shorter limits."""
 
 
 class JavascriptEngine(PlaneEngine):
@@ -90,9 +90,9 @@ class JavascriptEngine(PlaneEngine):
     Settings: ClassVar[type[EngineSettings]] = JavascriptSettings
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Have node play the scene: to rest, to `t_max`, or to `max_time` or `max_steps`.
+        """Simulate the scene in Node.js to rest, to `t_max`, `max_time` or `max_steps`.
 
-        Raises `UnsupportedSceneError` where the scene needs a feature that these settings lack.
+        Raises `UnsupportedSceneError` if the scene needs a feature that these settings lack.
         """
         self.check(scene)
         settings: JavascriptSettings = self.settings
@@ -104,7 +104,7 @@ class JavascriptEngine(PlaneEngine):
             "reach": reach_beyond(scene),
         }
         worker = _worker(self.name, settings.config, folder(), shutil.which(NODE) or NODE)
-        run = run_of(self.name, worker, scene, record, LONGEST, asked)
+        run = run_of(self.name, worker, scene, record, TIME_LIMIT, asked)
         used: dict[str, Any] = {"dt": settings.step, "iterations": run.settings.get("iterations")}
         run = run.model_copy(update={"settings": settings.model_dump() | used})
         result = run.result(scene, record=record)
@@ -115,8 +115,8 @@ class JavascriptEngine(PlaneEngine):
 
     @classmethod
     def unavailable(cls) -> str | None:
-        """Return how to get node or the engine's package where they aren't there, or None."""
-        return why_not(cls.PACKAGE)
+        """Return how to install Node.js or the engine's package if missing, or None."""
+        return why_unavailable(cls.PACKAGE)
 
 
 class PlanckEngine(JavascriptEngine):
@@ -126,18 +126,18 @@ class PlanckEngine(JavascriptEngine):
     PACKAGE: ClassVar[str] = "planck"
     Settings: ClassVar[type[EngineSettings]] = PlanckSettings
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "planck")
-    BULLET: ClassVar[float] = 3e-7
-    """How far bullets overlap where they meet [m]: three of its slops."""
+    BULLET_OVERLAP: ClassVar[float] = 3e-7
+    """Overlap of bullets at a contact [m]: three slops."""
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]; or how far bullets overlap.
+        """Return the distance that a ball moves in a step [m], or the overlap of bullets.
 
-        These meet where they touch, but with the mean velocities of the step: where the cloth
-        slows balls, that is as of a step.
+        Bullets meet when they touch, but with the mean velocities of the step, so with cloth
+        friction the error is that of a step.
         """
         settings: PlanckSettings = self.settings
         slowed = bool(np.any(scene.rolling_frictions)) or scene.physics.motion == "sliding"
-        return self.BULLET if settings.bullets and not slowed else super().resolution(scene)
+        return self.BULLET_OVERLAP if settings.bullets and not slowed else super().resolution(scene)
 
 
 class MatterEngine(JavascriptEngine):
@@ -150,7 +150,7 @@ class MatterEngine(JavascriptEngine):
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(gap=1e-6)
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m], or a polygon's side lies inside of its ball."""
+        """Return the distance that a ball moves in a step, plus the error of its polygon [m]."""
         settings: MatterSettings = self.settings
         sides = settings.sides if settings.config == "tuned" else 25
         inside = float(scene.radii.max()) * (1.0 - math.cos(math.pi / sides))
@@ -158,7 +158,7 @@ class MatterEngine(JavascriptEngine):
 
 
 class CannonEngine(JavascriptEngine):
-    """cannon-es: spheres in space, in the plane of the table."""
+    """cannon-es: spheres in 3D, kept in the plane of the table."""
 
     name: ClassVar[str] = "cannon-es"
     PACKAGE: ClassVar[str] = "cannon-es"

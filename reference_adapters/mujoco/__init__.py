@@ -1,1 +1,1 @@
-"""MuJoCo as a reference engine: contacts are dampers that reverse the approach in one step."""
+"""MuJoCo as a reference engine: contacts are dampers that reverse the approach in one time step."""

@@ -1,10 +1,10 @@
-"""MuJoCo: a 3D engine with fixed steps, whose contacts are soft by default.
+"""MuJoCo: a 3D engine with fixed time steps, whose contacts are soft by default.
 
-`contact_steps="fixed"` sees contacts as MuJoCo does for its users, when balls overlap as a step
-begins; `contact_steps="exact"` ends the steps where balls touch, so that only the solver's own
-error remains. `config="tuned"` makes every contact a damper that ends it in one step, with the
-restitution of the scene; `config="naive"` types what a newcomer types: there is no restitution,
-and contacts are 20 ms long.
+`contact_steps="fixed"` uses MuJoCo's contact detection, overlap at the start of a step;
+`contact_steps="exact"` ends the steps when balls touch, so that only the error of the solver
+remains. `config="tuned"` turns every contact into a damper that acts within one time step, with the
+restitution of the scene; `config="naive"`, what a newcomer types, has no restitution and contacts
+of 20 ms.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from typing import ClassVar
 
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
-from ghostball.reference_adapters.stepping.ends import ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.step_ends import ExactSteps
 
 
 class MujocoSettings(SteppingSettings):
     """Settings of the MuJoCo adapter.
 
-    `dt` is 1e-3 s tuned, MuJoCo's own 2e-3 s naive, 0.02 s in exact steps; `iterations` is 200
-    tuned, MuJoCo's own 100 naive.
+    `dt`: 1e-3 s tuned; 2e-3 s naive, MuJoCo's default; 0.02 s with exact steps.
+    `iterations`: 200 tuned; 100 naive, MuJoCo's default.
     """
 
     NAIVE_DT: ClassVar[float] = 2e-3
@@ -30,12 +30,12 @@ class MujocoSettings(SteppingSettings):
 
 
 class MujocoEngine(PlaneEngine):
-    """MuJoCo behind the protocol; see the module."""
+    """MuJoCo as a reference engine; see this module."""
 
     name: ClassVar[str] = "mujoco"
     PACKAGE: ClassVar[str] = "mujoco"
+    WORLD: ClassVar[str] = "MujocoWorld"
     Settings: ClassVar[type[EngineSettings]] = MujocoSettings
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "mujoco")
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps(shortest=1e-7)
-    """MuJoCo resolves a contact by an acceleration, and takes one above 1e10 m/s^2 for a failure.
-    """
+    """MuJoCo computes the acceleration of a contact, and fails above 1e10 m/s^2."""

@@ -1,9 +1,9 @@
 """A scene as a MuJoCo model: balls are spheres in the plane of the table, cushions are planes.
 
-MuJoCo's contacts are soft, and it has no restitution. What makes a contact hard is a pure damper
-without a spring, `solref` = "0 -b" with b = (1 + e) / dt: in one step it turns the approach speed v
-into -e v, for any e [MuJoCo 4.0's documentation, "Solver parameters"]. So a change of the step
-changes the coefficients of the contacts, too.
+MuJoCo's contacts are soft, without restitution. A pure damper without a spring makes a contact
+hard: `solref` = "0 -b" with b = (1 + e) / dt changes the approach speed v into -e v in one step,
+for any e [MuJoCo 4.0's documentation, "Solver parameters"]. A change of the step therefore also
+changes the coefficients of the contacts.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.model.arrays import FloatArray
-from ghostball.reference_adapters.stepping.contact_world import DOUBLE, ContactWorld
+from ghostball.reference_adapters.stepping.contact_world import DOUBLE_PRECISION_NOISE, ContactWorld
 from ghostball.reference_adapters.stepping.laws import (
     ball_friction,
     cushion_friction,
@@ -25,29 +25,29 @@ from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 
 MARGIN = 1e-9
-"""Gap at which balls touch [m]. With 0, frozen balls that just touch would not collide together."""
+"""Gap at which balls touch [m]. With 0, touching balls would not collide simultaneously."""
 
 NOSE_RADIUS = 1e-9
-"""Of a part of a cushion [m]: MuJoCo has no line, but a thin capsule; no more than `MARGIN`."""
+"""Radius of a cushion segment, a thin capsule because MuJoCo has no line; at most `MARGIN` [m]."""
 
-NEVER = -1e6
-"""Gap at which a pair touches that can't [m]."""
+REMOVED_GAP = -1e6
+"""Contact gap of a removed ball, which can't touch anything [m]."""
 
-HARDEST = 0.9999
-"""Impedance of a contact, MuJoCo's cap: what it leaves out is how far impulses are off [1]."""
+MAX_IMPEDANCE = 0.9999
+"""Impedance of a contact, MuJoCo's maximum; 1 minus it is the relative error of impulses [1]."""
 
-_SAME_IMPEDANCE = (HARDEST, HARDEST, 0.001, 0.5, 2.0)  # whatever the overlap
+_CONSTANT_IMPEDANCE = (MAX_IMPEDANCE, MAX_IMPEDANCE, 0.001, 0.5, 2.0)  # independent of the overlap
 
 
-class World(ContactWorld):
-    """A model with its balls in the scene's order, and the collisions of its last step.
+class MujocoWorld(ContactWorld):
+    """A model with its balls in the order of the scene, and the collisions of its last step.
 
-    Tuned, contacts are dampers; else as MuJoCo has them where nobody says anything. Where contacts
-    rub, a ball has six degrees of freedom, else two.
+    Tuned, contacts are dampers; otherwise they have MuJoCo's defaults. A ball has six degrees of
+    freedom if contacts have friction, otherwise two.
     """
 
     def __init__(self, scene: Scene, settings: SteppingSettings) -> None:
-        super().__init__(scene, noise=DOUBLE, rubs=rubs(scene))
+        super().__init__(scene, noise=DOUBLE_PRECISION_NOISE, rubs=rubs(scene))
         self._tuned = settings.config == "tuned"
         self._n = len(scene.balls)
         self._cushions = [side.cushion for side in sides_of(scene)]
@@ -61,14 +61,15 @@ class World(ContactWorld):
         self._places = self._data.qpos.reshape(self._n, width)
         self._motions = self._data.qvel.reshape(self._n, 6 if self.rubs else 2)
         self._places[:, :2] = scene.positions[:, :2]
-        self._force = np.zeros(6)  # of a contact, along its normal first
+        self._force = np.zeros(6)  # force of a contact, normal component first
         self._dt = 0.0
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
-        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step."""
         self._motions[:, :2] = velocities
         if spins is not None:
-            # In the plane and unturned: MuJoCo has angular velocities in the frame of the ball.
+            # In the plane and without rotation, because MuJoCo's angular velocities are in the
+            # ball's frame.
             self._places[:, 2:] = 0.0, 1.0, 0.0, 0.0, 0.0
             self._motions[:, 2] = 0.0
             self._motions[:, 3:] = spins
@@ -76,7 +77,7 @@ class World(ContactWorld):
         return velocities
 
     def step(self, dt: float) -> None:
-        """Let MuJoCo step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        """Advance MuJoCo by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._dt:
             self._model.opt.timestep = self._dt = dt
             if self._tuned:
@@ -89,20 +90,20 @@ class World(ContactWorld):
         return self._places[:, :2].copy(), self._motions[:, :2].copy()
 
     def turns(self) -> FloatArray:
-        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
-        # The frame of the ball has turned with it by half a step's mean spin at most; the spin that
-        # a contact gave it at the step's start is turned back with it.
+        """Return the spin changes by the contacts of the step, (n, 3) [rad/s]."""
+        # The frame of the ball has turned by at most half a step of the mean spin; the spin given
+        # by a contact at the start of the step is rotated back with the frame.
         spins = np.empty((self._n, 3))
         for i in range(self._n):
             mujoco.mju_rotVecQuat(spins[i], self._motions[i, 3:], self._places[i, 3:])
         return self._turned(spins)
 
     def remove(self, ball: int) -> None:
-        """Take a ball out: it is listed, and nothing meets it."""
+        """Remove a ball: it stays in the list, but nothing meets it."""
         geom = len(self._cushions) + ball
         self._model.geom_contype[geom] = self._model.geom_conaffinity[geom] = 0
         of_ball = (self._model.pair_geom1 == geom) | (self._model.pair_geom2 == geom)
-        self._model.pair_margin[of_ball] = NEVER
+        self._model.pair_margin[of_ball] = REMOVED_GAP
 
     def _pushed(self, dt: float) -> set[Collision]:
         pushing: set[Collision] = set()
@@ -113,7 +114,7 @@ class World(ContactWorld):
         return pushing
 
     def _collision(self, later: int, earlier: int) -> Collision:
-        """Return the collision of two geometries: cushions, the world's own, are the first."""
+        """Return the collision of two geometries; the cushions have the first indices."""
         first = len(self._cushions)
         if earlier < first:
             return Collision(later - first, self._cushions[earlier], cushion=True)
@@ -128,7 +129,7 @@ class World(ContactWorld):
             between = int(self._n * (self._n - 1) / 2)
             model.pair_solref[:between, 1] = -self._ball_bounce / dt
             model.pair_solref[between:, 1] = -self._cushion_bounce / dt
-            # Friction stops the slip. Without this, the damper would turn it round, too.
+            # Friction stops the slip. Otherwise the damper would also reverse it.
             model.pair_solreffriction[:, 1] = -1.0 / dt
 
     def _compile(self, scene: Scene, iterations: int | None) -> mujoco.MjModel:
@@ -193,7 +194,7 @@ class World(ContactWorld):
         geom = spec.worldbody.add_geom(
             name=name,
             type=mujoco.mjtGeom.mjGEOM_PLANE,
-            size=[1, 1, 1],  # for drawing: a plane has no end
+            size=[1, 1, 1],  # for drawing only: a plane is infinite
             pos=[*side.point, 0.0],
             quat=[1.0, -ny, nx, 0.0],  # turns z inward
         )
@@ -201,7 +202,7 @@ class World(ContactWorld):
 
     def _finish_cushion(self, geom: mujoco.MjsGeom, scene: Scene) -> None:
         geom.friction = [cushion_friction(scene.physics), 0.0, 0.0]
-        # Of two priorities, MuJoCo takes the coefficients of the higher one, and mixes none.
+        # MuJoCo uses the coefficients of the geometry with the higher priority, without mixing.
         geom.priority = 1
         self._harden(geom)
 
@@ -210,10 +211,10 @@ class World(ContactWorld):
             geom.condim = 1
             geom.margin = MARGIN
             geom.solref = [0.0, -1.0]
-            geom.solimp = _SAME_IMPEDANCE
+            geom.solimp = _CONSTANT_IMPEDANCE
 
     def _add_pairs(self, spec: mujoco.MjSpec, scene: Scene) -> None:
-        """Name every pair, as only pairs have a damper of their own for friction."""
+        """Define every pair explicitly, because only pairs have a separate damper for friction."""
         balls = [f"ball {i}" for i in range(self._n)]
         friction = ball_friction(scene)
         pairs = [(a, b, friction) for i, a in enumerate(balls) for b in balls[i + 1 :]]
@@ -227,4 +228,4 @@ class World(ContactWorld):
             pair.margin = MARGIN
             pair.solref = [0.0, -1.0]
             pair.solreffriction = [0.0, -1.0]
-            pair.solimp = _SAME_IMPEDANCE
+            pair.solimp = _CONSTANT_IMPEDANCE

@@ -1,1 +1,1 @@
-"""The paper's own two algorithms, as printed, and what they share."""
+"""The paper's two algorithms, as printed, and their common model."""

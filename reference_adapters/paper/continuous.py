@@ -1,46 +1,51 @@
-"""The paper's final system, section 3.2: Algorithm 1, frames advanced from collision to collision.
+"""The paper's final algorithm, section 3.2: frames advanced from collision to collision.
 
-As printed
-----------
-A frame of 20 ms: until its time has elapsed, find the shortest time to collision over all pairs,
-advance the simulation by it, solve the collisions "at this instant" for all pairs, add the time.
+As printed (Algorithm 1)
+------------------------
+In a frame of 20 ms, until its time has elapsed: find the shortest time to a collision over all
+pairs, advance the simulation by this time, solve the collisions "at this instant" for all pairs,
+add the time.
 
-- The search skips pairs with s.v >= 0, which separate (section 2), and takes straight lines:
-  t = (s.v - sqrt(D)) / v^2 of the relative position s and velocity v.
+- The search skips separating pairs, s.v >= 0 (section 2), and assumes straight lines:
+  t = (s.v - sqrt(D)) / v^2 with the relative position s and the relative velocity v.
 - "Advance" is the kinematics of 4.1 with the friction of 5.2; "solve" is the formula of 4.2.
 
-Completions, where the print is silent or can't run
----------------------------------------------------
-- The early-out wants s.v < 0 where balls approach, and then the printed t is never positive: its
-  first term lost a minus sign, which Kent's article, the paper's source, has. Here s.v has one sign
-  in both, and D = (s.v)^2 - v^2 (s^2 - r^2), r the sum of the radii.
-- As printed a frame without a collision never advances. The shortest time starts at what is left of
-  the frame, so that such a frame is one plain step.
-- A time in the past is no "time to next collision" and is passed over. So two balls that overlap
-  are never found again: they go through each other. Kent returns time 0 for balls that overlap, but
-  the paper prints no such rule; `overlaps="collide"` adds it, for comparison.
-- "At this instant" collide the pairs that approach with a gap of at most `tolerance` either way.
-  Its default is a few single-precision roundings of a table's coordinates: the print has `float`.
-- Algorithm 1 searches no cushions. By default a ball is found beyond one at the next instant, up to
-  v times a frame late, and its velocity flips (4.2) where it still moves outwards; nothing puts it
-  back. `cushions="searched"` adds the times of impact to the search, for comparison.
-- Ball i meets its cushions, then balls 0 .. n - 1, so each pair is solved twice; the second time
-  finds it separating.
-- Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper.model`).
-- Balls that push each other at the limit of rounding can hold the clock for ever; `max_events`
-  ends such a run.
+Completions, where the paper says nothing or can't be executed
+--------------------------------------------------------------
+- The search requires s.v < 0 for approaching balls, but then the printed t is never positive. Its
+  first term lacks the minus sign of Kent's article, the paper's source. Here both use the same sign
+  of s.v, and D = (s.v)^2 - v^2 (s^2 - r^2) with the sum r of the radii.
+- As printed, a frame without a collision never advances. Here the shortest time is initially the
+  rest of the frame, so such a frame is one plain step.
+- A time in the past is no "time to next collision" and is ignored. Two overlapping balls are
+  therefore never found again: they pass through each other. Kent returns the time 0 for overlapping
+  balls, but the paper prints no such rule; `overlaps="collide"` adds it, for comparison.
+- The pairs that collide "at this instant" are approaching pairs with a gap of at most `tolerance`,
+  of either sign. The default is a few roundings of single-precision coordinates on a table, because
+  the paper uses `float`.
+- Algorithm 1 doesn't search for cushions. By default, a ball beyond a cushion is detected at the
+  next step, up to v times a frame late, and its velocity is reversed (4.2) if it still moves
+  outwards; its position isn't corrected. `cushions="searched"` adds the cushions to the search, for
+  comparison.
+- Ball i meets its cushions, then balls 0 .. n - 1, so each pair is solved twice; the second time it
+  is found to separate.
+- Rest: a ball that friction would reverse within a step is stopped (`stop`, see `paper.model`).
+- Balls that push each other within rounding can stop the clock forever; `max_events` ends such
+  runs.
 
-Why it misses collisions ------------------------ The paper "tends to miss a collision here or
-there" with 16 balls, and found "very little issues" with 8. The search is blind to friction, the
-advance is not. Mostly the balls then arrive short of each other by up to mu g t^2, and the next
-search makes up for it. But where the ball in front loses more speed along the line of centres than
-the one behind (both move, the one behind at a slant), they arrive overlapping by some micrometres:
-by too much for "this instant", and in the past for every later search. On a cloth without friction
-none is missed. Over 40 random breaks at 6 m/s it misses 1.5 collisions in a break of 16 balls and
-0.8 in one of 8; at 3 m/s, 0.2 and 0.03.
+Why collisions are missed
+-------------------------
+The paper "tends to miss a collision here or there" with 16 balls, and found "very little issues"
+with 8. The search ignores friction, but the advance doesn't. Usually the balls then arrive short of
+contact by up to mu g t^2, and the next search corrects this. If the ball in front loses more speed
+along the line of centres than the ball behind (both move, the latter at an angle), they arrive with
+an overlap of a few micrometres: too large for "this instant", and in the past for every later
+search. Without cloth friction no collision is missed. In 40 random breaks at 6 m/s, 1.5 collisions
+are missed in a break of 16 balls and 0.8 in a break of 8; at 3 m/s, 0.2 and 0.03.
 
-`work["overlaps"]` counts how often a pair came to overlap by more than `tolerance`: as printed, the
-collisions missed. The search looks at every distance in any case, so counting alters nothing.
+`work["overlaps"]` counts how often a pair starts to overlap by more than `tolerance`: with the
+printed algorithm, these are the missed collisions. The search computes every distance anyway, so
+counting doesn't change the results.
 """
 
 from __future__ import annotations
@@ -61,15 +66,15 @@ from ghostball.reference_adapters.paper.model import PaperRun, Stop
 class PaperContinuousSettings(EngineSettings):
     """Settings of `PaperContinuousEngine`.
 
-    `frame` [s]: the paper's `deltaTime`: 20 ms.
-    `tolerance` [m]: gap, of either sign, up to which balls touch "at this instant". Never 0:
-        rounding would leave balls just short of touching, with no time left to advance by.
-    `overlaps`: what balls that overlap by more do: continue through each other, as printed, or
-        collide where they approach, as in the paper's source.
-    `cushions`: whether the search looks at cushions too; as printed it doesn't.
-    `stop`: what ends a roll; "never" is as printed: no ball ever rests.
-    `max_time` [s]: simulated time after which the run gives up.
-    `max_events`: steps after which the run gives up.
+    `frame`: the paper's `deltaTime`, 20 ms [s].
+    `tolerance`: gap, of either sign, up to which balls touch "at this instant" [m]. It can't be 0:
+        rounding would leave balls just short of contact, with no time left to advance.
+    `overlaps`: balls with a larger overlap pass through each other, as printed ("ignored"), or
+        collide if they approach, as in the paper's source ("collide").
+    `cushions`: whether the search includes cushions; as printed it doesn't ("late").
+    `stop`: what ends a roll; with "never", as printed, no ball comes to rest.
+    `max_time`: simulated time after which the run stops [s].
+    `max_events`: number of steps after which the run stops.
     """
 
     frame: Annotated[float, Field(gt=0.0)] = 0.02
@@ -90,15 +95,15 @@ class PaperContinuousEngine(EngineBase):
 
     @property
     def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented with these settings."""
+        """How each feature of a scene is supported with these settings."""
         searched = self.settings.cushions == "searched"
         return self.CAPABILITIES["searched" if searched else "late"]
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far off a contact is seen [m].
+        """Return the largest position error at a detected contact [m].
 
-        Of balls, by what friction brakes in a frame, which the search leaves out; of cushions, by
-        how far a ball goes in one, unless they are searched.
+        For balls, this is the effect of friction in a frame, which the search ignores; for
+        cushions, the distance that a ball moves in a frame, unless cushions are searched.
         """
         settings: PaperContinuousSettings = self.settings
         braked = float(np.max(scene.rolling_frictions)) * scene.physics.gravity * settings.frame**2
@@ -107,17 +112,17 @@ class PaperContinuousEngine(EngineBase):
         return resolution_of_step(settings.frame, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run the scene.
+        """Simulate the scene.
 
-        Raises `UnsupportedSceneError` where the scene needs a feature that the engine lacks.
+        Raises `UnsupportedSceneError` if the scene needs a feature that the engine lacks.
         """
         self.check(scene)
         settings: PaperContinuousSettings = self.settings
-        return _Run(scene, settings, record).result(self.name, settings.model_dump())
+        return ContinuousRun(scene, settings, record).result(self.name, settings.model_dump())
 
 
-class _Run(PaperRun):
-    """One run: what a frame does to the balls."""
+class ContinuousRun(PaperRun):
+    """One run of the continuous algorithm."""
 
     def __init__(self, scene: Scene, settings: PaperContinuousSettings, record: Record) -> None:
         super().__init__(
@@ -129,18 +134,18 @@ class _Run(PaperRun):
 
     @property
     def work(self) -> dict[str, int]:
-        """Counters of what was done."""
+        """Counters of operations."""
         return {"frames": self.frames, "pair_checks": self.balls.pair_checks, **self._counts}
 
     @property
     def limit_reached(self) -> str:
-        """Which limit other than of time the run has reached, or nothing."""
+        """The limit, other than of time, that the run has reached; "" if none."""
         if self._counts["steps"] < self._settings.max_events:
             return ""
         return f"{self._settings.max_events} steps (`max_events`) by t = {self.t} s"
 
     def advance_frame(self, t: float) -> None:
-        """Algorithm 1, from the frame's start, now, to its end at `t` [s]."""
+        """Run Algorithm 1 from the present time, the start of the frame, to its end at `t` [s]."""
         t_start, t_end = self.t, t
         delta_time = t_end - t_start
         elapsed = 0.0
@@ -158,10 +163,10 @@ class _Run(PaperRun):
                 self._keep_frame()
 
     def _shortest_time(self) -> float:
-        """Return the shortest time to a collision [s]; infinite where there is none."""
+        """Return the shortest time to a collision [s]; inf if there is none."""
         balls = self.balls
         shortest = math.inf
-        # The printed loops visit each pair twice; the second visit can't change the minimum.
+        # The printed loops visit each pair twice; the second visit doesn't change the minimum.
         for i in range(len(balls) - 1):
             for j in range(i + 1, len(balls)):
                 shortest = min(shortest, self._time_to_collision(i, j))
@@ -193,7 +198,7 @@ class _Run(PaperRun):
         return t if t >= 0.0 else math.inf
 
     def _count_overlap(self, i: int, j: int, overlap: bool) -> None:
-        """Count a pair once each time that it comes to overlap."""
+        """Count a pair once each time that it starts to overlap."""
         if not overlap:
             self._overlapping.discard((i, j))
         elif (i, j) not in self._overlapping:
@@ -201,7 +206,7 @@ class _Run(PaperRun):
             self._counts["overlaps"] += 1
 
     def _solve_collisions(self) -> bool:
-        """Solve the collisions at this instant, and say whether there was one."""
+        """Solve the present collisions; return whether there was one."""
         balls, recorder, tolerance = self.balls, self.recorder, self._settings.tolerance
         most = tolerance if self._settings.overlaps == "ignored" else math.inf
         solved = False
@@ -219,6 +224,6 @@ class _Run(PaperRun):
         return solved
 
     def _keep_frame(self) -> None:
-        # Always: frames are few, and the instants before and after a collision are what matters.
+        # Always stored: frames are few, and the states before and after collisions are important.
         if self.recorder.record == "trajectory":
             self.recorder.frame(self.t, self.balls.samples(), force=True)

@@ -1,26 +1,27 @@
-"""The paper's first attempt, section 3.1: fixed steps that react to overlaps after the fact.
+"""The paper's first algorithm, section 3.1: fixed time steps, overlaps resolved afterwards.
 
 As printed
 ----------
 Each step moves every ball (semi-implicit Euler, 4.1, with the friction of 5.2). Then, "if a frame
 is rendered where two balls intersect, simply pull them apart and perform the collision" (4.2). A
-ball that passes through another between two frames is never seen, and one that is seen already
-overlaps by much: the clipping of the paper's Figure 2.
+ball that passes through a different ball between two frames isn't detected, and detected balls
+already have a large overlap: the clipping of the paper's Figure 2.
 
-Completions, where the print is silent
---------------------------------------
-- How far and which: each ball of a pair is moved half of the overlap along the line of centres.
-- Order: pairs (0, 1), (0, 2), ... (n - 2, n - 1), once a step, each pulled and collided before the
-  next is looked at. A pull may push a ball into a third: that pair waits for its turn, or for the
-  next step. The paper says of this that it "becomes overly complex and can fail or worse cause
-  collisions that shouldn't have happened"; nothing here prevents that.
-- Which way they move: nothing in the print asks, so by default neither does the engine, and a pair
-  pulled apart while already separating is turned to approach. `react="approaching"` asks.
-- Centres that coincide have no line to be pulled along: the pair is left for the next step, and
-  counted in `work`.
-- Cushions, after the pairs: a ball that reaches beyond one is put back to touch it and its velocity
-  flips (4.2), by the same `react`.
-- Rest: a ball that friction would turn round within a step is stopped (`stop`, see `paper.model`).
+Completions, where the paper says nothing
+-----------------------------------------
+- Distance: each ball of a pair is moved by half of the overlap along the line of centres.
+- Order: pairs (0, 1), (0, 2), ... (n - 2, n - 1), once per step; each pair is separated and
+  collided before the next pair is checked. Separating a pair may push a ball into a third ball:
+  that pair waits for its turn, or for the next step. The paper says that this "becomes overly
+  complex and can fail or worse cause collisions that shouldn't have happened"; nothing here
+  prevents that.
+- Direction of motion: the paper doesn't check it, so by default neither does this engine, and a
+  separating pair that is pulled apart is turned to approach. `react="approaching"` checks it.
+- Coincident centres have no line of centres: the pair is left for the next step, and counted in
+  `work`.
+- Cushions, after the pairs: a ball beyond a cushion is moved back to contact and its velocity is
+  reversed (4.2), with the same `react`.
+- Rest: a ball that friction would reverse within a step is stopped (`stop`, see `paper.model`).
 """
 
 from __future__ import annotations
@@ -40,10 +41,10 @@ from ghostball.reference_adapters.paper.model import PaperRun, Stop
 class PaperDiscreteSettings(EngineSettings):
     """Settings of `PaperDiscreteEngine`.
 
-    `dt` [s]: the time step; the paper's is 20 ms.
-    `react`: which intersecting pairs collide: all, as printed, or only those that approach.
-    `stop`: what ends a roll; "never" is as printed: no ball ever rests.
-    `max_time` [s]: simulated time after which the run gives up.
+    `dt`: the time step; the paper's is 20 ms [s].
+    `react`: which overlapping pairs collide: all, as printed, or only approaching pairs.
+    `stop`: what ends a roll; with "never", as printed, no ball comes to rest.
+    `max_time`: simulated time after which the run stops [s].
     """
 
     dt: Annotated[float, Field(gt=0.0)] = 0.02
@@ -53,7 +54,7 @@ class PaperDiscreteSettings(EngineSettings):
 
 
 class PaperDiscreteEngine(EngineBase):
-    """Fixed steps; pull overlapping balls apart, then collide them (the paper, section 3.1)."""
+    """Fixed steps that separate overlapping balls and then collide them (section 3.1)."""
 
     name: ClassVar[str] = "paper-discrete"
     Settings: ClassVar[type[EngineSettings]] = PaperDiscreteSettings
@@ -61,25 +62,25 @@ class PaperDiscreteEngine(EngineBase):
 
     @property
     def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented with these settings."""
+        """How each feature of a scene is supported with these settings."""
         return self.CAPABILITIES["always"]
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]."""
+        """Return the distance that a ball moves in a step [m]."""
         return resolution_of_step(self.settings.dt, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run the scene.
+        """Simulate the scene.
 
-        Raises `UnsupportedSceneError` where the scene needs a feature that the engine lacks.
+        Raises `UnsupportedSceneError` if the scene needs a feature that the engine lacks.
         """
         self.check(scene)
         settings: PaperDiscreteSettings = self.settings
-        return _Run(scene, settings, record).result(self.name, settings.model_dump())
+        return DiscreteRun(scene, settings, record).result(self.name, settings.model_dump())
 
 
-class _Run(PaperRun):
-    """One run: what a step does to the balls."""
+class DiscreteRun(PaperRun):
+    """One run of the discrete algorithm."""
 
     def __init__(self, scene: Scene, settings: PaperDiscreteSettings, record: Record) -> None:
         super().__init__(
@@ -91,11 +92,11 @@ class _Run(PaperRun):
 
     @property
     def work(self) -> dict[str, int]:
-        """Counters of what was done."""
+        """Counters of operations."""
         return {"steps": self.frames, "pair_checks": self.balls.pair_checks, **self._counts}
 
     def advance_frame(self, t: float) -> None:
-        """Make one step, to `t` [s]."""
+        """Advance by one step, to `t` [s]."""
         balls, recorder = self.balls, self.recorder
         balls.advance(t - self.t)
         self.t = t
@@ -151,7 +152,7 @@ class _Run(PaperRun):
                     self.recorder.event(self.t, EventKind.BALL_CUSHION, i, cushion)
 
     def _record_overlap(self) -> None:
-        """Keep the frame as the paper renders it, balls inside each other, once a step."""
+        """Store the frame as the paper renders it, with overlapping balls, once per step."""
         if not self._seen_overlap and self.recorder.record == "trajectory":
             self.recorder.frame(self.t, self.balls.samples(), force=True)
         self._seen_overlap = True

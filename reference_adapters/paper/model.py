@@ -1,12 +1,12 @@
-"""The paper's model of billiards, as printed: what its two algorithms share.
+"""The paper's model of billiards, as printed, for both of its algorithms.
 
-Kinematics (section 4.1), ball-ball and ball-cushion collisions (4.2) and friction (5.2) follow the
-print to the letter; where the print is silent or can't run, the choice made here is named
-"Completion" beside it. When to call what is up to the algorithms, `paper.discrete` and
+Kinematics (section 4.1), ball-ball and ball-cushion collisions (4.2) and friction (5.2) are exactly
+as printed. Where the paper says nothing or can't be executed, the choice made here is marked
+"Completion". The order of the operations is that of the algorithms, `paper.discrete` and
 `paper.continuous`.
 
-Numbers are plain Python floats: the paper visits one pair after another and each may move the next,
-so there is nothing to vectorise, and floats are several times faster than numpy scalars.
+Numbers are plain Python floats: the paper visits one pair after another, and each may move the
+next, so vectorisation is impossible, and floats are several times faster than numpy scalars.
 """
 
 from __future__ import annotations
@@ -31,17 +31,16 @@ from ghostball.model import (
 from ghostball.reference_adapters.recording import Recorder
 
 Stop = Literal["reversal", "never"]
-"""What ends a roll: "reversal" stops a ball that friction would turn round; "never" is as
-printed."""
+"""What ends a roll: "reversal" stops a ball that friction would reverse; "never" is as printed."""
 
 
 class PaperBalls:
-    """The state of every ball, and the verbs of the paper that change it.
+    """The state of every ball, and the operations of the paper that change it.
 
-    `x`, `y` [m]: centres. The third component never changes: the paper has no z (section 6.4).
-    `vx`, `vy` [m/s].
-    `radii`, `masses` [m] and [kg].
-    `pair_checks`: pairs whose distance was looked at, for `Result.work`.
+    `x`, `y`: centres [m]. The height never changes: the paper has no z (section 6.4).
+    `vx`, `vy`: velocities [m/s].
+    `radii`, `masses`: [m] and [kg].
+    `pair_checks`: number of computed distances of pairs, for `Result.work`.
     """
 
     def __init__(self, scene: Scene, stop: Stop) -> None:
@@ -56,7 +55,7 @@ class PaperBalls:
         self._moved = [ball.speed > 0.0 for ball in scene.balls]
         self._height = positions[:, 2]
         self._stop = stop
-        # 5.2 sets the acceleration to the frictional *force* mu m g: its masses are 1 (4.2).
+        # 5.2 sets the acceleration to the friction *force* mu m g, because its masses are 1 (4.2).
         self._deceleration = scene.physics.rolling_friction * scene.physics.gravity
         self._cushions = _cushion_planes(scene)
 
@@ -65,7 +64,7 @@ class PaperBalls:
 
     @property
     def moving(self) -> bool:
-        """Whether any ball has a velocity other than exactly 0."""
+        """Whether a ball has a velocity other than exactly 0."""
         return any(self.vx) or any(self.vy)
 
     def samples(self) -> Samples:
@@ -76,10 +75,10 @@ class PaperBalls:
         return Samples(positions[np.newaxis], velocities[np.newaxis], spin[np.newaxis])
 
     def record_rests(self, recorder: Recorder, t: float) -> None:
-        """Note at `t` [s] each ball that moved when last asked and rests now.
+        """Record at `t` [s] each ball that moved at the previous call and is at rest now.
 
-        Ask after friction and again after the collisions of an instant: either may stop a ball,
-        and a ball that passes a blow on within an instant never moved.
+        Call after friction and again after the collisions at the same time: either may stop a ball,
+        and a ball that passes on an impulse at once never moved.
         """
         for i, moved in enumerate(self._moved):
             moves = self.vx[i] != 0.0 or self.vy[i] != 0.0
@@ -90,14 +89,14 @@ class PaperBalls:
     def advance(self, dt: float) -> None:
         """Move every ball by `dt` [s].
 
-        4.1: v(t) = v0 + a dt, then s(t) = s0 + v(t) dt with the new v (semi-implicit Euler), with
-        a = -mu g v/|v| where |v| > 0 (5.2). A ball that slows ends mu g dt^2 / 2 short each step:
-        by v0 dt / 2 over a whole roll.
+        4.1: v(t) = v0 + a dt, then s(t) = s0 + v(t) dt with the new v (semi-implicit Euler), with a
+        = -mu g v/|v| if |v| > 0 (5.2). A ball that slows is mu g dt^2 / 2 short after each step: v0
+        dt / 2 over a whole roll.
 
-        Completion: as printed no ball ever rests. Once |v| < mu g dt friction turns the ball round
-        each step, its speed alternates between |v| and mu g dt - |v|, and it continues for ever at
-        up to mu g dt / 2 (2 mm/s at 20 ms). With stop="reversal" a step that would turn the ball
-        round stops it.
+        Completion: as printed, no ball comes to rest. Once |v| < mu g dt, friction reverses the
+        ball in each step: its speed alternates between |v| and mu g dt - |v|, and it continues
+        forever at up to mu g dt / 2 (2 mm/s at 20 ms). With stop="reversal", a step that would
+        reverse the ball stops it.
         """
         x, y, vx, vy = self.x, self.y, self.vx, self.vy
         loss = self._deceleration * dt
@@ -113,12 +112,12 @@ class PaperBalls:
                 y[i] += vy[i] * dt
 
     def approaching(self, i: int, j: int) -> bool:
-        """Whether s.v < 0: the paper's early-out takes 0 and above as separating (section 2)."""
+        """Return whether s.v < 0; the paper treats 0 and above as separating (section 2)."""
         sx, sy = self.x[i] - self.x[j], self.y[i] - self.y[j]
         return sx * (self.vx[i] - self.vx[j]) + sy * (self.vy[i] - self.vy[j]) < 0.0
 
     def gap(self, i: int, j: int) -> float:
-        """Return the distance between two surfaces [m]; negative where the balls overlap."""
+        """Return the distance between two surfaces [m]; negative if the balls overlap."""
         self.pair_checks += 1
         distance = math.hypot(self.x[i] - self.x[j], self.y[i] - self.y[j])
         return distance - (self.radii[i] + self.radii[j])
@@ -127,8 +126,8 @@ class PaperBalls:
         """Exchange momentum by the angle-free elastic formula of section 4.2.
 
         v1' = v1 - 2 m2/(m1 + m2) ((v1 - v2).(x1 - x2)) / |x1 - x2|^2 (x1 - x2), and the same with 1
-        and 2 swapped. It tests nothing: balls that separate are turned to approach. The centres
-        must differ.
+        and 2 swapped. Nothing is checked: separating balls are turned to approach. The centres must
+        differ.
         """
         sx, sy = self.x[i] - self.x[j], self.y[i] - self.y[j]
         dot = sx * (self.vx[i] - self.vx[j]) + sy * (self.vy[i] - self.vy[j])
@@ -141,7 +140,7 @@ class PaperBalls:
         self.vy[j] += share_j * scale * sy
 
     def cushion_overlaps(self, i: int) -> Iterator[tuple[int, float]]:
-        """Give each cushion's index in `CUSHIONS` and how far ball `i` reaches beyond it [m]."""
+        """Yield the index of each cushion and the distance of ball `i` beyond it [m]."""
         for cushion, place in self._cushions:
             centre = self.x[i] if cushion < 2 else self.y[i]
             if cushion % 2 == 0:
@@ -150,12 +149,12 @@ class PaperBalls:
                 yield cushion, centre + self.radii[i] - place
 
     def leaving(self, i: int, cushion: int) -> bool:
-        """Whether ball `i` moves outwards through `cushion`."""
+        """Return whether ball `i` moves outwards through `cushion`."""
         velocity = self.vx[i] if cushion < 2 else self.vy[i]
         return velocity < 0.0 if cushion % 2 == 0 else velocity > 0.0
 
     def time_to_cushion(self, i: int) -> float:
-        """Return when ball `i` meets a cushion on a straight line at constant speed [s], or inf."""
+        """Return the time until ball `i` meets a cushion, at constant velocity [s], or inf."""
         times = (
             -overlap / abs(self.vx[i] if cushion < 2 else self.vy[i])
             for cushion, overlap in self.cushion_overlaps(i)
@@ -179,14 +178,14 @@ def _cushion_planes(scene: Scene) -> list[tuple[int, float]]:
 
 
 class PaperRun(ABC):
-    """One run of either algorithm: its balls and its clock, and how it ends.
+    """One run of either algorithm: its balls, its clock, and its end.
 
-    `dt` [s]: length of a frame.
+    `dt`: length of a frame [s].
     `stop`: what ends a roll.
-    `max_time` [s]: simulated time after which the run gives up.
+    `max_time`: simulated time after which the run stops [s].
 
-    `t`: now [s].
-    `frames`: begun so far.
+    `t`: present time [s].
+    `frames`: number of frames started so far.
     """
 
     def __init__(
@@ -203,28 +202,28 @@ class PaperRun(ABC):
     @property
     @abstractmethod
     def work(self) -> dict[str, int]:
-        """Counters of what was done, for `Result.work`."""
+        """Counters of operations, for `Result.work`."""
 
     @property
     def limit_reached(self) -> str:
-        """Which limit other than of time the run has reached, or nothing."""
+        """The limit, other than of time, that the run has reached; "" if none."""
         return ""
 
     @abstractmethod
     def advance_frame(self, t: float) -> None:
-        """Advance everything from now to `t` [s], the end of a frame."""
+        """Advance all balls to `t` [s], the end of a frame."""
 
     def result(self, engine: str, settings: dict[str, Any]) -> Result:
-        """Run to rest, to `t_max` or to a limit; `engine` and `settings` are named in the result.
+        """Run until all balls rest, to `t_max` or to a limit, and return the result.
 
-        Completion: `t_max` is met exactly by a shorter last frame.
+        Completion: a shorter last frame ends exactly at `t_max`.
         """
         balls, recorder = self.balls, self.recorder
         t_end = min(self._t_max, self._max_time)
         recorder.start()
         recorder.frame(0.0, balls.samples())
         while balls.moving and self.t < t_end and not self.limit_reached:
-            # Not t + dt: the clock would gather rounding, and miss t_end by an ulp.
+            # Not t + dt, because the clock would accumulate rounding and miss t_end by an ulp.
             self.frames += 1
             self.advance_frame(min(self.frames * self._dt, t_end))
         status, reason = self._ending()
@@ -245,4 +244,4 @@ class PaperRun(ABC):
             return Status.T_MAX, ""
         if self.limit_reached:
             return Status.EVENT_LIMIT, self.limit_reached
-        return Status.STEP_LIMIT, f"balls still move at `max_time` = {self._max_time} s"
+        return Status.STEP_LIMIT, f"not all balls are at rest at `max_time` = {self._max_time} s"

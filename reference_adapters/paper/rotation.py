@@ -1,12 +1,12 @@
-"""How the paper turns its balls, section 5.3: once a frame, about an axis in the plane.
+"""The paper's rotation of balls, section 5.3: once per frame, about an axis in the plane.
 
-As printed: the axis is r = v x k, normalised, the angular velocity v / R, so that a frame turns by
-|v| dt / R; its quaternion times the one so far is the new orientation. With k up a ball rolls about
-k x v: as printed it turns backwards.
+As printed, the axis is r = v x k, normalised, and the angular velocity v / R, so a frame rotates
+the ball by |v| dt / R; its quaternion times the previous one is the new orientation. With k up, a
+ball rolls about k x v, so as printed it rotates backwards.
 
-The velocity is the frame's, after its collisions. Within a frame that slows, this falls short of
-the way that is rolled; between two that a collision parts, it has the wrong axis for a part of
-a frame. A ball that slides, or spins about the vertical, turns as if it rolled.
+The velocity is that of the frame after its collisions. In a frame with friction, the rotation is
+smaller than that of the rolled distance; in a frame with a collision, the axis is wrong for a part
+of the frame. A ball that slides, or has vertical spin, rotates as if it rolled.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from ghostball.model.trajectory.orientation import hamilton_product
 
 
 def turned_by_frames(velocities: FloatArray, radii: FloatArray, dt: float) -> FloatArray:
-    """Return the orientation that the paper's rule gives balls after each of k frames.
+    """Return the orientations of balls by the paper's rule, after each of k frames.
 
-    `velocities` (k, n, 3) float64 [m/s]: of each frame, as it is shown.
-    `radii` (n,) float64 [m].
-    `dt` [s]: from each frame to the next.
+    `velocities`: (k, n, 3) float64 [m/s], of each frame, as displayed.
+    `radii`: (n,) float64 [m].
+    `dt`: time between frames [s].
 
-    Returns (k, n, 4) float64: unit quaternions, w first; the first frame turns from (1, 0, 0, 0).
+    Returns (k, n, 4) float64, unit quaternions, w first; the first frame starts from (1, 0, 0, 0).
     """
     vx, vy = velocities[..., 0], velocities[..., 1]
     speed = np.hypot(vx, vy)

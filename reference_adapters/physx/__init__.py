@@ -1,1 +1,1 @@
-"""PhysX 5 on the processor, through SAPIEN, as a reference engine."""
+"""PhysX 5 on the CPU, through SAPIEN, as a reference engine."""

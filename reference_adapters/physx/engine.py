@@ -1,11 +1,11 @@
-"""PhysX 5 on the processor, through SAPIEN: a 3D engine in single precision.
+"""PhysX 5 on the CPU, through SAPIEN: a 3D engine in single precision.
 
-Its solver is one of two, projected Gauss-Seidel or, as SAPIEN has it, temporal Gauss-Seidel, which
-changes the energy of every impact. `contact_steps="fixed"` sees contacts when balls overlap as a
-step begins; `contact_steps="exact"` ends the steps where balls touch. `cloth="own"` has balls slide
-on a plane under gravity, with PhysX's friction; else the adapter applies the cloth between the
-steps. `config="naive"` is SAPIEN's: impacts slower than 2 m/s are inelastic, contacts begin 1 cm
-apart.
+It has two solvers: projected Gauss-Seidel, and SAPIEN's default, temporal Gauss-Seidel, which
+changes the energy of every impact. `contact_steps="fixed"` detects contacts when balls overlap at
+the start of a step; `contact_steps="exact"` ends the steps when balls touch. `cloth="own"` lets
+balls slide on a plane under gravity with PhysX's friction; otherwise the adapter applies cloth
+friction between time steps. `config="naive"` has SAPIEN's defaults: impacts slower than 2 m/s are
+inelastic, and contacts start at a gap of 1 cm.
 """
 
 from __future__ import annotations
@@ -14,24 +14,24 @@ from typing import ClassVar, Literal
 
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
-from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.settings import OwnClothSettings
 from ghostball.reference_adapters.stepping.space import OwnClothEngine
+from ghostball.reference_adapters.stepping.step_ends import SINGLE_PRECISION_STEPS, ExactSteps
 
 TUNED_ITERATIONS = 64
-"""Position iterations of the tuned projected solver.
+"""Number of position iterations of the tuned projected solver.
 
-With 10, a frozen break gains 1.2e-4 of its energy; with 20 or more, nothing.
+With 10, a break of touching balls gains 1.2e-4 of its energy; with 20 or more, nothing.
 """
 
 
 class PhysxSettings(OwnClothSettings):
     """Settings of the PhysX adapter.
 
-    `dt` is 1e-3 s tuned, SAPIEN's own 0.01 s naive, 0.02 s in exact steps.
-
+    `dt`: 1e-3 s tuned; 0.01 s naive, SAPIEN's default; 0.02 s with exact steps.
     `iterations`: position iterations; 64 for the tuned projected solver, otherwise SAPIEN's 10.
-    `solver`: projected or temporal Gauss-Seidel; None is "pgs" tuned, SAPIEN's own "tgs" naive.
+    `solver`: projected ("pgs") or temporal ("tgs") Gauss-Seidel. None: "pgs" tuned; "tgs" naive,
+        SAPIEN's default.
     """
 
     NAIVE_DT: ClassVar[float] = 0.01
@@ -41,16 +41,17 @@ class PhysxSettings(OwnClothSettings):
 
     @property
     def temporal(self) -> bool:
-        """Whether the solver is the temporal one."""
+        """Whether the temporal solver is used."""
         return (self.solver or ("pgs" if self.config == "tuned" else "tgs")) == "tgs"
 
 
 class PhysxEngine(OwnClothEngine):
-    """PhysX behind the protocol; see the module."""
+    """PhysX as a reference engine; see this module."""
 
     name: ClassVar[str] = "physx"
     PACKAGE: ClassVar[str] = "sapien"
+    WORLD: ClassVar[str] = "PhysxWorld"
     Settings: ClassVar[type[EngineSettings]] = PhysxSettings
     TITLE: ClassVar[str] = "PhysX"
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "physx")
-    EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
+    EXACT_STEPS: ClassVar[ExactSteps] = SINGLE_PRECISION_STEPS

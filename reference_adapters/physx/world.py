@@ -1,9 +1,9 @@
 """A scene as a PhysX scene: spheres in the plane of the table, or on a plane under gravity.
 
-PhysX takes the mean of the coefficients of two shapes. So a tuned ball has three shapes in one
-place, for other balls, cushions and cloth, each with the coefficients of what it alone touches.
-SAPIEN's configuration is of the whole process, and read as a
-scene and its bodies are made; so it is set for each.
+PhysX uses the mean of the coefficients of two shapes. A tuned ball therefore has three shapes in
+the same place, for contacts with balls, cushions and cloth, each with the coefficients of its
+contacts. SAPIEN's configuration is global and is read when a scene and its bodies are created, so
+it is set for each scene.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from ghostball.model import Disc, Scene, Segment
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.physx.engine import TUNED_ITERATIONS, PhysxSettings
 from ghostball.reference_adapters.stepping.contact_world import (
-    SINGLE,
+    SINGLE_PRECISION_NOISE,
     ContactWorld,
-    Part,
+    WorldBody,
     collision_of,
 )
 from ghostball.reference_adapters.stepping.laws import (
@@ -33,36 +33,36 @@ from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
-# It warns that there is no graphics driver, and that its own types lack something.
+# SAPIEN warns about a missing graphics driver and about incomplete types.
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
     import sapien
 
 
 _BALLS, _CUSHIONS, _CLOTH = 1, 2, 4
-"""What a shape of a ball touches."""
+"""The bodies that a shape of a ball touches, as bits."""
 
 THICKNESS = 1e-6
-"""Half of that of a part of a cushion [m]: PhysX has no plane that ends, but a thin box."""
+"""Half the thickness of a cushion segment [m]: PhysX has no finite plane, so it is a thin box."""
 
-FAR = -1e4
-"""Where balls are taken that are out of the game [m]."""
+REMOVED_COORDINATE = -1e4
+"""Coordinate to which removed balls are moved [m]."""
 
-FASTEST_SPIN = 1e6
-"""Bound on spins [rad/s]; PhysX's own of 100 would clamp a pool ball that rolls at 2.86 m/s."""
+MAX_SPIN = 1e6
+"""Limit on spins [rad/s]; PhysX's default of 100 would limit a rolling pool ball to 2.86 m/s."""
 
 
-class World(ContactWorld):
-    """A scene with its balls in the scene's order, and the collisions of its last step.
+class PhysxWorld(ContactWorld):
+    """A scene with its balls in the order of the scene, and the collisions of its last step.
 
-    `on_cloth`: as `SpaceWorld` has it.
+    `on_cloth`: as in `SpaceWorld`.
     """
 
     def __init__(self, scene: Scene, settings: PhysxSettings, *, own_cloth: bool) -> None:
-        super().__init__(scene, noise=SINGLE, rubs=rubs(scene) or own_cloth)
+        super().__init__(scene, noise=SINGLE_PRECISION_NOISE, rubs=rubs(scene) or own_cloth)
         self._tuned = settings.config == "tuned"
         self._own_cloth = own_cloth
-        self._parts: dict[Any, Part] = {}
+        self._parts: dict[Any, WorldBody] = {}
         self.on_cloth: set[int] = set()
         self._cloth: Any = None
         self._configure(settings)
@@ -71,7 +71,7 @@ class World(ContactWorld):
         self._add_bodies()
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
-        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step."""
         for body, (x, y) in zip(self._bodies, velocities.tolist(), strict=True):
             body.set_linear_velocity([x, y, 0.0])
         self._given = self._linear()[:, :2]
@@ -79,13 +79,13 @@ class World(ContactWorld):
             for body, spin in zip(self._bodies, spins.tolist(), strict=True):
                 body.set_angular_velocity(spin)
                 x, y, z = body.entity_pose.p
-                if z != 0.0:  # in the plane
+                if z != 0.0:  # back to the plane
                     body.set_entity_pose(sapien.Pose([x, y, 0.0]))
             self._start = self._angular()
         return self._given
 
     def step(self, dt: float) -> None:
-        """Let PhysX step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        """Advance PhysX by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._dt:
             self._scene_of.set_timestep(dt)
             self._dt = dt
@@ -108,7 +108,7 @@ class World(ContactWorld):
         return self._centres()[:, :2], self._kept(self._linear()[:, :2])
 
     def turns(self) -> FloatArray:
-        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
+        """Return the spin changes by the contacts of the step, (n, 3) [rad/s]."""
         return self._turned(self._angular())
 
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -124,8 +124,8 @@ class World(ContactWorld):
             body.set_angular_velocity(spin)
 
     def remove(self, ball: int) -> None:
-        """Take a ball away, to where nothing can come: it is still listed."""
-        self._bodies[ball].set_entity_pose(sapien.Pose([FAR * (ball + 1), 0.0, 0.0]))
+        """Move a ball to a place that nothing can reach; it stays in the list."""
+        self._bodies[ball].set_entity_pose(sapien.Pose([REMOVED_COORDINATE * (ball + 1), 0.0, 0.0]))
 
     def _centres(self) -> FloatArray:
         return np.array([body.entity_pose.p for body in self._bodies], dtype=np.float64)
@@ -149,7 +149,7 @@ class World(ContactWorld):
             slowest = slowest_bounce(self._scene, settings.step)
             scene.bounce_threshold = slowest if self._scene.physics.airborne else 1e-4
             shape.contact_offset = (
-                1e-7  # what is nearer would be stopped at the contact, without bouncing
+                1e-7  # closer balls would be stopped at the contact without bouncing
             )
             shape.rest_offset = 0.0
             body.sleep_threshold = 0.0
@@ -195,7 +195,8 @@ class World(ContactWorld):
         for touched, material in materials.items() if self._tuned else ((0, materials[_BALLS]),):
             shape = sapien.physx.PhysxCollisionShapeSphere(ball.radius, material)
             if self._tuned:
-                # Two shapes touch where the first number of one has a bit of the other's second.
+                # Two shapes touch if the first mask of one has a bit of the second mask of the
+                # other.
                 shape.set_collision_groups([touched, 1 if touched == _BALLS else 8, 0, 0])
             body.attach(shape)
         body.set_mass(ball.mass)
@@ -203,7 +204,7 @@ class World(ContactWorld):
         if self._tuned:
             body.set_linear_damping(0.0)
             body.set_angular_damping(0.0)
-            body.set_max_angular_velocity(FASTEST_SPIN)
+            body.set_max_angular_velocity(MAX_SPIN)
         x, y, z = ball.position
         entity = self._add(body, [x, y, z if self._own_cloth else 0.0])
         if not self.rubs:
@@ -218,7 +219,7 @@ class World(ContactWorld):
         material: Any,
         touched: int,
     ) -> Any:
-        """Add a plane; PhysX's own has its normal along x."""
+        """Add a plane; in PhysX, the normal of a plane is along x."""
         turned = np.array([1.0 + normal[0], 0.0, -normal[2], normal[1]])
         if normal[0] == -1.0:
             turned = np.array([0.0, 0.0, 0.0, 1.0])
@@ -226,7 +227,7 @@ class World(ContactWorld):
         return self._fixed(shape, touched, point, turned / np.linalg.norm(turned))
 
     def _part(self, part: Segment | Disc, height: float, material: Any) -> Any:
-        """Add a part of a cushion, with its middle at a height [m]."""
+        """Add a cushion segment or a disc, centred at a height [m]."""
         if isinstance(part, Disc):
             shape = sapien.physx.PhysxCollisionShapeSphere(part.radius, material)
             return self._fixed(shape, _CUSHIONS, [*part.centre, height])

@@ -1,1 +1,1 @@
-"""pybullet (Bullet 3) as a reference engine: in the plane where balls roll, else in space."""
+"""pybullet (Bullet 3) as a reference engine: in the plane if balls roll, otherwise in 3D."""

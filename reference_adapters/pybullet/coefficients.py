@@ -1,7 +1,7 @@
 """The laws of a scene as coefficients of Bullet's bodies.
 
-Bullet multiplies the coefficients of the two bodies of a contact. So every law of the scene is
-split in two factors, such that each pair of bodies multiplies to what the scene says.
+Bullet multiplies the coefficients of the two bodies of a contact. Every coefficient of the scene is
+therefore split into two factors with the right product for each pair of bodies.
 """
 
 from __future__ import annotations
@@ -20,22 +20,23 @@ from ghostball.reference_adapters.stepping.laws import (
 )
 
 SMALLEST_FRICTION = 1e-12
-"""Ball-ball friction that stands for 0 where cloth or cushions need some [1].
+"""Ball-ball friction used for 0 if the cloth or the cushions have friction [1].
 
-Of an impact at 10 m/s it leaves 1e-11 m/s of throw.
+An impact at 10 m/s then has a throw of 1e-11 m/s.
 """
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """The scene's laws as factors per body, such that each pair multiplies to the scene's value.
+    """The scene's laws as factors per body; the product for each pair is the value of the scene.
 
     `ball_restitution`, `cushion_restitution`, `ball_friction`, `cushion_friction`: factors [1].
-    `table_restitution`: factor of the table [1]: 0 where balls stay on the cloth.
-    `table_friction` (n,) float64: factor of the table under each ball [1]. Where they differ, each
-        ball lies on a table of its own.
-    `rolling_friction`, `spinning_friction` (n,) float64: lengths [m] of each ball, for Bullet's own
-        resistance: its moment is length x friction of the table x normal force.
+    `table_restitution`: factor of the table [1]; 0 if balls stay on the cloth.
+    `table_friction`: (n,) float64, factor of the table under each ball [1]. If they differ, each
+        ball has its own table.
+    `rolling_friction`, `spinning_friction`: (n,) float64, lengths for each ball, for Bullet's
+        rolling and spinning friction [m]: the moment is length x friction of the table x normal
+        force.
     """
 
     ball_restitution: float
@@ -49,11 +50,11 @@ class Coefficients:
 
     @classmethod
     def of(cls, scene: Scene, *, planar: bool) -> Coefficients:
-        """Split the laws of `scene`; `planar` leaves all friction out.
+        """Split the laws of `scene` into factors; with `planar`, all friction is 0.
 
-        A ball that rolls without slip under a moment M about its contact decelerates by
-        M R / (I + m R^2) = M / (7/5 m R): for mu_r g the length is (7/5) mu_r R / table friction.
-        One that spins decelerates by M / I: for a rate s it is (2/5) R^2 s / (g table friction).
+        A ball that rolls without slip under a moment M about its contact decelerates by M R / (I +
+        m R^2) = M / (7/5 m R): for mu_r g, the length is (7/5) mu_r R / table friction. A spinning
+        ball decelerates by M / I: for a rate s, the length is (2/5) R^2 s / (g table friction).
         """
         physics = scene.physics
         restitution, cushion = multiplied_restitutions(physics)
@@ -75,5 +76,5 @@ class Coefficients:
 
     @property
     def own_tables(self) -> bool:
-        """Whether each ball lies on a table of its own."""
+        """Whether each ball has its own table."""
         return bool(np.any(self.table_friction != self.table_friction[0]))

@@ -1,4 +1,4 @@
-"""pybullet itself: whether it can be imported here, and imported without what it prints."""
+"""Check whether pybullet can be imported, and import it without its output."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from ghostball.reference_adapters.base import EngineError
 
 
 def unavailable() -> str | None:
-    """Return why pybullet can't be imported here and how to get it, or None."""
+    """Return why pybullet can't be imported here and how to install it, or None."""
     if importlib.util.find_spec("pybullet") is not None:
         return None
     if sys.version_info >= (3, 12):
         found = f"{sys.version_info.major}.{sys.version_info.minor}"
         return (
             f"pybullet isn't installed: it has no wheels above Python 3.11, and this is {found}. "
-            "Make the environment with Python 3.11, or install pybullet from conda-forge"
+            "Use an environment with Python 3.11, or install pybullet from conda-forge"
         )
     return "pybullet isn't installed. Run `python -m pip install pybullet`"
 
 
 @functools.cache
 def load() -> Any:
-    """Import pybullet without what it prints, and return the module.
+    """Import pybullet without its output, and return the module.
 
-    Raises `EngineError` where it isn't installed.
+    Raises `EngineError` if pybullet isn't installed.
 
-    While it is imported, pybullet writes its build time from C to descriptor 2, past `sys.stderr`;
-    so the descriptor itself must point elsewhere for that moment. What it raises is kept.
+    During the import, pybullet writes its build time from C to descriptor 2, bypassing
+    `sys.stderr`, so the descriptor is redirected during the import. Exceptions are unaffected.
     """
     reason = unavailable()
     if reason is not None:

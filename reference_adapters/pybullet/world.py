@@ -1,8 +1,8 @@
-"""One scene built in one Bullet world: the client, its bodies, its parameters, its contacts.
+"""A scene in a Bullet world: the client, its bodies, its parameters, its contacts.
 
-Everything that is set in pybullet is here, but for the coefficients of its bodies, which are in
-`pybullet.coefficients`. What drives it is in `stepping.plane` (balls that roll, in the plane) and
-`stepping.space` (balls that slide, in space).
+All settings of pybullet are here, except the coefficients of bodies, which are in
+`pybullet.coefficients`. The steppers are in `stepping.plane` (rolling balls, in the plane) and
+`stepping.space` (sliding balls, in 3D).
 """
 
 from __future__ import annotations
@@ -18,42 +18,47 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.pybullet.coefficients import Coefficients
 from ghostball.reference_adapters.pybullet.engine import PybulletSettings
 from ghostball.reference_adapters.pybullet.loading import load
-from ghostball.reference_adapters.stepping.contact_world import ContactWorld, Part, collision_of
+from ghostball.reference_adapters.stepping.contact_world import (
+    ContactWorld,
+    WorldBody,
+    collision_of,
+)
 from ghostball.reference_adapters.stepping.plane import Collision, untouched
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
-FASTEST = 1e100
-"""Bound on a body's velocity [m/s] and spin [rad/s], beyond any scene's.
+MAX_SPEED = 1e100
+"""Limit on a body's velocity [m/s] and spin [rad/s], larger than in any scene.
 
-Bullet's own, 100 of both, clamps a rolling pool ball at 2.86 m/s."""
+Bullet's default of 100 for both limits a rolling pool ball to 2.86 m/s.
+"""
 
-# Fields of a contact point, as pybullet documents `getContactPoints`.
+# Indices of the fields of a contact point, from the documentation of `getContactPoints`.
 _BODY_A, _BODY_B, _NORMAL_FORCE = 1, 2, 9
 
 
 NOSE_RADIUS = 1e-6
-"""Of the nose of a cushion where balls may fly [m]: Bullet has no line, but a thin capsule."""
+"""Radius of a cushion nose with airborne balls [m]: Bullet has no line, so it is a thin capsule."""
 
 
-_IDLE: dict[str, list[int]] = {"tuned": [], "naive": []}
-"""Clients that no world uses, all emptied, one for as many worlds as there were at once.
+_IDLE_CLIENTS: dict[str, list[int]] = {"tuned": [], "naive": []}
+"""Empty clients that no world uses at present.
 
-To connect and to disconnect takes 20 ms, as long as a short shot; to empty a client 0.7 ms. What a
-scene was built with goes then, as `test_world` shows to the bit; what `_configure` sets for good
-would be the same again.
+Connecting and disconnecting takes 20 ms, as long as a short shot; emptying a client takes 0.7 ms.
+Emptying removes the scene, as `test_world` checks bit for bit. The permanent settings of
+`_configure` are the same for the next world.
 """
 
 
-class World(ContactWorld):
-    """A client of its own with the scene built in it; a context manager that gives it back.
+class PybulletWorld(ContactWorld):
+    """A client with the scene built in it; a context manager that returns the client at the end.
 
-    On a cloth of its own it has gravity and a table. Else it is the paper's plane: neither of them,
-    and every centre at z = 0, so that balls of different radius touch at the sum of their radii in
-    the plane. Tuned, it sets what makes the physics right; else it leaves to pybullet what isn't
-    the scene's.
+    With its own cloth, the world has gravity and a table. Otherwise it is the paper's plane:
+    without both, and with every centre at z = 0, so that balls of different radii touch at the sum
+    of their radii in the plane. Tuned, it has settings for accurate physics; otherwise it keeps
+    pybullet's defaults for everything that the scene doesn't define.
 
-    `on_cloth`: as `SpaceWorld` has it, where balls may fly; else no ball lands.
+    `on_cloth`: as in `SpaceWorld` with airborne balls; otherwise empty.
     """
 
     def __init__(self, scene: Scene, settings: PybulletSettings, *, own_cloth: bool) -> None:
@@ -65,16 +70,16 @@ class World(ContactWorld):
         self._bullet = load()
         self._dt = math.nan
         self._balls: list[int] = []
-        self._parts: dict[int, Part] = {}
+        self._parts: dict[int, WorldBody] = {}
         self._cloths: list[int] = []
         self._flies = scene.physics.airborne
-        # What Bullet has of balls in the plane, so that it isn't asked for those that lie still.
+        # Velocities of balls in the plane, so that Bullet isn't asked for those of balls at rest.
         self._in_plane = np.zeros((len(scene.balls), 2))
         self.coefficients = Coefficients.of(scene, planar=not own_cloth)
-        idle = _IDLE[self._config]
+        idle = _IDLE_CLIENTS[self._config]
         self._client: int = idle.pop() if idle else self._bullet.connect(self._bullet.DIRECT)
         try:
-            # Where the table returns some of their speed, what lies on it would tremble.
+            # With a restitution of the table, balls on the table would jitter.
             slow = slowest_bounce(scene, settings.step) if self._flies else 0.0
             self._configure(slow)
             self._build(not own_cloth)
@@ -97,23 +102,23 @@ class World(ContactWorld):
             self.close()
 
     def close(self) -> None:
-        """Close the client; the world can't be used any more."""
+        """Close the client; the world can't be used afterwards."""
         self._bullet.disconnect(physicsClientId=self._client)
 
     def _give_back(self) -> None:
-        """Empty the client and keep it for the next world of this configuration."""
+        """Empty the client and keep it for the next world with this configuration."""
         self._bullet.resetSimulation(physicsClientId=self._client)
-        _IDLE[self._config].append(self._client)
+        _IDLE_CLIENTS[self._config].append(self._client)
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
-        """Give the balls velocities, (n, 2) [m/s], for a step in the plane, where none turns."""
+        """Set the velocities of the balls, (n, 2) [m/s], for a step without rotation."""
         for i in np.flatnonzero(np.any(velocities != self._in_plane, axis=1)).tolist():
             self._set(i, [*velocities[i].tolist(), 0.0], [0.0] * 3)
         self._given = self._in_plane = velocities
         return velocities
 
     def step(self, dt: float) -> None:
-        """Let Bullet step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        """Advance Bullet by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._dt:
             self._bullet.setTimeStep(dt, physicsClientId=self._client)
             self._dt = dt
@@ -121,7 +126,7 @@ class World(ContactWorld):
         pushing: set[Collision] = set()
         self.on_cloth = set()
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
-            if not point[_NORMAL_FORCE] > 0.0:  # it is only near
+            if not point[_NORMAL_FORCE] > 0.0:  # near, but without contact
                 continue
             a, b = self._parts.get(point[_BODY_A]), self._parts.get(point[_BODY_B])
             if a and b:
@@ -131,14 +136,14 @@ class World(ContactWorld):
         self._note(pushing)
 
     def positions(self) -> FloatArray:
-        """Return all centres, (n, 3) float64 [m]; a fresh array."""
+        """Return all centres, (n, 3) float64 [m]; a new array."""
         get = self._bullet.getBasePositionAndOrientation
         return np.array([get(body, physicsClientId=self._client)[0] for body in self._balls])
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
         """Return the centres [m] and velocities [m/s] in the plane, two arrays (n, 2) float64."""
         changed = ~untouched(len(self._balls), self._pushing)
-        if not self._tuned:  # what moves, Bullet damps
+        if not self._tuned:  # Bullet damps moving balls
             changed |= np.any(self._in_plane != 0.0, axis=1)
         velocities = self._in_plane.copy()
         for i in np.flatnonzero(changed).tolist():
@@ -157,7 +162,7 @@ class World(ContactWorld):
             self._set(i, *motion)
 
     def remove(self, ball: int) -> None:
-        """Take a ball out of the world: it stays where it is, and nothing meets it."""
+        """Remove a ball from the world: it stays where it is, but nothing meets it."""
         body, self._in_plane[ball] = self._balls[ball], 0.0
         self._set(ball, [0.0] * 3, [0.0] * 3)
         self._change(body, mass=0.0)
@@ -176,13 +181,13 @@ class World(ContactWorld):
         return velocity, spin
 
     def _configure(self, slow: float) -> None:
-        """Set the solver; "tuned" removes what changes a collision.
+        """Set the parameters of the solver; "tuned" removes those that change collisions.
 
-        `slow` [m/s]: speed below which then no impact bounces.
+        `slow`: in "tuned", impacts below this speed don't bounce [m/s].
 
-        contactERP adds speed to push overlapping balls apart (an elastic impact gains 4 % of energy
+        contactERP adds speed to separate overlapping balls (an elastic impact gains 4 % of energy
         at any step), the restitution threshold makes impacts below 0.2 m/s inelastic, and a
-        residual threshold or a slop stops the solver early.
+        residual threshold or a slop ends the solver early.
         """
         parameters: dict[str, float] = {"numSolverIterations": self.iterations}
         if self._tuned:
@@ -222,10 +227,10 @@ class World(ContactWorld):
         for i in range(len(scene.balls)):
             self._ball(i, planar)
         if factors.own_tables:
-            self._part_cloths()
+            self._separate_cloths()
 
-    def _part_cloths(self) -> None:
-        """Let every ball touch its own table alone."""
+    def _separate_cloths(self) -> None:
+        """Let every ball touch only its own table."""
         for i, cloth in enumerate(self._cloths):
             for j, ball in enumerate(self._balls):
                 if i != j:
@@ -248,8 +253,8 @@ class World(ContactWorld):
             lateralFriction=factors.ball_friction,
         )
         if self._tuned:
-            self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST)
-        else:  # it would act while a ball slides, too: tuned, the adapter slows balls that roll
+            self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=MAX_SPEED)
+        else:  # it also acts while a ball slides; tuned, the adapter slows rolling balls instead
             self._change(
                 body,
                 rollingFriction=float(factors.rolling_friction[i]),
@@ -257,11 +262,13 @@ class World(ContactWorld):
             )
 
     def _part(self, part: Segment | Disc, height: float, laws: tuple[float, float]) -> int:
-        """Add a part of a cushion at the height of the balls' centres [m]: a line, or a sphere.
+        """Add a cushion segment or a disc at the height of the balls' centres [m].
 
-        The line is the edge of a triangle: where Bullet meets a triangle, or a sphere, with a ball,
-        the contact is right to the last digits. Of capsules and cylinders it is so nearly alone, as
-        it searches for it, and a box has round edges.
+        It is a line or a sphere.
+
+        The line is the edge of a triangle: Bullet's contacts of a ball with a triangle or a sphere
+        are accurate to the last digits. Contacts with capsules and cylinders are less accurate,
+        because Bullet finds them by iteration, and boxes have rounded edges.
         """
         if isinstance(part, Disc):
             sphere = self._shape(self._bullet.GEOM_SPHERE, radius=part.radius)
@@ -283,7 +290,7 @@ class World(ContactWorld):
             self._bullet.GEOM_CAPSULE, radius=NOSE_RADIUS, height=2.0 * side.length
         )
         place = (*((x, middle) if across else (middle, y)), self._scene.physics.cushion_height)
-        # Bullet's capsule stands; it is laid along y, or along x.
+        # Bullet's capsules are vertical; this one is turned along y or x.
         turn = math.sqrt(0.5)
         lying = (turn, 0.0, 0.0, turn) if across else (0.0, turn, 0.0, turn)
         return self._fixed(capsule, place, laws, lying)
@@ -304,10 +311,10 @@ class World(ContactWorld):
         *,
         bounces: bool = True,
     ) -> int:
-        """Add a body that stays where it is, with its factors of restitution and friction [1].
+        """Add a fixed body with its factors of restitution and friction [1].
 
-        What `bounces` stops no ball, tuned, in the step before it gets there: what that has left of
-        the step would be taken from its restitution.
+        Tuned, a body that `bounces` doesn't stop a ball in the step before the contact, because the
+        rest of that step would be lost from the rebound.
         """
         body: int = self._bullet.createMultiBody(
             0.0,

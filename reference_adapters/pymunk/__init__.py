@@ -1,1 +1,1 @@
-"""Pymunk (Chipmunk) as a reference engine: the plane seen from above."""
+"""Pymunk (Chipmunk) as a reference engine: the top view of the table."""

@@ -1,4 +1,4 @@
-"""How the balls of a Pymunk world are moved on: Pymunk's own way to slow a rolling ball."""
+"""The stepper of a Pymunk world in which Pymunk's joints slow rolling balls."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from ghostball.model import EventKind, Samples, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.recording import rolling_state
 from ghostball.reference_adapters.stepping import plane
-from ghostball.reference_adapters.stepping.ends import Clock
 from ghostball.reference_adapters.stepping.laws import tangential_restitution
 from ghostball.reference_adapters.stepping.sides import Normals
+from ghostball.reference_adapters.stepping.step_ends import Clock
 
 if TYPE_CHECKING:
-    from ghostball.reference_adapters.pymunk.world import World
+    from ghostball.reference_adapters.pymunk.world import PymunkWorld
 
 
-class NativeRolling(plane.Stepper):
-    """Pymunk's own steps and Pymunk's own way to slow a ball.
+class JointStepper(plane.WorldStepper):
+    """Fixed steps in which Pymunk's own joints slow rolling balls.
 
-    Chipmunk moves a ball before it changes its velocity. With the tuned joint, which takes exactly
-    mu g dt in each step, half a kick before the first step makes that a leapfrog: velocities belong
-    to the middle of the step to come, and a roll ends within mu g dt^2 / 8 of v^2 / (2 mu g).
-    Without it the ball rolls v dt / 2 too far. `state` takes the half kick back.
+    Chipmunk moves a ball before it changes its velocity. The tuned joint reduces the speed by
+    exactly mu g dt in each step. Half of this before the first step makes the method a leapfrog:
+    velocities belong to the middle of the coming step, and a roll ends within mu g dt^2 / 8 of v^2
+    / (2 mu g). Without it, the ball rolls v dt / 2 too far. `state` adds the half back.
     """
 
-    def __init__(self, scene: Scene, world: World, dt: float, t_end: float) -> None:
+    def __init__(self, scene: Scene, world: PymunkWorld, dt: float, t_end: float) -> None:
         super().__init__(scene)
         self._world = world
         self._positions, _ = world.positions_and_velocities()
@@ -36,7 +36,7 @@ class NativeRolling(plane.Stepper):
         self._clock = Clock(dt, t_end)
         self._kick = scene.rolling_frictions * scene.physics.gravity * self._clock.dt
         self._half_kick = np.zeros_like(self._kick)
-        # What rounding leaves of a speed that the joint stops, in units of what it takes.
+        # Rounding of a speed that the joint has stopped, relative to its effect per step.
         self._rounding = 1e-9 * self._kick
         if world.tuned:
             self._half_kick = 0.5 * self._kick
@@ -48,16 +48,16 @@ class NativeRolling(plane.Stepper):
 
     @property
     def at_rest(self) -> bool:
-        """Whether every ball has stopped."""
+        """Whether all balls have stopped."""
         return not self._moving.any()
 
     def state(self) -> Samples:
-        """Return the state now, arrays (1, n, 3)."""
+        """Return the present state, arrays (1, n, 3)."""
         velocities = _faster(self._velocities, self._half_kick)
         return rolling_state(self._positions[np.newaxis], velocities[np.newaxis], self._radii)
 
     def step(self) -> None:
-        """Let Pymunk step by dt."""
+        """Advance Pymunk by dt."""
         if self._pocketing:
             self._let_fall()
         self._world.step(self._clock.dt)
@@ -80,7 +80,7 @@ class NativeRolling(plane.Stepper):
         resting = ~moving
         self._velocities[resting] = 0.0
         stopped = self._moving & resting
-        for contact in self.collisions:  # stopped by a ball, not by the cloth
+        for contact in self.collisions:  # stopped by a ball, not by the joint
             stopped[contact.balls] = False
         self.changes = [(EventKind.ROLL_TO_REST, i) for i in stopped.nonzero()[0].tolist()]
         self._moving = moving
@@ -88,9 +88,9 @@ class NativeRolling(plane.Stepper):
             self._pocketing.keep(self._positions)
 
     def _let_fall(self) -> None:
-        """Take out the balls that fall in the coming step: it moves them before they can collide.
+        """Remove the balls that fall in the coming step, before they can collide.
 
-        Pymunk moves a ball by its velocity now, straight on.
+        Pymunk moves a ball by its present velocity, in a straight line.
         """
         after = self._positions + self._velocities * self._clock.dt
         self.falls = self._pocketing.take(self._positions, after)
@@ -108,9 +108,9 @@ class NativeRolling(plane.Stepper):
 
 
 def _faster(velocities: FloatArray, changes: FloatArray) -> FloatArray:
-    """Return `velocities` with `changes`, (n,) [m/s], added to the speeds; none turns or starts."""
+    """Return `velocities` with `changes` of the speeds, (n,) [m/s]; directions stay the same."""
     speeds = np.hypot(velocities[:, 0], velocities[:, 1])
-    # What loses all that it has isn't divided: of a speed near 0 the quotient would overflow.
+    # Balls that stop aren't divided: for a speed near 0 the quotient would overflow.
     moving = speeds > np.maximum(-changes, 0.0)
     factor = np.where(moving, 1.0 + changes / np.where(moving, speeds, 1.0), 0.0)
     faster: FloatArray = velocities * factor[:, np.newaxis]

@@ -1,7 +1,7 @@
 """A scene as a Pymunk space: balls are discs seen from above, cushions are static segments.
 
-Two ways to build it, after what experiments with Chipmunk's solver showed (`tuned`), and what a
-newcomer types who has read the examples (`naive`).
+There are two configurations: `tuned`, from experiments with Chipmunk's solver, and `naive`, what a
+newcomer types after reading the examples.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.laws import (
-    FallingRestitution,
+    SpeedDependentRestitution,
     cushion_restitution,
     largest_momenta,
     rubs,
@@ -34,29 +34,30 @@ _BALL, _CUSHION = 1, 2  # collision types
 _STATE = batch.BodyFields.POSITION | batch.BodyFields.VELOCITY
 
 CUSHION_THICKNESS = 0.5
-"""Radius of a tuned cushion's segment [m].
+"""Radius of the segment of a tuned cushion [m].
 
-A ball that enters a segment less than half way is pushed back; the thicker, the faster it may come.
+A ball that enters a segment less than half way is pushed back, so a thicker segment stops faster
+balls.
 """
 
 TUNED_ITERATIONS = 30
-"""Solver iterations; each also costs a pass over the rolling joints.
+"""Number of solver iterations; each also processes the rolling joints.
 
-In elastic breaks of a touching rack of 15, Chipmunk's default of 10 gains up to 3e-4 of the energy,
+In elastic breaks of a touching rack of 15, Chipmunk's default of 10 gains up to 3e-4 of the energy;
 30 lose less than 1e-9.
 """
 
 _FORGETTING_STEP = 1e-9
-"""Step that empties the solver's memory [s]; no ball moves in it, so its length has no effect."""
+"""Step that clears the solver's stored contacts [s]; no ball moves in it, whatever its length."""
 
 
-class World:
-    """A space with its balls in the scene's order, and the collisions of its last step.
+class PymunkWorld:
+    """A space with its balls in the order of the scene, and the collisions of its last step.
 
-    `collisions`: of the last step.
-    `contacts_solved`: how many contacts the solver has worked on, one for each step that a contact
-        lasts.
-    `friction`: friction at contacts; None where nothing rubs.
+    `collisions`: collisions of the last step.
+    `contacts_solved`: number of contacts that the solver has processed; a lasting contact counts
+        once per step.
+    `friction`: friction at contacts; None without friction.
     """
 
     collides_first = False
@@ -67,8 +68,8 @@ class World:
         self.contacts_solved = 0
         self._forgotten = 0
         self.tuned = settings.config == "tuned"
-        # Rounding of the momentum that each ball would have with all the energy: balls that roll on
-        # together exchange impulses of this size, and don't collide.
+        # Rounding of the momentum of each ball if it had all the energy. Balls that roll on
+        # together exchange impulses of this size without colliding.
         self._impulse_rounding = 16.0 * np.finfo(np.float64).eps * largest_momenta(scene)
         self._space = pymunk.Space()
         self._index: dict[pymunk.Shape, int] = {}
@@ -76,7 +77,7 @@ class World:
         self._persistence = self._space.collision_persistence
         self._buffer = batch.Buffer()
         self.friction: ContactFriction | None = None
-        self._falling = FallingRestitution.of(scene.physics)
+        self._falling = SpeedDependentRestitution.of(scene.physics)
         self._normals = Normals(scene)
         if self.tuned:
             self._tune()
@@ -95,17 +96,17 @@ class World:
             self._space.on_collision(_BALL, other, post_solve=self._note)
 
     def step(self, dt: float) -> None:
-        """Let Pymunk step by `dt` [s]: it moves, then finds overlaps, then solves velocities."""
+        """Advance Pymunk by `dt` [s]: it moves, then finds overlaps, then solves velocities."""
         self.collisions.clear()
         self._space.step(dt)
 
     @property
     def rubs(self) -> bool:
-        """Whether contacts may turn balls."""
+        """Whether contacts may change spins."""
         return self.friction is not None
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
-        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step."""
+        """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step."""
         if self.contacts_solved > self._forgotten:
             self._forgotten = self.contacts_solved
             self._forget_contacts()
@@ -117,7 +118,7 @@ class World:
         return velocities
 
     def turns(self) -> FloatArray:
-        """Return what the step's contacts added to the spins, (n, 3) [rad/s]."""
+        """Return the spin changes by the contacts of the step, (n, 3) [rad/s]."""
         assert self.friction is not None
         return self.friction.turns(np.array([body.angular_velocity for body in self._bodies]))
 
@@ -138,14 +139,14 @@ class World:
         batch.set_space_bodies(self._space, batch.BodyFields.VELOCITY, buffer)
 
     def remove(self, ball: int) -> None:
-        """Take a ball's disc out of the space; its body stays, and nothing meets that."""
+        """Remove a ball's disc from the space; its body stays, but nothing meets it."""
         self._space.remove(*self._bodies[ball].shapes)
 
     def add_rolling_joints(self) -> None:
         """Slow every ball by mu g with a joint to the table that can't correct positions.
 
-        Its force is limited to mu m g, so the solver takes mu g dt from the speed in each step, and
-        what is left in the last one: an exact stop.
+        The force of the joint is limited to mu m g, so the solver reduces the speed by mu g dt in
+        each step, and to exactly 0 in the last step.
         """
         forces = self.scene.rolling_frictions * self.scene.physics.gravity * self.scene.masses
         for body, force in zip(self._bodies, forces.tolist(), strict=True):
@@ -157,12 +158,12 @@ class World:
             self._space.add(joint)
 
     def _forget_contacts(self) -> None:
-        """Drop what the solver remembers of the last step's contacts, and stop every ball.
+        """Clear the contacts that the solver stored in the last step, and stop every ball.
 
         Chipmunk starts a lasting contact with its last impulse times the ratio of the two steps,
-        and takes back the whole impulse where the contact has come apart: right for equal steps
-        only. A step without persistence, in which nothing moves, empties that memory. The caller
-        sets the velocities anew.
+        and reverts the whole impulse if the contact has separated. This is right only for equal
+        steps. A step without persistence, in which nothing moves, clears the stored contacts. The
+        caller sets the velocities again.
         """
         solved = self.contacts_solved
         self.set_velocities(np.zeros((len(self._bodies), 2)))
@@ -174,22 +175,24 @@ class World:
     def _tune(self) -> None:
         space = self._space
         space.iterations = TUNED_ITERATIONS
-        space.collision_slop = 0.0  # the default, 0.1, is in pixels: here more than a ball
-        # A contact that has come apart is a new one in the next step, not 3 steps later; a value
-        # of 0 would disable collisions.
+        space.collision_slop = (
+            0.0  # the default, 0.1, is meant for pixels; in metres it exceeds a ball
+        )
+        # A separated contact is new in the next step, not 3 steps later; a value of 0 would disable
+        # collisions.
         self._persistence = space.collision_persistence = 1
         for other, restitution in (
             (_BALL, self.scene.physics.ball_restitution),
             (_CUSHION, cushion_restitution(self.scene.physics)),
         ):
-            # Set for the pair: Chipmunk multiplies two elasticities, and no product is right for
-            # dead balls (e = 0) at live cushions.
+            # Set for each pair, because Chipmunk multiplies two elasticities, and no factors suit
+            # inelastic balls (e = 0) with elastic cushions.
             space.on_collision(_BALL, other, pre_solve=self._prepare, data=restitution)
 
     def _add_ball(self, i: int) -> None:
         ball = self.scene.balls[i]
         moment = pymunk.moment_for_circle(ball.mass, 0.0, ball.radius)
-        if self.tuned:  # a disc's moment isn't a ball's, and without friction no contact turns it
+        if self.tuned:  # the moment of a ball, not of a disc; without friction nothing turns it
             moment = math.inf if self.friction is None else 0.4 * ball.mass * ball.radius**2
         body = pymunk.Body(ball.mass, moment)
         body.position = ball.position[0], ball.position[1]
@@ -208,7 +211,7 @@ class World:
         self._add_cushion(pymunk.Segment(self._space.static_body, *spine, radius), side.cushion)
 
     def _add_part(self, part: Segment | Disc) -> None:
-        """Add a part of a cushion; segments without thickness: it would reach into the table."""
+        """Add a disc, or a segment without thickness, which would reach into the table."""
         body = self._space.static_body
         if isinstance(part, Disc):
             shape: pymunk.Shape = pymunk.Circle(body, part.radius, part.centre)
@@ -257,7 +260,7 @@ class World:
         if not arbiter.is_first_contact:
             return
         noise = min(self._impulse_rounding[contact.balls])
-        # `begin` also fires for discs that overlap while they move apart: no impulse, no collision.
-        # Where it meets two parts of one cushion at once, that is one collision.
+        # The callback also fires for separating discs that overlap: no impulse, no collision.
+        # Contact with two parts of one cushion at once is one collision.
         if impulse.length > noise and contact not in self.collisions:
             self.collisions.append(contact)

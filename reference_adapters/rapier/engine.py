@@ -1,11 +1,12 @@
-"""Rapier: a 3D engine in single precision, which applies restitution to contacts that it predicts.
+"""Rapier: a 3D engine in single precision, which applies restitution to predicted contacts.
 
-Its default prediction distance of 2 cm turns a half-ball cut by 1 to 5 degrees, and a smaller step
-doesn't help; tuned it is 1e-5 units, so that contacts are seen when balls overlap. Then a break
-gains a third of its energy, at any step, and with the prediction it loses some: so Rapier has a row
-for single impacts, not for racks.
-`config="naive"` is what a newcomer types: frames of 1/60 s, the prediction, the mean of two
-restitutions.
+Its default prediction distance of 2 cm changes the angle of a half-ball cut by 1 to 5 degrees, at
+any time step. Tuned, the distance is 1e-5 units, so contacts are detected when balls overlap. A
+break then gains a third of its energy, at any time step (with the default distance it loses some).
+Use Rapier's results for single impacts, not for racks.
+`config="naive"` is what a newcomer types: time steps of 1/60 s, the default prediction distance,
+    and
+the mean of two restitutions.
 """
 
 from __future__ import annotations
@@ -14,26 +15,27 @@ from typing import ClassVar
 
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
-from ghostball.reference_adapters.stepping.ends import IN_SINGLE_PRECISION, ExactSteps
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.step_ends import SINGLE_PRECISION_STEPS, ExactSteps
 
 
 class RapierSettings(SteppingSettings):
     """Settings of the Rapier adapter.
 
-    `dt` is 1e-3 s tuned, Rapier's own 1/60 s naive, 0.02 s in exact steps; `iterations` is
-    Rapier's own, 4.
+    `dt`: 1e-3 s tuned; 1/60 s naive, Rapier's default; 0.02 s with exact steps.
+    `iterations`: 4, Rapier's default.
     """
 
     EXACT_IF_NAIVE: ClassVar[bool] = False
 
 
 class RapierEngine(PlaneEngine):
-    """Rapier behind the protocol; see the module."""
+    """Rapier as a reference engine; see this module."""
 
     name: ClassVar[str] = "rapier"
     PACKAGE: ClassVar[str] = "rapier3d"
+    WORLD: ClassVar[str] = "RapierWorld"
     Settings: ClassVar[type[EngineSettings]] = RapierSettings
     CAPABILITIES: ClassVar[ByConfiguration] = capabilities_beside(__file__, "rapier")
-    EXACT_STEPS: ClassVar[ExactSteps] = IN_SINGLE_PRECISION
+    EXACT_STEPS: ClassVar[ExactSteps] = SINGLE_PRECISION_STEPS

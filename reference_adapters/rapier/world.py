@@ -1,4 +1,4 @@
-"""A scene as a Rapier world: spheres that neither turn nor leave the plane of the table."""
+"""A scene as a Rapier world: spheres that don't rotate and stay in the plane of the table."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import rapier3d
 from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.contact_world import (
-    SINGLE,
+    SINGLE_PRECISION_NOISE,
     ContactWorld,
-    Part,
+    WorldBody,
     collision_of,
 )
 from ghostball.reference_adapters.stepping.laws import multiplied_restitutions, restitutions
@@ -21,14 +21,14 @@ from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 
 PREDICTION = 1e-5
-"""Gap from which on contacts are resolved, tuned [m]; Rapier's own is 0.02."""
+"""Gap below which contacts are resolved when tuned [m]; Rapier's default is 0.02."""
 
 
-class World(ContactWorld):
-    """A world with its balls in the scene's order, and the collisions of its last step."""
+class RapierWorld(ContactWorld):
+    """A world with its balls in the order of the scene, and the collisions of its last step."""
 
     def __init__(self, scene: Scene, settings: SteppingSettings) -> None:
-        super().__init__(scene, noise=SINGLE, rubs=False)
+        super().__init__(scene, noise=SINGLE_PRECISION_NOISE, rubs=False)
         self._tuned = settings.config == "tuned"
         self._world = rapier3d.PhysicsWorld()
         self._parameters = self._world.integration_parameters
@@ -40,7 +40,7 @@ class World(ContactWorld):
         self._restitutions = (multiplied_restitutions if self._tuned else restitutions)(
             scene.physics
         )
-        self._parts: dict[Any, Part] = {}
+        self._parts: dict[Any, WorldBody] = {}
         self._colliders: list[Any] = []
         self._balls = [self._ball(i) for i in range(len(scene.balls))]
         for side in sides_of(scene):
@@ -49,14 +49,14 @@ class World(ContactWorld):
             self._add_part(part)
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
-        """Give the balls velocities, (n, 2) [m/s], for a step."""
+        """Set the velocities of the balls, (n, 2) [m/s], for a step."""
         for ball, (x, y) in zip(self._bodies(), velocities.tolist(), strict=True):
             ball.linvel = (x, y, 0.0)
         self._given = self._velocities()
         return self._given
 
     def step(self, dt: float) -> None:
-        """Let Rapier step by `dt` [s]: it finds contacts, solves velocities, then moves."""
+        """Advance Rapier by `dt` [s]: it finds contacts, solves velocities, then moves."""
         self._parameters.dt = dt
         self._world.step()
         pushing: set[Collision] = set()
@@ -65,7 +65,7 @@ class World(ContactWorld):
             collision = collision_of(self._parts[pair.collider1], self._parts[pair.collider2])
             if pair.total_impulse_magnitude() > self._noise:
                 pushing.add(collision)
-            elif pair.has_any_active_contact:  # a pair with a half-space lasts, however far it is
+            elif pair.has_any_active_contact:  # a pair with a half-space exists at any distance
                 near.add(collision)
         self._note(pushing, near)
 
@@ -92,7 +92,7 @@ class World(ContactWorld):
         return handle
 
     def remove(self, ball: int) -> None:
-        """Take out a ball's shape; its body stays, and nothing meets that."""
+        """Remove the shape of a ball; its body stays, but nothing meets it."""
         self._world.remove_collider(self._colliders[ball])
 
     def _add_part(self, part: Segment | Disc) -> None:
@@ -110,7 +110,7 @@ class World(ContactWorld):
         part = side.cushion, True
         self._add(shape, self._restitutions[True], self._world.add_body(body.build()), part)
 
-    def _add(self, shape: Any, restitution: float, body: Any, part: Part) -> Any:
+    def _add(self, shape: Any, restitution: float, body: Any, part: WorldBody) -> Any:
         shape = shape.restitution(restitution).friction(0.0)
         if self._tuned:
             shape = shape.restitution_combine_rule(rapier3d.CoefficientCombineRule.MULTIPLY)

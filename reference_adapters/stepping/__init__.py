@@ -1,1 +1,1 @@
-"""What engines that step share: when a step should end, the cloth between steps, equal steps."""
+"""Shared code of the adapters of time-stepping engines: step ends, cloth friction, pockets."""

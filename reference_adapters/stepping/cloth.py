@@ -1,8 +1,8 @@
-"""What the cloth does to balls between contacts, in closed form: rolling, and sliding before it.
+"""Cloth friction on balls between contacts, in closed form: rolling, and sliding before it.
 
-Pymunk sees the table from above and has no cloth. Its own way to slow a ball is a joint (see
-`pymunk.world`); where that isn't enough, when steps end at contacts or balls slide, the cloth is
-applied from here, between the steps.
+2D engines see the table from above and have no cloth. In Pymunk, a joint can slow a ball (see
+`pymunk.world`). If this isn't enough, because steps end at contacts or balls slide, this module
+applies the cloth friction between the steps.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from ghostball.reference_adapters.stepping.slowing import accelerate, last, move
 
 EPS = float(np.finfo(np.float64).eps)
 
-SHORTEST = 1e-6
-"""Slides, rolls and spins that would end sooner than this after a contact are over at once [s]."""
+SHORTEST_PHASE = 1e-6
+"""Slides, rolls and spins that would end within this time after a contact end at once [s]."""
 
 
 class ClosedFormCloth:
     """Velocities and spins of all balls of a scene, advanced exactly while nothing touches.
 
-    `velocities` (n, 2) float64 [m/s].
-    `rolling` (n,) bool: which balls roll without slip or rest; the others slide.
+    `velocities`: (n, 2) float64 [m/s].
+    `rolling`: (n,) bool, which balls roll without slip or rest; the remaining balls slide.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -39,30 +39,31 @@ class ClosedFormCloth:
         self._spins_by = scene.spinning_friction_rates
         self._may_slide = scene.physics.motion == "sliding"
         self.velocities = scene.velocities[:, :2].copy()
-        # Of a rolling ball only the vertical part is kept; its velocity says the rest.
+        # For a rolling ball, only the vertical component is stored; the velocity determines the
+        # rest.
         self._angular_velocities = scene.angular_velocities
         self.rolling = scene.rolls
 
     @property
     def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-        """What the kernels are given of the balls."""
+        """The arguments of the kernels that describe the motion."""
         return self.velocities, self._angular_velocities, self._radii, self.rolling
 
     @property
     def angular_velocities(self) -> FloatArray:
-        """Angular velocities, (n, 3) float64 [rad/s]; a fresh array."""
+        """Angular velocities, (n, 3) float64 [rad/s]; a new array."""
         return self._spins(self.velocities)
 
     @property
     def resting(self) -> BoolArray:
-        """Which balls neither move nor spin, (n,) bool; a spin that nothing slows doesn't count."""
+        """Which balls neither move nor spin, (n,) bool; spin that doesn't decay isn't counted."""
         still = np.all(self.velocities == 0.0, axis=1) & self.rolling
         spins = (self._angular_velocities[:, 2] != 0.0) & (self._spins_by > 0.0)
         resting: BoolArray = still & ~spins
         return resting
 
     def copy(self) -> ClosedFormCloth:
-        """Return a cloth with the same motion, which goes on by itself."""
+        """Return a copy with the same motion, which can be advanced independently."""
         other = copy(self)
         other.velocities = self.velocities.copy()
         other._angular_velocities = self._angular_velocities.copy()
@@ -76,13 +77,13 @@ class ClosedFormCloth:
         return accelerations
 
     def time_to_change(self) -> float:
-        """Return the time until some ball stops sliding, rolling or spinning [s], or inf."""
+        """Return the time until a ball stops sliding, rolling or spinning [s], or inf."""
         return _first(self._durations())
 
     def advance(self, dt: float) -> tuple[FloatArray, list[tuple[EventKind, int]]]:
-        """Move on by `dt` without contact.
+        """Advance by `dt` without contacts.
 
-        Returns the displacements, (n, 2) float64 [m], and which balls began to roll or came to
+        Returns the displacements, (n, 2) float64 [m], and the balls that started to roll or came to
         rest, in order of time.
         """
         displacements = np.zeros_like(self.velocities)
@@ -96,17 +97,16 @@ class ClosedFormCloth:
         return displacements, changes
 
     def kick(self, changes: FloatArray, turns: FloatArray | None, dt: float) -> None:
-        """Add what the contacts of a step of `dt` [s] did to the velocities, (n, 2) [m/s].
+        """Add the velocity changes caused by the contacts of a step of `dt` [s], (n, 2) [m/s].
 
-        `turns`, (n, 3) [rad/s], is what they did to the angular velocities; None is nothing.
+        `turns`, (n, 3) [rad/s], are the changes of the angular velocities; None means no change.
         """
         if changes.any() or (turns is not None and turns.any()):
             self._kick_all(changes, turns, dt)
             return
-        # Most steps. Without a ball that collided, all else that `_kick_all` would do is to write
-        # the spins that velocities say into those of rolling balls, which nothing reads before a
-        # collision has written them. What is added is 0, and makes a velocity or a spin of -0 one
-        # of 0.
+        # This is the common case. Without a collision, `_kick_all` would only write the spins
+        # determined by the velocities into those of rolling balls, which nothing reads before a
+        # collision has written them. Adding 0 turns a velocity or spin of -0 into 0.
         self.velocities = self.velocities + changes
         if turns is not None and self._may_slide:
             self._angular_velocities += turns
@@ -115,7 +115,7 @@ class ClosedFormCloth:
         before = self.velocities
         self.velocities = before + changes
         collided = np.any(changes != 0.0, axis=1)
-        # A ball that gives all its speed away stops; what cancellation leaves of it is rounding.
+        # A ball that transfers all its speed stops; the remainder of the cancellation is rounding.
         cancelled = np.abs(self.velocities) <= 4.0 * EPS * np.abs(before)
         self.velocities[collided[:, np.newaxis] & cancelled] = 0.0
         if self._may_slide:
@@ -123,11 +123,11 @@ class ClosedFormCloth:
             if turns is not None:
                 self._angular_velocities += turns
                 collided |= np.any(turns != 0.0, axis=1)
-            self._end_slides(collided, max(dt, SHORTEST))
-        self._end_rolls(collided & self.rolling, max(dt, SHORTEST))
+            self._end_slides(collided, max(dt, SHORTEST_PHASE))
+        self._end_rolls(collided & self.rolling, max(dt, SHORTEST_PHASE))
 
     def stop(self, ball: int) -> None:
-        """Take all its motion from a ball: nothing of it goes on."""
+        """Stop a ball: set its velocity and spin to 0."""
         self.velocities[ball] = self._angular_velocities[ball] = 0.0
         self.rolling[ball] = True
 
@@ -144,10 +144,10 @@ class ClosedFormCloth:
     ) -> FloatArray:
         """Advance by `dt`, at most `time_to_change`, and return the displacements.
 
-        `ending`, (n, 2), says which of `_durations` end with it.
+        `ending`, (n, 2), marks the entries of `_durations` that end with this step.
 
-        Slide: a = -mu_s g u^, and the same force turns the ball by 5 mu_s g / 2R of angular
-        acceleration, so that the slip u falls by 7/2 mu_s g per second in a fixed direction.
+        While sliding, a = -mu_s g u^. The same force gives an angular acceleration of 5 mu_s g /
+        2R, so the slip u decreases by 7/2 mu_s g per second in a fixed direction.
         """
         sliding = ~self.rolling
         moving = np.any(self.velocities != 0.0, axis=1)
@@ -162,12 +162,13 @@ class ClosedFormCloth:
                 self._radii,
                 sliding,
                 self._spins_by,
-                # One layout, whatever the number of balls, or each would be compiled for.
+                # The same memory layout for any number of balls, to avoid compiling a second
+                # version.
                 np.ascontiguousarray(ending[:, 1]),
             )
-        # What ends together with another by all but rounding may have nothing left although its
-        # own duration was longer: it ends here too, for a ball that counted as sliding without
-        # slip would have no friction until the end of the next step.
+        # A phase that ends together with another one up to rounding may have no time left, although
+        # its duration was longer. It ends here too: a ball that counts as sliding without slip
+        # would have no friction until the end of the next step.
         over = ending[:, 0] | (self._durations()[:, 0] == 0.0)
         starts_rolling, stops = sliding & over, self.rolling & moving & over
         self.rolling |= starts_rolling
@@ -177,9 +178,9 @@ class ClosedFormCloth:
         return displacements
 
     def _durations(self) -> FloatArray:
-        """Return how long each ball keeps sliding or rolling, and keeps spinning, (n, 2) [s].
+        """Return how long each ball keeps sliding or rolling, and spinning, (n, 2) [s].
 
-        0 is "doesn't now"; inf is "for ever".
+        0 means that it doesn't now, inf that it never ends.
         """
         durations = np.empty((len(self.rolling), 2))
         last(*self._motion, self._rolls_by, self._slides_by, self._spins_by, durations)
@@ -188,19 +189,19 @@ class ClosedFormCloth:
     def _end_rolls(self, collided: BoolArray, shortest: float) -> None:
         """Stop the rolling balls that collided and would roll for less than `shortest` [s].
 
-        As for slides, see `_end_slides`.
+        The reason is that for slides, see `_end_slides`.
         """
         speeds = np.hypot(self.velocities[:, 0], self.velocities[:, 1])
         self.velocities[collided & (speeds <= shortest * self._rolls_by)] = 0.0
 
     def _end_slides(self, collided: BoolArray, shortest: float) -> None:
-        """Find out which of the balls that collided slide now, for more than `shortest` [s].
+        """Determine which of the balls that collided slide now, for more than `shortest` [s].
 
-        A slide that would be over sooner than the contact's step was long is over at once: the
-        velocity is the same, and the place within mu_s g t^2 / 2. Else a rolling ball that another
-        presses on, which only friction holds, would slide a little after each step, without the
-        rolling resistance that it still has, and the steps that end with every slide would shrink
-        until they hardly move the clock.
+        A slide shorter than the step of the contact ends at once: the velocity is the same, and the
+        position error is at most mu_s g t^2 / 2. Otherwise, a rolling ball that a different ball
+        presses on, and that only friction holds, would slide a little after each step, without its
+        rolling friction, and steps that end with every slide would become so short that the clock
+        hardly moves.
         """
         slip = slips_of(self.velocities, self._angular_velocities, self._radii)
         rolls = np.hypot(slip[:, 0], slip[:, 1]) <= 3.5 * shortest * self._slides_by
@@ -218,13 +219,13 @@ class ClosedFormCloth:
 
 @cache
 def warm_up() -> None:
-    """Load all that is compiled here, once in a process: no run's time should hold it."""
+    """Load all kernels of this module once per process, before any run time is measured."""
     for one in needed():
         one.load()
 
 
 def needed() -> tuple[Needed, ...]:
-    """Return the kernels that are called here, to be compiled or loaded."""
+    """Return the kernels that this module calls, for compilation or loading."""
     name, numbers, flags = "cloth between steps", np.ones(1), np.zeros(1, dtype=np.bool_)
     v, w = np.zeros((1, 2)), np.zeros((1, 3))
     motion, slowing = (v, w, numbers, flags), (numbers, numbers)
@@ -237,7 +238,7 @@ def needed() -> tuple[Needed, ...]:
 
 
 def _in_space(vectors: FloatArray) -> FloatArray:
-    """Return vectors of the plane, (n, 2), with a vertical part of 0, (n, 3)."""
+    """Return vectors in the plane, (n, 2), with a vertical component of 0, (n, 3)."""
     spatial = np.zeros((len(vectors), 3))
     spatial[:, :2] = vectors
     return spatial

@@ -1,9 +1,10 @@
-"""When balls next touch, from closed forms: where steps of a foreign engine end.
+"""Times to the next contacts of balls, in closed form: where the steps of an external engine end.
 
-A stepping engine sees a contact late, by up to one step. With `contact_steps` = exact its adapter
-asks here for the time to the next contact and makes the engine's step end just there, so that what
-is left is the engine's own solver. Nothing here is of this project's engine, which is one of those
-compared, but the decorator: with so few balls numpy would cost its calls.
+A time-stepping engine detects a contact up to one step late. With `contact_steps` = exact, its
+adapter computes the time to the next contact here and ends the engine's step exactly there, so that
+only the error of the engine's solver remains. Only the kernel decorator comes from Ghostball's
+engine, because that engine is one of the engines under comparison. The code is compiled because
+numpy calls would dominate the run time with so few balls.
 """
 
 from __future__ import annotations
@@ -18,36 +19,41 @@ from ghostball.engine.library.entry import Needed
 from ghostball.model import Hole, Segment, Table
 from ghostball.model.arrays import FloatArray
 
-Motion = tuple[float, float, float, float, float, float]
-"""A place, a velocity and an acceleration [m], [m/s], [m/s^2]."""
+PointMotion = tuple[float, float, float, float, float, float]
+"""Position, velocity and acceleration in the plane [m], [m/s], [m/s^2]."""
 
-Ends = tuple[float, float, float, float]
-"""Where a segment begins and ends [m]."""
+SegmentEnds = tuple[float, float, float, float]
+"""Start and end of a segment [m]."""
 
-_ORIGIN: Ends = (0.0, 0.0, 0.0, 0.0)
+_ORIGIN: SegmentEnds = (0.0, 0.0, 0.0, 0.0)
 
 EPS = float(np.finfo(np.float64).eps)
 
 CONTACT_GAP = 1e-10
-"""Gap at which a step ends [m]: 1e5 times the rounding of a coordinate on a table, and far
-too small to turn the line of centres (by 1e-10 / 2R, 2e-9 rad)."""
+"""Gap at which a step ends [m].
+
+This is 1e5 times the rounding of a coordinate on a table, and too small to turn the line of centres
+noticeably (by 1e-10 / 2R, 2e-9 rad).
+"""
 
 RESTING_OVERLAP = 1e-7
-"""Overlap at which a step ends for what is in resting contact [m]; see `time_to_contact`."""
+"""Overlap at which a step ends for bodies in resting contact [m]; see `time_to_contact`."""
 
 RESTING_SPEED = 1e-3
-"""Speed below which what accelerates towards each other counts as resting contact [m/s].
+"""Speed below which bodies that accelerate towards each other are in resting contact [m/s].
 
-What falls through `RESTING_OVERLAP` at 2 m/s^2 is faster by 6e-4 m/s.
+A ball that moves by `RESTING_OVERLAP` at 2 m/s^2 gains 6e-4 m/s.
 """
 
 LATEST = 1e300
-"""Time after which a contact is none [s]: it might exceed the doubles, and a run ends before."""
+"""Latest time of a contact [s]; later times could overflow, and every run ends earlier."""
 
 MAX_ROUNDS = 100
-"""Rounds of conservative advancement. A collision takes 3 to 5; a tangency, where every round
-halves the remaining time, about 50. What is left after that is still a lower bound: early, never
-late."""
+"""Largest number of rounds of conservative advancement.
+
+A collision needs 3 to 5 rounds; a tangency, in which every round halves the remaining time, about
+50. The result after the last round is still a lower bound: early, never late.
+"""
 
 
 def time_to_contact(
@@ -60,39 +66,39 @@ def time_to_contact(
     gap: float = CONTACT_GAP,
     horizon: float,
 ) -> float:
-    """Return the time until a step should end because two balls, or a ball and a cushion, touch.
+    """Return the time until a step should end because a contact starts or a ball enters a hole.
 
-    Or because a ball's centre enters a hole.
+    A contact is one of two balls, or of a ball and a cushion.
 
-    `positions`, `velocities`, `accelerations` (n, 2) float64 [m], [m/s], [m/s^2]: motion is x + v t
-        + a t^2 / 2, valid up to `horizon` (the next time a ball stops, say).
-    `radii` (n,) float64 [m].
-    `table`: its `sides` are infinite lines, its `obstacles` what they say; None is a cloth without
-        any.
-    `gap` [m]: gap at which to end, positive.
-    `horizon` [s]: how far to look, positive; may be inf.
+    `positions`, `velocities`, `accelerations`: (n, 2) float64 [m], [m/s], [m/s^2]; the motion is x
+        + v t + a t^2 / 2, valid up to `horizon` (for example the next time at which a ball stops).
+    `radii`: (n,) float64 [m].
+    `table`: its `sides` are infinite lines, its `obstacles` are segments, discs and holes; None is
+        a cloth without cushions.
+    `gap`: positive gap at which to end [m].
+    `horizon`: how far to search, positive, possibly inf [s].
 
-    Returns smallest dt in (0, `horizon`] at which a gap falls to its level, or inf. The level is
-    `gap` for what is farther apart than 2 `gap`. What is nearer is there already: its level is an
-    overlap that is larger by `gap` than the present one, so that a step of this length makes an
-    engine that detects by overlap see the contact. Something that moves apart counts when it has
-    come back; something that touches without closing never does. For what is in resting contact,
-    such as a ball that its topspin drives against another, the overlap is `RESTING_OVERLAP`: with
-    `gap` it would bounce every 2e-5 s, as long as that lasts.
+    Returns the smallest dt in (0, `horizon`] at which a gap falls to its level, or inf. The level
+    is `gap` for bodies farther apart than 2 `gap`. For closer bodies, the level is an overlap that
+    is larger by `gap` than the present overlap, so that an engine that detects contacts by overlap
+    finds the contact in a step of this length. Separating bodies count when they approach again;
+    bodies that touch without approaching never count. In resting contact, for example when topspin
+    drives a ball against a different ball, the overlap is `RESTING_OVERLAP`: with `gap`, the ball
+    would bounce every 2e-5 s for the duration of the contact.
 
-    Call it before every step. A contact then takes two steps, one to the gap and one of about
-    2 `gap` / approach_speed that overlaps and is resolved; no third constant is needed for contacts
-    that the engine resolves badly or that stay closed (balls rolling on together).
+    Call this function before every step. A contact then takes two steps: one to the gap, and one of
+    about 2 `gap` / approach_speed, which overlaps and is resolved. No third constant is needed for
+    contacts that the engine resolves badly or that stay closed (balls that roll on together).
 
-    Conservative advancement (Mirtich 1996; here with the acceleration kept): the distance of two
-    centres is at least the projection of their separation on the present line of centres, d + b t +
-    a t^2 / 2. The first time this falls to the level is a lower bound of the contact time, so
-    repeating from there converges from outside, quadratically, and can't miss a contact. For a
-    cushion that is a line the projection is the gap itself; for a part of one, and for a disc, it
-    is taken along the line to its nearest point, as they are convex. The true quartic is never
-    formed.
+    The method is conservative advancement (Mirtich 1996), here with the acceleration: the distance
+    of two centres is at least the projection of their separation on the present line of centres, d
+    + b t + a t^2 / 2. The first time at which this falls to the level is a lower bound of the
+    contact time. Repeating the computation from there converges from below, quadratically, and
+    can't miss a contact. For an infinite cushion the projection is the gap itself. For a segment or
+    a disc, which are convex, the projection is along the line to the nearest point. The quartic
+    equation is never formed.
     """
-    # One layout for all, or each would be compiled for.
+    # The same memory layout for all calls, to avoid compiling a second version.
     x, v, a = map(np.ascontiguousarray, (positions, velocities, accelerations))
     dt = np.inf
     if table is not None:
@@ -107,7 +113,7 @@ def time_to_contact(
 
 @lru_cache(maxsize=32)
 def _cushions_of(table: Table) -> tuple[list[tuple[int, float, float]], FloatArray]:
-    """Return the lines of a table, as `_to_cushion` takes them, and rows for `_to_obstacle`."""
+    """Return the lines of a table for `_to_cushion`, and rows for `_to_obstacle`."""
     lines = [(one.across, one.normal[one.across], one.point[one.across]) for one in table.sides]
     rows = np.zeros((len(table.obstacles), 6))
     for row, one in zip(rows, table.obstacles, strict=True):
@@ -119,13 +125,13 @@ def _cushions_of(table: Table) -> tuple[list[tuple[int, float, float]], FloatArr
 
 @cache
 def warm_up() -> None:
-    """Load all that is compiled here, once in a process: no run's time should hold it."""
+    """Load all kernels of this module once per process, before any run time is measured."""
     for one in needed():
         one.load()
 
 
 def needed() -> tuple[Needed, ...]:
-    """Return the kernels that are called here, to be compiled or loaded."""
+    """Return the kernels that this module calls, for compilation or loading."""
     name, numbers, vectors = "contact times", np.ones(1), np.zeros((1, 2))
     motion = (vectors, vectors, vectors, numbers)
     return (
@@ -141,7 +147,7 @@ def needed() -> tuple[Needed, ...]:
 
 @kernel
 def _level(present: float, rate: float, acceleration: float, gap: float) -> float:
-    """Return the gap that the present one has to fall to [m]; see `time_to_contact`.
+    """Return the level to which the present gap must fall [m]; see `time_to_contact`.
 
     `rate` [m/s] and `acceleration` [m/s^2] are those of the present gap.
     """
@@ -153,10 +159,10 @@ def _level(present: float, rate: float, acceleration: float, gap: float) -> floa
 
 @kernel
 def _first_root(c: float, b: float, a: float) -> float:
-    """Return the smallest t > 0 with c + b t + a t^2 / 2 = 0, for c > 0; inf where there is none.
+    """Return the smallest t > 0 with c + b t + a t^2 / 2 = 0, for c > 0, or inf.
 
-    Each branch adds numbers of one sign, so nothing cancels but the discriminant. One that is later
-    than `LATEST` is none: its quotient might exceed the doubles.
+    Each branch adds numbers of the same sign, so only the discriminant has cancellation. Roots
+    later than `LATEST` are ignored, because their quotient could overflow.
     """
     discriminant = b * b - 2.0 * a * c
     root = math.sqrt(max(discriminant, 0.0))
@@ -181,7 +187,8 @@ def _to_cushion(
 ) -> float:
     """Return the time to the first contact of a ball with a cushion, or inf.
 
-    The cushion lies across `axis`, at `nose` [m]; `inward` is 1 or -1, the direction of the table.
+    The cushion is perpendicular to `axis`, at `nose` [m]; `inward` is 1 or -1, the direction of the
+    table.
     """
     first = math.inf
     for i in range(len(radii)):
@@ -204,8 +211,8 @@ def _to_obstacle(
 ) -> float:
     """Return the time to the first contact of a ball with an obstacle within `horizon`, or inf.
 
-    `rows` (m, 6) float64 [m]: the ends of a segment, the same for a disc; its radius; and whether
-        that of the ball is added to it (1), or the ball's centre counts (0), as for a hole.
+    `rows`: (m, 6) float64 [m]: the ends of a segment (equal for a disc); its radius; and 1 if the
+        radius of the ball is added, or 0 if the centre of the ball counts, as for a hole.
     """
     first = math.inf
     for k in range(len(rows)):
@@ -226,7 +233,7 @@ def _to_ball(
 ) -> float:
     """Return the time to the first contact of two balls within `horizon`, or inf.
 
-    Seen from one of them the other moves, and the one is a segment without length.
+    In the frame of one ball, the other ball moves, and the first ball is a segment of length 0.
     """
     farthest = 0.0
     for i in range(len(radii)):
@@ -235,7 +242,7 @@ def _to_ball(
     for i in range(len(radii)):
         for j in range(i + 1, len(radii)):
             reach = radii[i] + radii[j]
-            # Below this a computed gap is noise: coordinates of the size of these, subtracted.
+            # A computed gap below this is noise, from subtracting coordinates of this size.
             rounding = 8.0 * EPS * (farthest + reach)
             motion = (
                 x[j, 0] - x[i, 0],
@@ -252,18 +259,20 @@ def _to_ball(
 
 @kernel
 def _to_segment(
-    motion: Motion, ends: Ends, reach: float, gap: float, rounding: float, horizon: float
+    motion: PointMotion,
+    ends: SegmentEnds,
+    reach: float,
+    gap: float,
+    rounding: float,
+    horizon: float,
 ) -> float:
-    """Return the time until a point that moves is `reach` from a segment, or inf.
-
-    Inf, too, where that is after `horizon`.
-    """
+    """Return the time until a moving point is `reach` from a segment; inf if after `horizon`."""
     x, y, vx, vy, ax, ay = motion
     if vx == 0.0 and vy == 0.0 and ax == 0.0 and ay == 0.0:
-        return math.inf  # most of a rack
+        return math.inf  # most balls of a rack
     rx, ry = _from_nearest(ends, x, y)
     distance = math.sqrt(rx * rx + ry * ry)
-    if distance == 0.0:  # on the middle of it, which no shot comes to
+    if distance == 0.0:  # the centre is on the segment, which doesn't happen in a shot
         return math.inf
     nx, ny = rx / distance, ry / distance
     target = reach + _level(distance - reach, nx * vx + ny * vy, nx * ax + ny * ay, gap)
@@ -275,7 +284,7 @@ def _to_segment(
         nx, ny = rx / distance, ry / distance
         rate = nx * (vx + ax * t) + ny * (vy + ay * t)
         step = _first_root(max(remaining, rounding), rate, nx * ax + ny * ay)
-        # Neither a gap of rounding size nor a step that can't move the clock is progress.
+        # A gap as small as rounding, or a step too small for the clock, ends the iteration.
         if (t > 0.0 and remaining <= rounding) or step <= 4e-16 * t:
             return t
         t += step
@@ -285,8 +294,8 @@ def _to_segment(
 
 
 @kernel
-def _from_nearest(ends: Ends, x: float, y: float) -> tuple[float, float]:
-    """Return the way to a place from the nearest point of a segment [m]."""
+def _from_nearest(ends: SegmentEnds, x: float, y: float) -> tuple[float, float]:
+    """Return the vector to a place from the nearest point of a segment [m]."""
     x0, y0, x1, y1 = ends
     dx, dy = x1 - x0, y1 - y0
     along, length2 = (x - x0) * dx + (y - y0) * dy, dx * dx + dy * dy

@@ -1,4 +1,4 @@
-"""What the worlds of foreign engines share: which contacts push, and which of them are new."""
+"""Shared code of the worlds of external engines: active contacts, and which of them are new."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.stepping.laws import largest_momenta
 from ghostball.reference_adapters.stepping.plane import Collision, untouched
 
-Part = tuple[int, bool]
-"""A ball or a cushion of a world: its index, and whether it is a cushion."""
+WorldBody = tuple[int, bool]
+"""A ball or a cushion of a world: its index, and True for a cushion."""
 
-SINGLE = 16.0 * float(np.finfo(np.float32).eps)
-"""Share of the largest momentum below which an impulse of single precision is rounding."""
+SINGLE_PRECISION_NOISE = 16.0 * float(np.finfo(np.float32).eps)
+"""Impulses below this fraction of the largest momentum are rounding, in single precision [1]."""
 
-DOUBLE = 1e-12
-"""The same of double precision, and of what a solver leaves."""
+DOUBLE_PRECISION_NOISE = 1e-12
+"""The same for double precision, including the residual of a solver [1]."""
 
 
 class ContactWorld:
-    """Part of a `PlaneWorld`: its steps find contacts, solve velocities, then move.
+    """Base class of a `PlaneWorld` whose steps find contacts, then solve velocities, then move.
 
-    `noise`: impulse that is none, over the largest momentum that a ball may have.
-    `rubs`: whether contacts may turn balls.
-    `units` [1/m]: units of the engine in a metre.
+    `noise`: impulses below this fraction of the largest possible momentum are ignored.
+    `rubs`: whether contacts may change spins.
+    `units`: units of length of the engine per metre [1/m].
 
-    `collisions`, `contacts_solved`, `rubs`: as `PlaneWorld` has them.
+    `collisions`, `contacts_solved`, `rubs`: as in `PlaneWorld`.
     """
 
     collides_first = True
@@ -45,13 +45,13 @@ class ContactWorld:
         self._given, self._start = scene.velocities[:, :2], scene.angular_velocities
 
     def turns(self) -> FloatArray:
-        """Return what the step's contacts added to the spins, (n, 3) [rad/s]: nothing rubs."""
+        """Return the spin changes by contacts of the step, (n, 3) [rad/s]: 0 without friction."""
         return np.zeros_like(self._start)
 
     def _note(self, pushing: Set[Collision], near: Set[Collision] = frozenset()) -> None:
-        """Take the contacts that pushed in a step: those that did not push before are collisions.
+        """Store the active contacts of a step; contacts that weren't active before are collisions.
 
-        One that stops pushing for a step, but stays `near`, is still the same collision.
+        A contact that is inactive during one step, but stays `near`, is still the same collision.
         """
         self.contacts_solved += len(pushing)
         self.collisions = sorted(pushing - self._lasting)
@@ -59,7 +59,7 @@ class ContactWorld:
         self._pushing = pushing
 
     def _kept(self, velocities: FloatArray) -> FloatArray:
-        """Return the velocities, (n, 2) [m/s], of balls that nothing pushed as they were given."""
+        """Return the velocities, (n, 2) [m/s]; those of balls without contact are unchanged."""
         free = untouched(len(velocities), self._pushing)
         velocities[free] = self._given[free]
         return velocities
@@ -70,7 +70,7 @@ class ContactWorld:
         return turns
 
 
-def collision_of(one: Part, other: Part) -> Collision:
-    """Return the collision of two parts of a world; of two balls, the first one comes first."""
+def collision_of(one: WorldBody, other: WorldBody) -> Collision:
+    """Return the collision of two bodies of a world; the ball of smaller index comes first."""
     first, second = (one, other) if one[::-1] <= other[::-1] else (other, one)
     return Collision(first[0], *second)

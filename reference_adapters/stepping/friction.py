@@ -1,13 +1,15 @@
-"""Friction of balls that spin in space, on discs of a 2D engine: they spin about the vertical.
+"""Friction of balls that spin in space, for the discs of a 2D engine.
 
-Two surfaces in contact slip along the contact, in the engine's plane, and up or down, where balls
-roll. Coulomb friction acts against the whole slip U: its impulse is min(mu J, (2/7) m_r U), J the
-normal impulse and m_r the reduced mass [Alciatore, proof A.14]. The engine sees the part along the
-contact, U_t, alone, and without the rest would throw a rolling ball too far. Given the coefficient
-mu |U_t| / U, what the engine solves is just the part along the contact of that impulse, whether the
-surfaces slip or stick: both of its limits, mu J and (2/7) m_r U, then shrink in the same
-proportion. The part up or down moves no ball that the cloth holds, but turns it: that is added
-here, from the engine's J.
+Discs spin only about the vertical.
+
+The surfaces of two balls in contact slip horizontally, in the engine's plane, and vertically,
+because balls roll. Coulomb friction acts against the total slip U: its impulse is
+min(mu J, (2/7) m_r U), with the normal impulse J and the reduced mass m_r [Alciatore, proof A.14].
+The engine knows only the horizontal part of the slip, U_t, and would throw a rolling ball too far.
+With the coefficient mu |U_t| / U, the engine computes exactly the horizontal part of this impulse,
+for slip and for sticking, because both limits, mu J and (2/7) m_r U, are reduced in the same
+proportion. The vertical part of the impulse doesn't move a ball on the cloth, but turns it; this
+module adds the turn, from the engine's J.
 """
 
 from __future__ import annotations
@@ -24,12 +26,12 @@ from ghostball.reference_adapters.stepping.plane import Collision
 
 
 class _Slip(NamedTuple):
-    """The slip of a ball's surface over what it touches.
+    """The slip of a ball's surface at a contact.
 
-    `nx`, `ny`: unit normal from the ball to what it touches.
-    `along`, `up`: slip along t = z x n, and up [m/s].
-    `mass`: reduced mass [kg]; the ball's own at a cushion.
-    `friction`: coefficient for the whole slip [1].
+    `nx`, `ny`: unit normal from the ball to the other body.
+    `along`, `up`: slip along t = z x n, and upwards [m/s].
+    `mass`: reduced mass [kg]; at a cushion the mass of the ball.
+    `friction`: coefficient for the total slip [1].
     """
 
     nx: float
@@ -45,10 +47,10 @@ class _Slip(NamedTuple):
 
 
 class ContactFriction:
-    """Friction at the contacts of a world: its coefficients, and what turns its balls up or down.
+    """Friction at the contacts of a world: the coefficients, and the turns of the balls.
 
-    For each step call `set_spins` before, `prepare` and `note` from the engine's callbacks before
-    and after it solves a contact, and `turns` after the step.
+    For each step, call `set_spins` before the step, `prepare` and `note` from the engine's
+    callbacks before and after it solves a contact, and `turns` after the step.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -62,15 +64,15 @@ class ContactFriction:
         self._slips: dict[Collision, _Slip] = {}
 
     def set_spins(self, spins: FloatArray) -> None:
-        """Take over the angular velocities, (n, 3) float64 [rad/s]; the engine has the vertical."""
+        """Store the angular velocities, (n, 3) float64 [rad/s]; the engine has the vertical one."""
         self._spins = spins
         self._turns = np.zeros_like(spins)
         self._slips.clear()
 
     def turns(self, vertical: FloatArray) -> FloatArray:
-        """Return what the step's contacts added to the angular velocities, (n, 3) [rad/s].
+        """Return the changes of the angular velocities by the contacts of the step, (n, 3) [rad/s].
 
-        `vertical` (n,) float64 [rad/s]: the spins about the vertical that the engine has now.
+        `vertical`: (n,) float64 [rad/s], the present vertical spins in the engine.
         """
         turns = self._turns.copy()
         turns[:, 2] = vertical - self._spins[:, 2]
@@ -79,33 +81,33 @@ class ContactFriction:
     def prepare(
         self, contact: Collision, line: tuple[float, float], velocity: tuple[float, float]
     ) -> float:
-        """Return the coefficient of friction that a contact must have in the engine [1].
+        """Return the friction coefficient that a contact must have in the engine [1].
 
-        `line`: from ball a to ball b, of any length; at a cushion the unit vector into it.
-        `velocity` [m/s]: the velocity of ball a, less that of ball b.
+        `line`: vector from ball a to ball b, of any length; at a cushion, the unit vector into it.
+        `velocity`: velocity of ball a minus that of ball b [m/s].
         """
         slip = (self._cushion_slip if contact.cushion else self._ball_slip)(contact, line, velocity)
         self._slips[contact] = slip
         return slip.friction * (abs(slip.along) / slip.speed if slip.speed > 0.0 else 1.0)
 
     def note(self, contact: Collision, normal: float) -> None:
-        """Turn the balls by the part up or down of the friction of a contact that was solved.
+        """Turn the balls by the vertical part of the friction of a contact that was solved.
 
-        `normal` [N s]: its impulse along the normal.
+        `normal`: normal impulse of the contact [N s].
         """
         slip = self._slips[contact]
         if slip.up == 0.0:
             return
         friction = min(slip.friction * normal, 2.0 / 7.0 * slip.mass * slip.speed)
         up = friction * slip.up / slip.speed
-        # Both ends of the impulse turn the balls the same way, about t: by R P / I.
+        # The impulse turns both balls in the same direction, about t: by R P / I.
         for ball in (contact.a,) if contact.cushion else (contact.a, contact.b):
             turn = up / (0.4 * self._masses[ball] * self._radii[ball])
             self._turns[ball, 0] -= slip.ny * turn
             self._turns[ball, 1] += slip.nx * turn
 
     def normal_part(self, contact: Collision, x: float, y: float) -> float:
-        """Return the part along its normal of a contact's impulse [N s], not negative."""
+        """Return the component of a contact's impulse along its normal [N s], not negative."""
         slip = self._slips[contact]
         return abs(slip.nx * x + slip.ny * y)
 
@@ -122,7 +124,7 @@ class ContactFriction:
     def _cushion_slip(
         self, contact: Collision, line: tuple[float, float], velocity: tuple[float, float]
     ) -> _Slip:
-        """Return the slip of the ball's surface over the cushion, at the centre's height."""
+        """Return the slip of the ball's surface at the cushion, at the height of its centre."""
         ball = contact.a
         spin = self._radii[ball] * self._spins[ball]
         return self._slip(line, velocity, spin, self._masses[ball], cushion=True)
@@ -136,7 +138,7 @@ class ContactFriction:
         *,
         cushion: bool,
     ) -> _Slip:
-        """Return the slip v + (R w) x n of a relative velocity and a sum of R w, both [m/s]."""
+        """Return the slip v + (R w) x n for a relative velocity and a sum of R w, both [m/s]."""
         (nx, ny), (vx, vy) = normal, velocity
         along = nx * vy - ny * vx + float(spin[2])
         up = float(spin[0]) * ny - float(spin[1]) * nx
@@ -147,6 +149,6 @@ class ContactFriction:
         if cushion:
             return self._cushion_friction
         if isinstance(self._ball_friction, str):
-            # Alciatore's fit of Marlow's measurements, proof A.14; the slip in m/s.
+            # Alciatore's fit of Marlow's measurements, proof A.14, with the slip in m/s.
             return 9.951e-3 + 0.108 * math.exp(-1.088 * slip)
         return self._ball_friction

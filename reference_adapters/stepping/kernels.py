@@ -1,4 +1,4 @@
-"""The kernels that adapters run between the steps of their engines, by the names in settings."""
+"""The kernels that adapters run between the steps of their engines, by name."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ KERNELS: dict[str, Callable[[], tuple[Needed, ...]]] = {
     "cloth between steps": cloth.needed,
     "contact times": contact_time.needed,
 }
-"""What each name in `SteppingSettings.kernels` stands for."""
+"""The kernels for each name in `SteppingSettings.kernels`."""
 
 
 def adapter_kernels(labels: Iterable[str]) -> list[Needed]:
-    """Return what these engines need of such kernels; one that can't run here needs none."""
+    """Return the kernels that the adapters of these engines need; unavailable engines need none."""
     names: dict[str, None] = {}
     for label in labels:
         try:

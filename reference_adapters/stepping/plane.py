@@ -1,10 +1,10 @@
-"""Balls of a foreign engine in the plane of the table, with the cloth applied between its steps.
+"""Balls of an external engine in the plane of the table; the cloth acts between the steps.
 
-The engine finds and resolves the contacts and moves the balls; what the cloth does to them is the
-closed form of `stepping.cloth`. Each ball is given its mean velocity over the coming step, so that
-the engine takes it where the cloth would; what the engine changes of that velocity is what contacts
-did. So any engine that can be given velocities plays rolling and sliding balls; when its steps end
-says `stepping.ends`.
+The engine finds and resolves the contacts and moves the balls; the cloth friction is the closed
+form in `stepping.cloth`. Each ball gets its mean velocity over the coming step, so that the engine
+moves it as the cloth would. The change of this velocity by the engine is the effect of contacts.
+Any engine that accepts velocities can thus simulate rolling and sliding balls. The ends of the
+steps are determined in `stepping.step_ends`.
 """
 
 from __future__ import annotations
@@ -26,8 +26,6 @@ from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping import cloth
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
-from ghostball.reference_adapters.stepping.ending import end_of, ending_of
-from ghostball.reference_adapters.stepping.ends import Ends, Motion
 from ghostball.reference_adapters.stepping.laws import tangential_restitution
 from ghostball.reference_adapters.stepping.pocketing import (
     Fall,
@@ -35,16 +33,18 @@ from ghostball.reference_adapters.stepping.pocketing import (
     instant_of,
     states_at_falls,
 )
+from ghostball.reference_adapters.stepping.run_end import end_of, ending_of
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import CornerNames, Normals
+from ghostball.reference_adapters.stepping.step_ends import BallMotion, StepEnds
 
 
 class Collision(NamedTuple):
     """A collision of the last step.
 
     `a`: a ball.
-    `b`: the other ball, or the index of the cushion.
-    `cushion`: which of the two `b` is.
+    `b`: the second ball, or the index of the cushion.
+    `cushion`: True if `b` is a cushion.
     """
 
     a: int
@@ -53,20 +53,20 @@ class Collision(NamedTuple):
 
     @property
     def balls(self) -> list[int]:
-        """Indices of the balls in it."""
+        """Indices of the balls in the collision."""
         return [self.a] if self.cushion else [self.a, self.b]
 
 
 Change = tuple[EventKind, int] | tuple[EventKind, int, int]
-"""A kind of event, a ball and, if the ball left over a cushion, the index of the cushion."""
+"""Kind of event, ball and, if the ball left the table over a cushion, the index of the cushion."""
 
 
 class PlaneWorld(Protocol):
-    """A foreign engine's world, as far as a stepper needs it.
+    """The world of an external engine, as used by a stepper.
 
-    `collisions`: of the last step.
-    `contacts_solved`: how many contacts the solver has worked on, one for each step that a contact
-        lasts.
+    `collisions`: collisions of the last step.
+    `contacts_solved`: number of contacts that the solver has processed; a lasting contact counts
+        once per step.
     """
 
     collisions: list[Collision]
@@ -74,32 +74,32 @@ class PlaneWorld(Protocol):
 
     @property
     def iterations(self) -> int:
-        """Iterations of the contact solver in each step."""
+        """Number of iterations of the contact solver in each step."""
         ...
 
     @property
     def rubs(self) -> bool:
-        """Whether contacts may turn balls: then it is given the spins and asked for `turns`."""
+        """Whether contacts may change spins; then `start` gets the spins and `turns` is called."""
         ...
 
     @property
     def collides_first(self) -> bool:
-        """Whether a step finds contacts at its start and then moves the balls, or the reverse.
+        """Whether a step first finds contacts and then moves the balls, or the reverse.
 
-        So events get the instant at which the engine saw them.
+        This determines the times of events: the times at which the engine detected them.
         """
         ...
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
-        """Give the balls velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], for a step.
+        """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step.
 
-        Returns (n, 2) float64 [m/s]: the velocities as the engine has them, rounded where it works
-        in single precision.
+        Returns the velocities in the engine, (n, 2) float64 [m/s], rounded for an engine in single
+        precision.
         """
         ...
 
     def step(self, dt: float) -> None:
-        """Let the engine step by `dt` [s]."""
+        """Advance the engine by `dt` [s]."""
         ...
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
@@ -107,21 +107,21 @@ class PlaneWorld(Protocol):
         ...
 
     def turns(self) -> FloatArray:
-        """Return what the step's contacts added to the spins, (n, 3) [rad/s]; asked if `rubs`."""
+        """Return the spin changes by contacts of the step, (n, 3) [rad/s]; called if `rubs`."""
         ...
 
     def remove(self, ball: int) -> None:
-        """Take a ball out, whatever it does: nothing can meet it any more.
+        """Remove a ball from the world: no ball can meet it.
 
-        It is still given velocities, of 0, and listed; what is said of it then doesn't matter.
+        Its velocity is still set, to 0, and it is still listed; the listed values don't matter.
         """
         ...
 
 
 def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
-    """Return which of n balls none of the contacts that pushed is of, (n,) bool.
+    """Return which of n balls have no active contact, (n,) bool.
 
-    What an engine's own frames of reference leave of their velocities is rounding, and no
+    A change of their velocities, caused by the frames of reference of an engine, is rounding and no
     collision.
     """
     free = np.ones(n, dtype=bool)
@@ -130,18 +130,18 @@ def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
     return free
 
 
-class Stepper(ABC):
-    """Moves the balls of a world, a step at a time.
+class WorldStepper(ABC):
+    """Advances the balls of a world, one step at a time.
 
-    `t`: now [s].
-    `seen_at`: when the engine saw the collisions of the last step [s].
-    `collisions`: of the last step, a corner once, by the name of the side that ends there.
-    `changes`: what else happened in the last step, and to which ball; and where, if it left.
-    `falls`: which balls fell into pockets in the last step, in order of time.
-    `moving`: the state as that step would have ended without these, arrays (1, n, 3); else None.
-    `states_at_falls`: the states just before and just after each of these.
-    `recorded`: whether its motion is recorded.
-    `keep_frame`: whether the state now belongs in a recorded trajectory whatever its spacing.
+    `t`: present time [s].
+    `seen_at`: time at which the engine detected the collisions of the last step [s].
+    `collisions`: collisions of the last step; a corner counts once, as the side that ends there.
+    `changes`: all other events of the last step, with ball and, if it left the table, cushion.
+    `falls`: balls that fell into pockets in the last step, in order of time.
+    `moving`: state at the end of that step without the falls, arrays (1, n, 3), or None.
+    `states_at_falls`: states just before and just after each fall.
+    `recorded`: whether the motion is recorded.
+    `keep_frame`: whether the present state must be recorded, whatever the interval of frames.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -160,27 +160,27 @@ class Stepper(ABC):
     @property
     @abstractmethod
     def at_rest(self) -> bool:
-        """Whether every ball is at rest."""
+        """Whether all balls are at rest."""
 
     @abstractmethod
     def state(self) -> Samples:
-        """Return the state now, arrays (1, n, 3)."""
+        """Return the present state, arrays (1, n, 3)."""
 
     @abstractmethod
     def step(self) -> None:
-        """Make one step."""
+        """Advance by one step."""
 
     def tell(self, recorder: Recorder, started: float, before: Samples | None) -> None:
-        """Hand what happened in the last step to a recorder.
+        """Pass the events of the last step to a recorder.
 
-        `started` [s]: when it began.
-        `before` Samples, arrays (1, n, 3): as it began, where a recorded motion would else turn a
-            ball within the step after the one in which it turned; or None.
+        `started`: start time of the step [s].
+        `before`: Samples, arrays (1, n, 3), the state at the start of the step; without it, a
+            recorded ball would change its direction one step late. None if not needed.
         """
         if before is not None and self.collisions:
             recorder.frame(self.seen_at, before, force=True)
-            # If `keep_frame`, the step is within the contact: a frame here would show the motion of
-            # the middle of the step.
+            # If `keep_frame`, the step is within the contact: a frame here would show the velocity
+            # of the middle of the step.
             if not self.keep_frame:
                 after = self._just_after(before)
                 recorder.frame(self.seen_at, after._replace(positions=before.positions), force=True)
@@ -197,16 +197,16 @@ class Stepper(ABC):
         self.record(recorder, force=self.keep_frame)
 
     def _just_after(self, before: Samples) -> Samples:  # noqa: ARG002
-        """Return the motion just after the collisions of a step that began in a state `before`."""
+        """Return the motion just after the collisions of a step that started in `before`."""
         return self.state() if self.moving is None else self.moving
 
     def record(self, recorder: Recorder, *, force: bool = False) -> None:
-        """Hand the state now to a recorder, where a frame is due or `force` says so."""
+        """Pass the present state to a recorder, if a frame is due or `force` is True."""
         if force or recorder.wants_frame(self.t):
             recorder.frame(self.t, self.state(), force=True)
 
     def _take_collisions(self, found: list[Collision], positions: FloatArray) -> None:
-        """Take over the collisions that the world found with the balls there, (n, 2) [m]."""
+        """Store the collisions that the world found with the balls at `positions`, (n, 2) [m]."""
         if self._corners:
             named = (
                 one._replace(b=self._corners.name(one.b, positions[one.a])) if one.cushion else one
@@ -216,22 +216,22 @@ class Stepper(ABC):
         self.collisions = found
 
     def _note_falls(self, before: FloatArray, moving: Samples | None) -> None:
-        """Keep what is asked of the falls of a step.
+        """Store the states needed for the falls of a step.
 
-        `before` (n, 2) float64 [m]: the centres as it begins.
+        `before`: (n, 2) float64 [m], the centres at the start of the step.
         """
         self.moving = moving
         if moving is not None:
             self.states_at_falls = list(states_at_falls(before, moving, self.falls))
 
 
-class ClosedForm(Stepper):
-    """Steps in which the engine moves the balls as the closed form says; see the module.
+class ClosedFormStepper(WorldStepper):
+    """Steps in which the engine moves the balls by the closed form; see this module.
 
-    They end as `ends` says.
+    `ends` determines the ends of the steps.
     """
 
-    def __init__(self, scene: Scene, world: PlaneWorld, ends: Ends) -> None:
+    def __init__(self, scene: Scene, world: PlaneWorld, ends: StepEnds) -> None:
         super().__init__(scene)
         cloth.warm_up()
         self._ends = ends
@@ -240,7 +240,7 @@ class ClosedForm(Stepper):
         self._cloth = ClosedFormCloth(scene)
         self._along = tangential_restitution(scene.physics)
         self._normals = Normals(scene)
-        # As the last contacts left it, and the balls whose velocities they changed.
+        # The motion just after the last contacts, and the balls whose velocities they changed.
         self._parted, self._kicked = self._cloth, np.zeros(len(scene.balls), dtype=np.bool_)
 
     @property
@@ -249,18 +249,18 @@ class ClosedForm(Stepper):
         return bool(self._cloth.resting.all())
 
     def state(self) -> Samples:
-        """Return the state now, arrays (1, n, 3)."""
+        """Return the present state, arrays (1, n, 3)."""
         return self._cloth.state(self._positions)
 
     def step(self) -> None:
-        """Make one step."""
+        """Advance by one step."""
         dt, t, self.keep_frame = self._ends.next(self.t, self._motion)
         self._advance(dt, t)
 
-    def _motion(self) -> Motion:
-        """Return how the balls on the table move now."""
+    def _motion(self) -> BallMotion:
+        """Return the present motion of the balls on the table."""
         cloth, here = self._cloth, self._pocketing.here
-        return Motion(
+        return BallMotion(
             self._positions[here],
             cloth.velocities[here],
             cloth.accelerations()[here],
@@ -269,14 +269,14 @@ class ClosedForm(Stepper):
         )
 
     def _advance(self, dt: float, t: float) -> None:
-        """Step by `dt` [s], to the instant `t` [s]."""
+        """Advance by `dt` [s], to the time `t` [s]."""
         world, before = self._world, self._positions
         self._kicked[:] = False
         start = self._cloth.copy() if world.collides_first else None
         displacements, changes = self._cloth.advance(dt)
         self.changes = list(changes)
         if self._pocketing and not world.collides_first:
-            # It goes that way before it can collide: so what has fallen collides no more.
+            # The balls move before they can collide, so a fallen ball has no further collisions.
             self._let_fall(before, before + displacements)
             displacements[self._pocketing.gone] = 0.0
         spins = self._cloth.angular_velocities if world.rubs else None
@@ -289,7 +289,7 @@ class ClosedForm(Stepper):
             scale_along_cushions(velocities, met_at, self.collisions, self._normals, self._along)
         kicks, turns = velocities - given, world.turns() if world.rubs else None
         if start is not None and kicks.any():
-            # Half of what the cloth does in the step acts on the motion that the contacts leave.
+            # The cloth friction of half a step acts on the motion after the contacts.
             self._cloth = start
             _, first = start.advance(0.5 * dt)
             start.kick(kicks, turns, dt)
@@ -315,7 +315,7 @@ class ClosedForm(Stepper):
         return Samples(before.positions, velocities, spins)
 
     def _let_fall(self, before: FloatArray, after: FloatArray) -> None:
-        """Take out the balls that fall on their way in this step, (n, 2) [m] each."""
+        """Remove the balls that fall on their paths in this step, (n, 2) [m] each."""
         self.falls = self._pocketing.take(before, after)
         self._note_falls(before, self._cloth.state(after) if self.falls else None)
         fallen = {fall.ball for fall in self.falls}
@@ -331,11 +331,11 @@ def run(
     engine: str,
     settings: SteppingSettings,
     world: PlaneWorld,
-    stepper: Stepper,
+    stepper: WorldStepper,
 ) -> Result:
-    """Step until every ball rests, to `t_max`, or to a limit of the settings; return the result.
+    """Run until all balls rest, to `t_max`, or to a limit of the settings; return the result.
 
-    `engine`: the name that the result gets.
+    `engine`: name of the engine in the result.
     """
     t_end = end_of(scene, settings)
     recorder = Recorder(scene, record)
@@ -364,7 +364,7 @@ def run(
 
 
 def settings_as_used(settings: SteppingSettings, world: PlaneWorld) -> dict[str, Any]:
-    """Return the settings with what None stood for."""
+    """Return the settings with the values used in place of None."""
     return settings.model_dump() | {"dt": settings.step, "iterations": world.iterations}
 
 
@@ -375,9 +375,9 @@ def scale_along_cushions(
     normals: Normals,
     factor: float,
 ) -> None:
-    """Multiply the velocities, (n, 2) [m/s], of balls that met a cushion along it by a factor.
+    """Multiply the velocities along a cushion, (n, 2) [m/s], of balls that met it by a factor.
 
-    `positions` (n, 2) [m]: where they met it.
+    `positions`: (n, 2) [m], positions at the contact.
     """
     for contact in collisions:
         if contact.cushion:

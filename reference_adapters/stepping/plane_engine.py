@@ -1,4 +1,4 @@
-"""What engines share whose balls move in the plane with the cloth applied between their steps."""
+"""Base class of engines whose balls move in the plane, with the cloth applied between steps."""
 
 from __future__ import annotations
 
@@ -11,38 +11,51 @@ from ghostball.model import Record, Result, Scene
 from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.base import EngineBase, lacking_sequence, resolution_of_step
 from ghostball.reference_adapters.capabilities import ByConfiguration
-from ghostball.reference_adapters.stepping.ending import end_of
-from ghostball.reference_adapters.stepping.ends import Clock, Ends, ExactSteps, StepsToContacts
-from ghostball.reference_adapters.stepping.plane import ClosedForm, PlaneWorld, Stepper, run
+from ghostball.reference_adapters.stepping.plane import (
+    ClosedFormStepper,
+    PlaneWorld,
+    WorldStepper,
+    run,
+)
+from ghostball.reference_adapters.stepping.run_end import end_of
+from ghostball.reference_adapters.stepping.step_ends import (
+    Clock,
+    ExactSteps,
+    StepEnds,
+    StepsToContacts,
+)
 
 
 class PlaneEngine(EngineBase):
-    """An engine that a `PlaneWorld` stands for, with `SteppingSettings`.
+    """An engine with a `PlaneWorld` and `SteppingSettings`.
 
-    Only the module of its world imports the engine itself, so that a list of engines doesn't; see
+    Only the module of the world imports the external engine, so that listing engines doesn't; see
     `world_class`.
     """
 
     CAPABILITIES: ClassVar[ByConfiguration]
-    """What it represents, by `config`."""
+    """Capabilities, by `config`."""
     EXACT_STEPS: ClassVar[ExactSteps] = ExactSteps()
     PACKAGE: ClassVar[str]
-    """What is imported; the extra that brings it has the engine's name."""
+    """Imported package; the extra that installs it has the engine's name."""
+
+    WORLD: ClassVar[str] = ""
+    """Name of the class of the world; see `world_class`."""
 
     @classmethod
     def unavailable(cls) -> str | None:
-        """Return how to get the engine where it isn't installed, or None."""
+        """Return how to install the engine if it is missing, or None."""
         if importlib.util.find_spec(cls.PACKAGE) is not None:
             return None
         return (
-            "it is optional, and not installed. Run "
+            "optional engine, not installed. Run "
             f"`python -m pip install '.[{cls.name}]'` in a clone of Ghostball, or `.[engines]` for "
             "all optional engines"
         )
 
     @property
     def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented with these settings."""
+        """How each feature of a scene is supported with these settings."""
         represented: Capabilities = self.CAPABILITIES[self.settings.config]
         return represented
 
@@ -50,7 +63,7 @@ class PlaneEngine(EngineBase):
         yield from lacking_sequence(scene)
 
     def resolution(self, scene: Scene) -> float:
-        """Return how far a ball goes in a step [m]; or how far from a contact its step ends."""
+        """Return the distance that a ball moves in a step [m], or the gap at which steps end."""
         if self.settings.contact_steps == "exact":
             gap, shortest = self.EXACT_STEPS
             return max(gap, resolution_of_step(shortest, scene))
@@ -63,29 +76,30 @@ class PlaneEngine(EngineBase):
 
     @classmethod
     def world_class(cls) -> Any:
-        """Return the class of its world; an adapter that lies elsewhere imports its own here.
+        """Return the class of the world; an adapter outside this package imports its own here.
 
-        By default `World` in the module `world` of the engine's folder in `reference_adapters`.
+        By default, the class `WORLD` in the module `world` of the engine's folder in
+        `reference_adapters`.
         """
-        return resolve_name(f"ghostball.reference_adapters.{cls.name}.world:World")
+        return resolve_name(f"ghostball.reference_adapters.{cls.name}.world:{cls.WORLD}")
 
     def step(self, scene: Scene) -> float:  # noqa: ARG002
-        """Return the step for a scene [s]; the longest, where steps end at contacts."""
+        """Return the time step for a scene [s]; the longest step if steps end at contacts."""
         step: float = self.settings.step
         return step
 
-    def stepper(self, scene: Scene, world: Any) -> Stepper:
-        """Return what moves the balls of a world on, in steps that end when the run does."""
+    def stepper(self, scene: Scene, world: Any) -> WorldStepper:
+        """Return the stepper of a world; its steps end at the end of the run."""
         dt, t_end = self.step(scene), end_of(scene, self.settings)
-        ends: Ends = Clock(dt, t_end)
+        ends: StepEnds = Clock(dt, t_end)
         if self.settings.contact_steps == "exact":
             ends = StepsToContacts(scene, self.EXACT_STEPS, dt, t_end)
-        return ClosedForm(scene, world, ends)
+        return ClosedFormStepper(scene, world, ends)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Run to rest, to `t_max`, or to `max_time` or `max_steps`.
+        """Run until all balls rest, to `t_max`, or to `max_time` or `max_steps`.
 
-        Raises `UnsupportedSceneError` where the scene needs a feature that these settings lack.
+        Raises `UnsupportedSceneError` if the scene needs a feature that these settings lack.
         """
         self.check(scene)
         world = self.world(scene)

@@ -1,8 +1,8 @@
-"""When a ball is pocketed: one rule for all engines that step, which know no holes.
+"""Detection of pocketed balls for all time-stepping engines, which have no holes.
 
-A ball is pocketed where its centre enters the circle of a hole, on the straight way between two
-samples of its place, the ends of a step. It is taken out of the engine's world there: it keeps that
-place, without any motion, and nothing can meet it any more.
+A ball is pocketed when its centre enters the circle of a hole, on the straight line between its
+positions at the start and the end of a step. It is then removed from the engine's world: it keeps
+its position without motion, and no ball can meet it.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 from ghostball.model import Samples, Scene
 from ghostball.model.arrays import BoolArray, FloatArray
 
-ROUNDING = 1e-12
-"""Share of a distance that is left out of it, far more than rounding takes [1]."""
+DISTANCE_MARGIN = 1e-12
+"""Fraction by which a distance is reduced, far more than rounding [1]."""
 
 
 class Fall(NamedTuple):
     """A ball that is pocketed within a step.
 
-    `pocket`: its place in `POCKETS`.
-    `part`: how much of the step has passed, from 0 to 1.
-    `place` (2,) float64 [m]: its centre then.
+    `pocket`: index in `POCKETS`.
+    `part`: fraction of the step that has passed, from 0 to 1.
+    `place`: (2,) float64 [m], the centre at that time.
     """
 
     ball: int
@@ -37,7 +37,7 @@ class Fall(NamedTuple):
 class Pocketing:
     """The holes of a scene, and the balls that have fallen into them.
 
-    `gone` (n,) bool: which balls have.
+    `gone`: (n,) bool, which balls have fallen.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -49,7 +49,7 @@ class Pocketing:
         self._heights = scene.radii
         self.gone = np.zeros(len(scene.balls), dtype=np.bool_)
         self._any_gone = False
-        # How far a ball can go at least before it is in a hole; so most steps cost little.
+        # Distance that a ball can certainly move before it is in a hole; it makes most steps cheap.
         self._free = np.zeros(len(scene.balls))
 
     def __bool__(self) -> bool:
@@ -57,14 +57,14 @@ class Pocketing:
 
     @property
     def here(self) -> BoolArray | slice:
-        """Which balls are on the table, as an index; all of them, as long as none is gone."""
+        """Which balls are on the table, as an index; all of them while none is gone."""
         return ~self.gone if self._any_gone else slice(None)
 
     def take(self, before: FloatArray, after: FloatArray) -> list[Fall]:
-        """Return which balls fall in a step, in order of time; from now on they are gone.
+        """Return the balls that fall in a step, in order of time; they are gone from now on.
 
-        `before`, `after` (n, 2) float64 [m]: centres as the step begins, and as it ends where
-            nothing falls.
+        `before`, `after`: (n, 2) float64 [m], the centres at the start of the step, and at its end
+            without falls.
         """
         moves = after - before
         self._free -= np.hypot(moves[:, 0], moves[:, 1])
@@ -82,12 +82,12 @@ class Pocketing:
         gap = (away - self._radii) * (away + self._radii)
         discriminant = along * along - length2 * gap
         enters = (gap > 0.0) & (along < 0.0) & (discriminant >= 0.0)
-        # The smaller root of length2 p^2 + 2 along p + gap = 0: no difference of equal numbers.
+        # The smaller root of length2 p^2 + 2 along p + gap = 0, computed without cancellation.
         divisor = np.sqrt(np.maximum(discriminant, 0.0)) - along
         parts = np.where(enters, gap / np.where(enters, divisor, 1.0), np.inf)
-        parts[gap <= 0.0] = 0.0  # it is inside, where contacts have pushed it there
+        parts[gap <= 0.0] = 0.0  # contacts have pushed the ball inside
         length = np.sqrt(length2[:, 0])
-        self._free[near] = np.min(away - self._radii, axis=1) * (1.0 - ROUNDING) - length
+        self._free[near] = np.min(away - self._radii, axis=1) * (1.0 - DISTANCE_MARGIN) - length
         falls = []
         for k in np.flatnonzero(np.any(parts <= 1.0, axis=1)).tolist():
             ball, hole = int(near[k]), int(np.argmin(parts[k]))
@@ -99,7 +99,7 @@ class Pocketing:
         return sorted(falls, key=lambda fall: fall.part)
 
     def keep(self, positions: FloatArray) -> None:
-        """Write the places of balls that are gone into positions, (n, 2) or (n, 3) [m]."""
+        """Write the positions of balls that are gone into positions, (n, 2) or (n, 3) [m]."""
         if not self._any_gone:
             return
         positions[self.gone, :2] = self._places[self.gone]
@@ -108,17 +108,17 @@ class Pocketing:
 
 
 def instant_of(fall: Fall, start: float, end: float) -> float:
-    """Return when a ball fell in a step from `start` to `end` [s]."""
+    """Return the time at which a ball fell in a step from `start` to `end` [s]."""
     return min(start + fall.part * (end - start), end)
 
 
 def states_at_falls(
     before: FloatArray, moving: Samples, falls: list[Fall]
 ) -> Iterator[tuple[Fall, Samples]]:
-    """Yield the states just before and just after each fall of a step, with the fall.
+    """Yield each fall of a step twice, with the states just before and just after it.
 
-    `before` (n, 2) float64 [m]: the centres as the step begins.
-    `moving` Samples, arrays (1, n, 3): as it ends where nothing falls.
+    `before`: (n, 2) float64 [m], the centres at the start of the step.
+    `moving`: Samples, arrays (1, n, 3), the state at the end of the step without falls.
     """
     state = Samples(*(array.copy() for array in moving))
     for fall in falls:

@@ -1,4 +1,4 @@
-"""How a run of an engine that steps ended, and why where that is too early."""
+"""The status of a finished run of a time-stepping engine, and the reason for an early end."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ghostball.reference_adapters.stepping.settings import SteppingSettings
 
 
 def end_of(scene: Scene, settings: SteppingSettings) -> float:
-    """Return until when a run steps, unless every ball rests sooner [s]."""
+    """Return the time at which a run ends, unless all balls come to rest earlier [s]."""
     t_max = math.inf if scene.t_max is None else scene.t_max
     return min(t_max, settings.max_time)
 
@@ -19,9 +19,9 @@ def end_of(scene: Scene, settings: SteppingSettings) -> float:
 def ending_of(
     scene: Scene, settings: SteppingSettings, t: float, state: Samples, *, at_rest: bool
 ) -> tuple[Status, str]:
-    """Return a run's status at the instant t [s] at which it ended, and why where it is too early.
+    """Return the status of a run that ended at time t [s], and the reason for an early end, or "".
 
-    `state` Samples, arrays (1, n, 3): of the balls then.
+    `state`: Samples, arrays (1, n, 3), the state of the balls at that time.
     """
     if at_rest:
         return Status.REST, ""
@@ -35,7 +35,7 @@ def ending_of(
     value = f"{settings.max_time:g} s" if by_time else f"{settings.max_steps} (at t = {t:.6g} s)"
     return (
         Status.STEP_LIMIT,
-        f'{limit} = {value} was reached in scene "{scene.name}" before every ball rested: '
-        f'ball "{scene.balls[fastest].id}" moves at {speeds[fastest]:.3g} m/s and its surface '
-        f"turns at {surfaces[fastest]:.3g} m/s. Raise {limit}, or set `t_max`",
+        f'{limit} = {value} was reached in scene "{scene.name}" before all balls came to rest: '
+        f'ball "{scene.balls[fastest].id}" moves at {speeds[fastest]:.3g} m/s with a surface '
+        f"speed of {surfaces[fastest]:.3g} m/s. Raise {limit}, or set `t_max`",
     )

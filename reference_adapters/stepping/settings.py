@@ -1,4 +1,4 @@
-"""Settings that engines which step in time share."""
+"""Settings shared by time-stepping engines."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ from ghostball.reference_adapters.base import EngineSettings
 
 
 class SteppingSettings(EngineSettings):
-    """Settings of an engine that steps in time.
+    """Settings of a time-stepping engine.
 
-    `contact_steps`: steps of `dt`, in which the engine sees contacts as it does for its users; or
-        steps that end exactly where something touches, so that only the error of its solver
-        remains.
-    `config`: as experiments found best, or as a newcomer types it.
-    `dt` [s]: the step; where steps end at contacts, the longest. None is what `step` says. A fixed
-        step is shortened so that a whole number of them makes `t_max` (or `max_time`).
-    `iterations`: of the contact solver; None is what the configuration says.
-    `max_time` [s]: simulated time after which to give up.
-    `max_steps`: steps after which to give up.
+    `contact_steps`: steps of `dt`, in which the engine detects contacts as for its users; or steps
+        that end exactly at contacts, so that only the error of the solver remains.
+    `config`: the best settings found in experiments, or the settings that a newcomer types.
+    `dt`: the time step; the longest step if steps end at contacts [s]. For None, see `step`. A
+        fixed step is shortened so that `t_max` (or `max_time`) is a whole number of steps.
+    `iterations`: number of iterations of the contact solver; None is the value of the
+        configuration.
+    `max_time`: simulated time after which the run stops [s].
+    `max_steps`: number of steps after which the run stops.
     """
 
     TUNED_DT: ClassVar[float] = 1e-3
-    """Step of the tuned configuration [s]: a cut shot at 1 to 2 m/s rests about 1 cm off."""
+    """Time step of the tuned configuration [s]: cut shots at 1 to 2 m/s rest 1 cm off."""
 
     NAIVE_DT: ClassVar[float] = 1.0 / 60.0
-    """Step of the naive configuration [s]: a frame."""
+    """Time step of the naive configuration [s]: one frame of a display."""
 
     EXACT_DT: ClassVar[float] = 0.02
-    """Longest step where they end at contacts [s]: the paper's frame; any gives the same motion."""
+    """Longest step if steps end at contacts [s], the paper's frame; it doesn't affect results."""
 
     EXACT_IF_NAIVE: ClassVar[bool] = True
-    """Whether steps can end at contacts in the naive configuration; not if contacts last longer."""
+    """Whether steps can end at contacts in the naive configuration; not for lasting contacts."""
 
     CLOTH_BETWEEN_STEPS: ClassVar[bool] = True
-    """Whether the adapter moves the balls between the engine's steps, with kernels of its own."""
+    """Whether the adapter applies the cloth between the engine's steps, with its own kernels."""
 
     contact_steps: Literal["fixed", "exact"] = "fixed"
     config: Literal["tuned", "naive"] = "tuned"
@@ -47,7 +47,7 @@ class SteppingSettings(EngineSettings):
 
     @property
     def kernels(self) -> tuple[str, ...]:
-        """The kernels that the adapter itself runs, by name; see `stepping.kernels`."""
+        """Names of the kernels that the adapter runs; see `stepping.kernels`."""
         times = ("contact times",) if self.contact_steps == "exact" else ()
         return (*times, "cloth between steps") if self.CLOTH_BETWEEN_STEPS else times
 
@@ -55,14 +55,14 @@ class SteppingSettings(EngineSettings):
     def _contacts_end_within_a_step(self) -> Self:
         if (self.contact_steps, self.config) == ("exact", "naive") and not self.EXACT_IF_NAIVE:
             raise ValueError(
-                "`contact_steps` = exact needs `config` = tuned: with default settings a contact "
-                "lasts for many time steps. Change one of the two"
+                "`contact_steps` = exact needs `config` = tuned, because with default settings a "
+                "contact lasts for many time steps. Change one of them"
             )
         return self
 
     @property
     def step(self) -> float:
-        """The step that `dt` stands for [s]."""
+        """The time step that is used [s]: `dt`, or its default."""
         if self.dt is not None:
             return self.dt
         if self.contact_steps == "exact":
@@ -71,10 +71,10 @@ class SteppingSettings(EngineSettings):
 
 
 class OwnClothSettings(SteppingSettings):
-    """Settings of an engine in space that may have a cloth of its own.
+    """Settings of a 3D engine that may use its own cloth.
 
-    `cloth`: where balls slide: the adapter applies the cloth between the steps; or they lie on a
-    plane under gravity, and the engine's friction slows them.
+    `cloth`: in scenes with sliding, the adapter applies the cloth friction between the steps
+        ("closed-form"), or balls lie on a plane under gravity with the engine's friction ("own").
     """
 
     cloth: Literal["closed-form", "own"] = "closed-form"
@@ -83,7 +83,7 @@ class OwnClothSettings(SteppingSettings):
     def _own_cloth_is_native(self) -> Self:
         if self.cloth == "own" and (self.contact_steps, self.config) != ("fixed", "tuned"):
             raise ValueError(
-                "`cloth` = own needs `contact_steps` = fixed and `config` = tuned: a plane under "
-                "gravity needs equal time steps. Change one of the two"
+                "`cloth` = own needs `contact_steps` = fixed and `config` = tuned, because a plane "
+                "under gravity needs equal time steps. Change one of them"
             )
         return self

@@ -1,4 +1,4 @@
-"""The cushions of a scene as engines that step have them: lines, or parts of these, and discs."""
+"""The cushions of a scene for time-stepping engines: infinite lines, segments and discs."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ghostball.reference_adapters.stepping.laws import fastest
 
 
 def sides_of(scene: Scene) -> tuple[Side, ...]:
-    """Return the cushions of a scene, in the order of `CUSHIONS`."""
+    """Return the cushions of a plain rectangle, in the order of `CUSHIONS`."""
     return () if scene.table is None else scene.table.sides
 
 
 def parts_of(scene: Scene) -> tuple[Segment | Disc, ...]:
-    """Return the cushions that aren't sides of a plain rectangle: parts of them, jaws and posts.
+    """Return all other cushions: segments, jaws and posts.
 
     A ball meets the ends of a segment as points.
     """
@@ -28,12 +28,12 @@ def parts_of(scene: Scene) -> tuple[Segment | Disc, ...]:
 
 
 class Corner(NamedTuple):
-    """A corner that points into the table, where a ball meets a point that two sides share."""
+    """A corner that points into the table; a ball meets the common point of its two sides."""
 
     place: Point  # [m]
     before: int  # index of the side that ends there
     after: int  # index of the side that begins there
-    along: Point  # from there to where that one ends [m]
+    along: Point  # vector from the corner to the end of the side `after` [m]
 
 
 def corners_of(scene: Scene) -> tuple[Corner, ...]:
@@ -50,7 +50,7 @@ def corners_of(scene: Scene) -> tuple[Corner, ...]:
 
 
 class CornerNames:
-    """What a collision at a corner of two sides is called: by the side that ends there."""
+    """Names of collisions at corners: a corner belongs to the side that ends there."""
 
     def __init__(self, scene: Scene) -> None:
         self._corner_of = {corner.after: corner for corner in corners_of(scene)}
@@ -59,7 +59,7 @@ class CornerNames:
         return bool(self._corner_of)
 
     def name(self, cushion: int, place: Sequence[float]) -> int:
-        """Return the index of the cushion that a ball at a place [m] met, given one that it met."""
+        """Return the index of the cushion met by a ball at a place [m], given one that it met."""
         corner = self._corner_of.get(cushion)
         if corner is None:
             return cushion
@@ -80,14 +80,14 @@ class Normals:
         fixed = self._fixed.get(cushion)
         if fixed is not None:
             return fixed
-        assert self._table is not None  # whose cushion was met
+        assert self._table is not None  # a cushion was met, so there is a table
         return self._table.facing(cushion, float(place[0]), float(place[1]))[0]
 
 
 def reach_beyond(scene: Scene) -> float:
-    """Return how far outside an open table a ball can get [m]; 0 where it is closed.
+    """Return how far outside an open table a ball can get [m]; 0 for a closed table.
 
-    A cushion is an infinite line; one ball can't have more than all the energy.
+    A cushion is an infinite line; a ball can't have more than all the energy.
     """
     table = scene.table
     if table is None or len(table.cushions) == len(CUSHIONS):
@@ -99,13 +99,13 @@ def reach_beyond(scene: Scene) -> float:
     deceleration = float(np.min(frictions)) * scene.physics.gravity
     distances = [speed**2 / (2.0 * deceleration)] if deceleration > 0.0 else []
     distances += [speed * scene.t_max] if scene.t_max is not None else []
-    outside = float(np.max(np.abs(scene.positions)))  # open sides: a ball may start anywhere
+    outside = float(np.max(np.abs(scene.positions)))  # a ball may start outside open sides
     return outside + min(distances, default=0.0)
 
 
 def reach_beyond_corners(scene: Scene) -> float:
-    """Return how far beyond the corners cushions that end must go [m]: a ball may come from there.
+    """Return how far cushions must extend beyond corners [m], because balls may come from there.
 
-    With a length of the table for ends that are no corners to a ball.
+    It includes the length of the table, so that the ends aren't corners for any ball.
     """
     return reach_beyond(scene) + (0.0 if scene.table is None else scene.table.length)

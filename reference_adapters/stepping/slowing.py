@@ -1,8 +1,8 @@
-"""What the cloth does to balls in closed form, compiled: with so few, numpy would cost its calls.
+"""Kernels for the closed form of cloth friction; numpy calls would be slow with so few balls.
 
-Arguments are, of n balls: v, velocities (n, 2) [m/s]; w, angular velocities (n, 3) [rad/s]; radii
+Arguments, for n balls: v, velocities (n, 2) [m/s]; w, angular velocities (n, 3) [rad/s]; radii
 (n,) [m]; decelerations, `rolls_by` and `slides_by` (n,) [m/s^2], `spins_by` (n,) [rad/s^2]; `dt`
-[s]. The last argument is written; `move` also changes v, and `turn` changes w.
+[s]. The last argument is the output; `move` also changes v, and `turn` changes w.
 Contract: no allocation.
 """
 
@@ -14,7 +14,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.model.arrays import BoolArray, FloatArray
 
 SLOWEST = 1e-200
-"""Speed below which a ball isn't slowed [m/s]: the direction of a slower one would overflow."""
+"""Speed below which a ball isn't slowed [m/s], because its direction would overflow."""
 
 
 @kernel
@@ -25,7 +25,7 @@ def _slowing(speed: float, deceleration: float) -> float:
 
 @kernel
 def _duration(speed: float, deceleration: float) -> float:
-    """Return how long a ball moves that slows down [s]: 0 at rest, inf where nothing slows it."""
+    """Return how long a decelerating ball moves [s]: 0 at rest, inf without deceleration."""
     if deceleration > 0.0:
         return speed / deceleration
     return math.inf if speed > 0.0 else 0.0
@@ -56,7 +56,7 @@ def _slip_of(v: FloatArray, w: FloatArray, radii: FloatArray, i: int) -> tuple[f
 def _slowed(
     v: FloatArray, w: FloatArray, radii: FloatArray, rolling: BoolArray, i: int
 ) -> tuple[float, float]:
-    """Return what the cloth works against: the velocity of a rolling ball, the slip of others."""
+    """Return the vector that the cloth acts against: the velocity if rolling, else the slip."""
     if rolling[i]:
         return v[i, 0], v[i, 1]
     return _slip_of(v, w, radii, i)
@@ -72,7 +72,7 @@ def accelerate(
     slides_by: FloatArray,
     accelerations: FloatArray,
 ) -> None:
-    """Write the accelerations of balls that roll, or slide; against the motion, or the slip."""
+    """Write the accelerations of rolling and sliding balls, against the motion or the slip."""
     for i in range(len(radii)):
         u0, u1 = _slowed(v, w, radii, rolling, i)
         factor = _slowing(math.hypot(u0, u1), rolls_by[i] if rolling[i] else slides_by[i])
@@ -90,7 +90,7 @@ def last(
     spins_by: FloatArray,
     durations: FloatArray,
 ) -> None:
-    """Write how long balls roll, or slide, and how long they spin about the vertical [s]."""
+    """Write how long balls roll or slide, and how long they spin about the vertical [s]."""
     for i in range(len(radii)):
         u0, u1 = _slowed(v, w, radii, rolling, i)
         by = rolls_by[i] if rolling[i] else 3.5 * slides_by[i]
@@ -117,7 +117,7 @@ def turn(
     spins_by: FloatArray,
     ending: BoolArray,
 ) -> None:
-    """Turn the balls that slide, and slow all spins about the vertical; those `ending` are 0."""
+    """Turn the sliding balls, and slow all vertical spins; spins that are `ending` become 0."""
     for i in range(len(radii)):
         if sliding[i]:
             w[i, 0] += 2.5 * dt * accelerations[i, 1] / radii[i]

@@ -1,8 +1,8 @@
-"""Balls of a foreign engine on its own cloth: a plane under gravity, with the engine's friction.
+"""Balls of a 3D engine on its own cloth: a plane under gravity, with the engine's friction.
 
-The engine has Coulomb friction, which turns sliding into rolling, but neither rolling resistance
-nor any of a spin about the vertical: these the adapter applies around each step, in closed form, to
-the balls that roll.
+The engine has Coulomb friction, which turns sliding into rolling, but no rolling friction and no
+friction of vertical spin. The adapter applies both in closed form around each step, rolling
+friction to the balls that roll.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ import numpy as np
 from ghostball.model import EventKind, Samples, Scene
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.features import Capabilities
-from ghostball.reference_adapters.stepping.ending import end_of
-from ghostball.reference_adapters.stepping.ends import Clock
 from ghostball.reference_adapters.stepping.laws import slips_of, tangential_restitution
 from ghostball.reference_adapters.stepping.plane import (
     Change,
     PlaneWorld,
-    Stepper,
+    WorldStepper,
     scale_along_cushions,
 )
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
+from ghostball.reference_adapters.stepping.run_end import end_of
 from ghostball.reference_adapters.stepping.sides import Normals, sides_of
+from ghostball.reference_adapters.stepping.step_ends import Clock
 
 REST_SPEED = 1e-5
-"""Speed of centre and surface below which a ball rests [m/s]."""
+"""Speed of centre and surface below which a ball is at rest [m/s]."""
 
 
 class SpaceWorld(PlaneWorld, Protocol):
     """A world that can also have a plane under gravity.
 
-    `on_cloth`: balls that this plane pushed in the last step.
+    `on_cloth`: balls that the plane pushed in the last step.
     """
 
     on_cloth: set[int]
@@ -50,13 +50,13 @@ class SpaceWorld(PlaneWorld, Protocol):
         ...
 
 
-class OnItsOwnCloth(Stepper):
-    """Fixed steps of an engine whose balls lie on a plane under gravity, or fly over it.
+class OwnClothStepper(WorldStepper):
+    """Fixed steps of an engine whose balls lie on a plane under gravity, or fly above it.
 
-    `slows`: whether the adapter slows balls that roll, and spins; else the engine does.
+    `slows`: whether the adapter applies rolling friction and slows spins, or the engine does.
 
-    What falls slowly doesn't bounce, see `slowest_bounce`: so a ball flies that is higher than it
-    could then bounce, or that moves up or down faster.
+    Slow landings don't bounce, see `slowest_bounce`. A ball therefore counts as flying if it is
+    higher than such a ball could bounce, or if it moves faster vertically.
     """
 
     def __init__(
@@ -68,13 +68,13 @@ class OnItsOwnCloth(Stepper):
             np.any(scene.rolling_frictions) or np.any(scene.spinning_friction_rates)
         )
         self._clock = Clock(dt, t_end)
-        # In each of two halves, before and after the engine's step, so that a roll is exact.
+        # One half before and one half after the engine's step, so that rolling is exact.
         half = 0.5 * self._clock.dt
         self._slows_by = scene.rolling_frictions * scene.physics.gravity * half
-        # Slip that a step's friction would more than end: what is left of it is the solver's.
+        # The friction of a step ends any smaller slip; a remaining slip comes from the solver.
         self._no_slip = scene.sliding_frictions * scene.physics.gravity * self._clock.dt
         self._spins_by = scene.spinning_friction_rates * half
-        # Of the step that is set, as the world has it, not of the one that ends at `t_end`.
+        # Uses the step in the settings, as the world does, not the one shortened to end at `t_end`.
         self._slowest_fall = slowest_bounce(scene, dt)
         self._lowest_bounce = self._slowest_fall * dt
         self._noses = sides_of(scene) if scene.physics.airborne else ()
@@ -88,12 +88,12 @@ class OnItsOwnCloth(Stepper):
 
     @property
     def at_rest(self) -> bool:
-        """Whether every ball is at rest."""
+        """Whether all balls are at rest."""
         return bool(self.resting.all())
 
     @property
     def resting(self) -> BoolArray:
-        """Which balls neither move nor turn, (n,) bool; a spin that nothing slows doesn't count."""
+        """Which balls neither move nor turn, (n,) bool; spin that doesn't decay isn't counted."""
         turns = np.abs(self._radii * self._spins[:, 2]) >= REST_SPEED
         resting: BoolArray = self._stopped & ~(turns & (self._spins_by > 0.0))
         return resting
@@ -101,7 +101,7 @@ class OnItsOwnCloth(Stepper):
     @property
     def _stopped(self) -> BoolArray:
         """Which balls neither slide nor roll, (n,) bool; they may spin about the vertical."""
-        # What lies on the cloth may tremble.
+        # Balls on the cloth may jitter vertically.
         fastest = np.maximum(
             np.linalg.norm(self._velocities[:, :2], axis=1),
             self._radii * np.linalg.norm(self._spins[:, :2], axis=1),
@@ -110,18 +110,18 @@ class OnItsOwnCloth(Stepper):
         return stopped
 
     def state(self) -> Samples:
-        """Return the state now, arrays (1, n, 3)."""
+        """Return the present state, arrays (1, n, 3)."""
         return Samples(
             self._centres[np.newaxis], self._velocities[np.newaxis], self._spins[np.newaxis]
         )
 
     def step(self) -> None:
-        """Let the engine step by dt; slow the balls that roll, half before and half after it."""
+        """Advance the engine by dt; slow rolling balls, one half before and one half after."""
         had_stopped, before = self._stopped, self._centres[:, :2]
         if self._slows:
             self._slow(self._rolling)
         lands = self._step_and_land()
-        left = self._take_out_what_left()
+        left = self._remove_balls_that_left()
         rolling = self._rolls()
         if self._slows:
             self._slow(rolling)
@@ -139,7 +139,7 @@ class OnItsOwnCloth(Stepper):
             self._let_fall(before)
 
     def _step_and_land(self) -> list[int]:
-        """Let the engine step by dt; return the balls that landed."""
+        """Advance the engine by dt; return the balls that landed."""
         falls, before = -self._velocities[:, 2], self._centres[:, :2]
         self.seen_at = self.t
         self._world.step(self._clock.dt)
@@ -155,7 +155,7 @@ class OnItsOwnCloth(Stepper):
         return sorted(i for i in on_cloth - touched if falls[i] > self._slowest_fall)
 
     def _let_fall(self, before: FloatArray) -> None:
-        """Take out the balls that fell on their way from `before`, (n, 2) [m], in this step."""
+        """Remove the balls that fell on their paths from `before`, (n, 2) [m], in this step."""
         self.falls = self._pocketing.take(before, self._centres[:, :2])
         self._note_falls(before, self.state() if self.falls else None)
         fallen = {fall.ball for fall in self.falls}
@@ -168,8 +168,8 @@ class OnItsOwnCloth(Stepper):
             self.changes = [change for change in self.changes if change[1] not in fallen]
         self._pocketing.keep(self._centres)
 
-    def _take_out_what_left(self) -> list[Change]:
-        """Take out the balls whose centres have come over a nose that is below them."""
+    def _remove_balls_that_left(self) -> list[Change]:
+        """Remove the balls whose centres passed over a lower cushion nose."""
         changes: list[Change] = []
         for side in self._noses:
             away = (self._centres[:, :2] - side.point) @ side.normal
@@ -189,7 +189,8 @@ class OnItsOwnCloth(Stepper):
         vertical = self._spins[:, 2]
         slower = np.sign(vertical) * np.maximum(np.abs(vertical) - self._spins_by, 0.0)
         lies = self._lies()
-        # Copies: who has asked for a state keeps it. Both, so that a ball that rolls rolls on.
+        # Copies, because callers may have stored the states. Velocity and spin are both scaled, so
+        # that a rolling ball keeps rolling.
         self._velocities, self._spins = self._velocities.copy(), self._spins.copy()
         self._velocities[rolling, :2] *= factors[rolling, np.newaxis]
         self._spins[rolling, :2] *= factors[rolling, np.newaxis]
@@ -197,13 +198,13 @@ class OnItsOwnCloth(Stepper):
         self._world.set_motion(self._velocities, self._spins)
 
     def _rolls(self) -> BoolArray:
-        """Whether each ball's lowest point rests on the cloth."""
+        """Return which balls roll: their slip is negligible and they are on the cloth."""
         slips = slips_of(self._velocities, self._spins, self._radii)
         rolls: BoolArray = (np.hypot(*slips.T) < self._no_slip) & self._lies()
         return rolls
 
     def _lies(self) -> BoolArray:
-        """Whether each ball is on the cloth, or has left it; all are, where none may leave it."""
+        """Return which balls are on the cloth, or have left the table; all if none may fly."""
         if self._slowest_fall == math.inf:
             return np.ones(len(self._radii), dtype=np.bool_)
         heights = self._centres[:, 2] - self._radii
@@ -214,10 +215,11 @@ class OnItsOwnCloth(Stepper):
 
 
 def slowest_bounce(scene: Scene, dt: float) -> float:
-    """Return the speed below which no ball bounces off the cloth [m/s]; inf where none leaves it.
+    """Return the speed below which no ball bounces off the cloth [m/s]; inf if none may fly.
 
-    Gravity adds g dt to a fall that is seen a step late, so that one at g dt / (1 - e) bounces as
-    high for ever. This is g dt more; of a table that returns all, whose bounces never end, 2 g dt.
+    A landing detected a step late gains g dt, so a landing at g dt / (1 - e) would bounce at the
+    same height forever. The returned speed is larger by g dt. For an elastic table, whose bounces
+    never end, it is 2 g dt.
     """
     physics = scene.physics
     if not physics.airborne:
@@ -227,11 +229,11 @@ def slowest_bounce(scene: Scene, dt: float) -> float:
 
 
 class SpaceEngine(PlaneEngine):
-    """An engine whose world is a `SpaceWorld`."""
+    """An engine with a `SpaceWorld`."""
 
     @abstractmethod
     def own_cloth(self, scene: Scene) -> bool:
-        """Whether balls lie on a plane of the engine's own."""
+        """Return whether balls lie on a plane of the engine."""
 
     def world(self, scene: Scene) -> SpaceWorld:
         """Load the engine, and build the scene in it."""
@@ -239,25 +241,25 @@ class SpaceEngine(PlaneEngine):
         world: SpaceWorld = self.world_class()(scene, self.settings, own_cloth=own_cloth)
         return world
 
-    def stepper(self, scene: Scene, world: SpaceWorld) -> Stepper:
-        """Return what moves the balls of a world on, in steps that end when the run does."""
+    def stepper(self, scene: Scene, world: SpaceWorld) -> WorldStepper:
+        """Return the stepper of a world; its steps end at the end of the run."""
         own_cloth = self.own_cloth(scene)
         return self.on_cloth(scene, world) if own_cloth else super().stepper(scene, world)
 
-    def on_cloth(self, scene: Scene, world: SpaceWorld) -> Stepper:
-        """Return what moves balls on that lie on a plane of the engine's own."""
-        return OnItsOwnCloth(scene, world, self.step(scene), end_of(scene, self.settings))
+    def on_cloth(self, scene: Scene, world: SpaceWorld) -> WorldStepper:
+        """Return the stepper for balls on a plane of the engine."""
+        return OwnClothStepper(scene, world, self.step(scene), end_of(scene, self.settings))
 
 
 class OwnClothEngine(SpaceEngine):
-    """An engine in space with `OwnClothSettings`."""
+    """A 3D engine with `OwnClothSettings`."""
 
     TITLE: ClassVar[str]
-    """The engine's name as its users write it."""
+    """Name of the engine for display."""
 
     @property
     def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented with these settings."""
+        """How each feature of a scene is supported with these settings."""
         own = self.settings.cloth == "own"
         return self.CAPABILITIES["own-cloth"] if own else super().capabilities
 
@@ -267,21 +269,21 @@ class OwnClothEngine(SpaceEngine):
             return
         if len({ball.radius for ball in scene.balls}) > 1:
             yield (
-                "no balls of different radius with `cloth` = own (in space they touch along a line "
-                "that isn't level)"
+                "no balls of different radii with `cloth` = own (in 3D their contact normal isn't "
+                "horizontal)"
             )
         if scene.physics.airborne and scene.table is not None and scene.table.cushions:
             yield (
-                f"no cushions where balls may fly ({self.TITLE}'s are planes without a top: no "
-                "ball would bounce from a nose, nor leave the table)"
+                f"no cushions in scenes with airborne balls (in {self.TITLE} they are planes of "
+                "infinite height: no ball could hit a nose or leave the table)"
             )
         if len(set(scene.sliding_frictions.tolist())) > 1:
             yield (
-                "no balls that slide by different coefficients with `cloth` = own (they lie on one "
+                "no different sliding friction per ball with `cloth` = own (all balls lie on one "
                 "plane)"
             )
 
     def own_cloth(self, scene: Scene) -> bool:
-        """Whether balls lie on a plane of the engine's own."""
+        """Return whether balls lie on a plane of the engine."""
         own: bool = self.settings.cloth == "own" and scene.physics.motion == "sliding"
         return own

@@ -1,4 +1,4 @@
-"""When steps of balls in the plane end: after equal times, or where something touches."""
+"""Step ends for balls in the plane: equal steps, or steps that end at contacts."""
 
 from __future__ import annotations
 
@@ -13,27 +13,26 @@ from ghostball.reference_adapters.stepping.contact_time import time_to_contact
 
 
 class ExactSteps(NamedTuple):
-    """How near to contacts an engine's steps can end.
+    """How close to contacts the steps of an engine can end.
 
-    `gap` [m]: gap at which a step ends; larger than what rounding leaves of the engine's
-        coordinates.
-    `shortest` [s]: shortest step: an engine may work with accelerations, and bound them.
+    `gap`: gap at which a step ends, larger than the rounding of the engine's coordinates [m].
+    `shortest`: shortest step; an engine that works with accelerations may limit them [s].
     """
 
     gap: float = contact_time.CONTACT_GAP
     shortest: float = 0.0
 
 
-IN_SINGLE_PRECISION = ExactSteps(gap=1e-6)
-"""Of an engine in single precision, which has 2e-7 m on a table."""
+SINGLE_PRECISION_STEPS = ExactSteps(gap=1e-6)
+"""For an engine in single precision, in which coordinates on a table are rounded to 2e-7 m."""
 
 
-class Motion(NamedTuple):
-    """How the balls on the table move while nothing touches.
+class BallMotion(NamedTuple):
+    """The motion of the balls on the table while nothing touches.
 
-    `positions`, `velocities`, `accelerations` (n, 2) float64 [m], [m/s], [m/s^2].
-    `radii` (n,) float64 [m].
-    `lasts` [s]: how long the accelerations are these; may be inf.
+    `positions`, `velocities`, `accelerations`: (n, 2) float64 [m], [m/s], [m/s^2].
+    `radii`: (n,) float64 [m].
+    `lasts`: duration for which the accelerations are constant, possibly inf [s].
     """
 
     positions: FloatArray
@@ -44,36 +43,38 @@ class Motion(NamedTuple):
 
 
 class Clock:
-    """Equal steps of at most `dt` [s], whatever touches, that end on `t_end` [s] exactly.
+    """Equal steps of at most `dt` [s], independent of contacts, that end exactly at `t_end` [s].
 
-    Rather than a short last step: engines scale what they know of lasting contacts by the ratio of
-    two steps. Instants are multiples of the step, not a running sum.
+    All steps are shortened equally instead of only the last one, because engines scale stored
+    impulses of lasting contacts by the ratio of two steps. Times are multiples of the step, not a
+    running sum.
 
-    `dt` [s]: the step.
+    `dt`: the step [s].
     """
 
     def __init__(self, dt: float, t_end: float) -> None:
         self._t_end = t_end
-        # The margin keeps 0.3 s in steps of 0.1 s at three.
+        # With the margin, 0.3 s in steps of 0.1 s takes three steps.
         self._count = max(1, math.ceil(t_end / dt * (1.0 - 1e-12)))
         self._step = 0
         self.dt = t_end / self._count
 
     def tick(self) -> float:
-        """Continue by a step; return the instant of its end [s]."""
+        """Advance by one step and return the time of its end [s]."""
         self._step += 1
         return self._t_end if self._step == self._count else self._step * self.dt
 
-    def next(self, _t: float, _motion: Callable[[], Motion]) -> tuple[float, float, bool]:
-        """Continue by a step; return what `StepsToContacts.next` does."""
+    def next(self, _t: float, _motion: Callable[[], BallMotion]) -> tuple[float, float, bool]:
+        """Advance by one step; the return value is that of `StepsToContacts.next`."""
         return self.dt, self.tick(), False
 
 
 class StepsToContacts:
-    """Steps that end where something touches, or a ball stops sliding, rolling or spinning.
+    """Steps that end at contacts, or when a ball stops sliding, rolling or spinning.
 
-    A contact takes two: to a gap of 1e-10 m, and to as much overlap, which the engine resolves; or
-    one more, where it sees in a step only what overlaps as that begins.
+    A contact takes two steps: one to a gap of 1e-10 m, and one to the same overlap, which the
+    engine resolves. It takes three steps if the engine detects only overlaps at the start of a
+    step.
     """
 
     def __init__(self, scene: Scene, exact: ExactSteps, dt: float, t_end: float) -> None:
@@ -83,10 +84,10 @@ class StepsToContacts:
         self._table = scene.table
         self._gap, self._shortest = exact
 
-    def next(self, t: float, motion: Callable[[], Motion]) -> tuple[float, float, bool]:
-        """Return the step from `t` [s], the instant of its end [s], and whether something touches.
+    def next(self, t: float, motion: Callable[[], BallMotion]) -> tuple[float, float, bool]:
+        """Return the step from `t` [s], the time of its end [s], and whether a contact starts then.
 
-        `motion` is asked for how the balls on the table move.
+        `motion` returns the motion of the balls on the table.
         """
         left = self._t_end - t
         x, v, a, radii, lasts = motion()
@@ -98,4 +99,4 @@ class StepsToContacts:
         return dt, self._t_end if dt == left else t + dt, to_contact <= horizon
 
 
-Ends = Clock | StepsToContacts
+StepEnds = Clock | StepsToContacts

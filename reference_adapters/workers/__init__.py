@@ -1,1 +1,1 @@
-"""Engines in interpreters of their own, for what they need clashes with ours, or for a licence."""
+"""Engines in separate interpreters, because of conflicting requirements or licences."""

@@ -1,7 +1,7 @@
-"""Engines whose shots are played by a worker process: pooltool and python-billiards.
+"""Engines that run in a worker process: pooltool and python-billiards.
 
-`make peers` makes their interpreter, with both; the variable `GHOSTBALL_PEERS_PYTHON` names
-another one. A process serves all shots of one of ours, and ends with it.
+`make peers` creates a Python environment with both; `GHOSTBALL_PEERS_PYTHON` selects a different
+one. Each Ghostball process has one worker, which exits with it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from ghostball.model import Record, Result, Scene, UnsupportedSceneError
 from ghostball.model.cache_folder import cache_folder
 from ghostball.model.features import Capabilities
-from ghostball.reference_adapters.answer import Run
+from ghostball.reference_adapters.answer import EngineAnswer
 from ghostball.reference_adapters.base import EngineBase, EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.registry import EngineUnavailableError
@@ -30,19 +30,18 @@ from ghostball.reference_adapters.workers.process import (
     interpreter,
 )
 
-LONGEST = 600.0
-"""Time after which a worker that hasn't answered is given up [s]; callers have limits of their own.
-"""
+TIME_LIMIT = 600.0
+"""Time limit for the answer of a worker [s]; callers have shorter limits."""
 
 
 @cache
 def _worker(module: str, python: Path) -> Worker:
-    # pooltool reads its default physics from, and writes them to, the home of its user: no run may
-    # depend on that. Numba keeps what it compiled beside the sources, and so finds it again.
+    # pooltool reads and writes its default physics in the user's home, which must not affect a run.
+    # numba stores compiled code next to the sources, and finds it there again.
     home = cache_folder("workers") / module
     home.mkdir(parents=True, exist_ok=True)
     environment = os.environ | {"HOME": str(home), "XDG_CONFIG_HOME": str(home / "config")}
-    # Without PYTHONPATH and the user's packages, which are another interpreter's.
+    # Without PYTHONPATH and the user's packages, which belong to a different interpreter.
     command = [str(python), "-E", "-s", str(SCRIPTS / "serve.py"), module]
     worker = Worker(command, environment)
     atexit.register(worker.close)
@@ -56,13 +55,13 @@ def run_of(
     record: Record,
     longest: float,
     settings: Mapping[str, Any] | None = None,
-) -> Run:
-    """Have a worker play a scene, and return the run that it answers.
+) -> EngineAnswer:
+    """Simulate a scene in a worker, and return its answer.
 
-    `settings`: what it is sent besides, where it takes any.
+    `settings`: additional settings for the worker, if it takes any.
 
-    Raises `EngineUnavailableError` where it can't start, `UnsupportedSceneError` where it says that
-    it can't represent the scene, `WorkerFailedError`, and `EngineError` where the run is none.
+    Raises `EngineUnavailableError` if the worker can't start, `UnsupportedSceneError` if it doesn't
+    support the scene, `WorkerFailedError`, and `EngineError` if the answer is invalid.
     """
     try:
         answer = worker.play(scene, record, longest, settings)
@@ -71,45 +70,44 @@ def run_of(
     if "cannot" in answer:
         raise UnsupportedSceneError(engine, (str(answer["cannot"]),))
     values: dict[str, Any] = answer | {"engine": engine, "scene": scene.name}
-    return Run.parse(values, f"the answer of `{engine}`")
+    return EngineAnswer.parse(values, f"the answer of `{engine}`")
 
 
 class WorkerEngine(EngineBase):
-    """An engine that a script in `scripts/` drives in another interpreter."""
+    """An engine that a script in `scripts/` runs in a separate interpreter."""
 
     MODULE: ClassVar[str]
     CAPABILITIES: ClassVar[ByConfiguration]
 
     @property
     def capabilities(self) -> Capabilities:
-        """How each feature of a scene is represented."""
+        """How each feature of a scene is supported."""
         return self.CAPABILITIES["always"]
 
     @classmethod
     def unavailable(cls) -> str | None:
-        """Return how to get the interpreter, where it isn't there, or None."""
+        """Return how to install the interpreter if it is missing, or None."""
         if interpreter().is_file():
             return None
         return (
             "it runs in a separate Python interpreter, which isn't installed. Run `make peers` in "
-            "a "
-            f"checkout, or name one that has it: {PYTHON}=/path/to/python"
+            f"a checkout, or name one that has it: {PYTHON}=/path/to/python"
         )
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Have the worker play the scene."""
+        """Simulate the scene in the worker."""
         self.check(scene)
         worker = _worker(self.MODULE, interpreter())
-        return run_of(self.name, worker, scene, record, LONGEST).result(scene, record=record)
+        return run_of(self.name, worker, scene, record, TIME_LIMIT).result(scene, record=record)
 
 
-_ONE_AFTER_ANOTHER = (
-    'no impacts = "simultaneous" where balls touch (it resolves one contact after another)'
+_SEQUENTIAL_ONLY = (
+    'no impacts = "simultaneous" with touching balls (it resolves one contact after another)'
 )
 
 
-def _frozen(scene: Scene) -> bool:
-    """Whether two balls of a scene touch as it begins."""
+def _has_touching_balls(scene: Scene) -> bool:
+    """Return whether two balls of a scene touch initially."""
     n = len(scene.balls)
     distances = np.linalg.norm(scene.positions[:, np.newaxis] - scene.positions, axis=2)
     gaps = distances - (scene.radii[:, np.newaxis] + scene.radii)
@@ -126,12 +124,12 @@ class PooltoolEngine(WorkerEngine):
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         if scene.physics.motion == "rolling":
-            yield "no balls that always roll (its balls slide before they roll)"
-        if scene.physics.impacts == "simultaneous" and _frozen(scene):
-            yield _ONE_AFTER_ANOTHER
+            yield "no pure rolling (its balls slide before they roll)"
+        if scene.physics.impacts == "simultaneous" and _has_touching_balls(scene):
+            yield _SEQUENTIAL_ONLY
 
     def resolution(self, scene: Scene) -> float:  # noqa: ARG002
-        """Return how far it moves balls at an impact [m]."""
+        """Return the distance by which it moves balls at an impact [m]."""
         return 1e-6
 
 
@@ -145,12 +143,12 @@ class BilliardsEngine(WorkerEngine):
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         if np.any(scene.rolling_frictions != 0.0):
-            yield "no friction of the cloth (its balls are never slowed)"
+            yield "no cloth friction (it has no friction)"
         if scene.t_max is None:
-            yield "no shots to rest (its balls are never slowed: set `t_max`)"
-        if scene.physics.impacts == "simultaneous" and _frozen(scene):
-            yield _ONE_AFTER_ANOTHER
+            yield "no shots that run until rest (it has no friction: set `t_max`)"
+        if scene.physics.impacts == "simultaneous" and _has_touching_balls(scene):
+            yield _SEQUENTIAL_ONLY
 
     def resolution(self, scene: Scene) -> float:  # noqa: ARG002
-        """Return 0: it goes from collision to collision, and errs by rounding alone."""
+        """Return 0: it advances from collision to collision, and only rounding causes errors."""
         return 0.0

@@ -1,13 +1,14 @@
-"""A process that plays scenes: a line of JSON in, a line of JSON out, in any language.
+"""A process that simulates scenes: a line of JSON in, a line of JSON out, in any language.
 
-It begins with a line {"version": "1.2"}, or {"absent": why} and its end. Then it is sent lines
+The process starts with the line {"version": "1.2"}, or prints {"absent": reason} and exits. It then
+gets lines
 
     {"scene": {...}, "record": "rest" | "events" | "trajectory"}
 
-with "settings" besides where the engine has some, a scene as `ghostball scenes --export` writes
-them, and answers each with a run as
-`reference_adapters.answer` describes, whose `samples` are of its end at least; or with
-{"cannot": why} where it can't represent the scene, or {"error": what}.
+with "settings" in addition if the engine has settings; the scene is as written by
+`ghostball scenes --export`. It answers each line with a result object, see
+`reference_adapters.answer`, whose `samples` contain at least the final state; or with
+{"cannot": reason} if it doesn't support the scene, or {"error": message}.
 """
 
 from __future__ import annotations
@@ -30,15 +31,15 @@ from ghostball.model import Record, Scene
 SCRIPTS = Path(__file__).resolve().parent / "scripts"
 
 PYTHON = "GHOSTBALL_PEERS_PYTHON"
-"""The variable of the environment that names the interpreter."""
+"""Environment variable for the interpreter."""
 
 PEERS_VENV = Path(__file__).resolve().parents[2] / ".venv-peers"
-"""Made by `make peers`, with the engines whose requirements clash with ours."""
+"""Default environment, created by `make peers`; the engines' requirements conflict with ours."""
 
 DISTRIBUTIONS = ("pooltool-billiards", "billiards")
-"""What the engines of the workers are installed as."""
+"""Distributions of the engines of the workers."""
 
-_LIST = (
+_LIST_PACKAGES = (
     "import json, platform; from importlib.metadata import distributions; "
     "found = {one.metadata['Name']: one.version for one in distributions()}; "
     "print(json.dumps(found | {'Python': platform.python_version()}))"
@@ -46,14 +47,14 @@ _LIST = (
 
 
 def interpreter() -> Path:
-    """Return the interpreter of the workers, which need not be there."""
+    """Return the interpreter of the workers, which may not exist."""
     return Path(os.environ.get(PYTHON) or PEERS_VENV / "bin" / "python")
 
 
 def installed() -> Mapping[str, str]:
-    """Return the versions of all that the workers' interpreter has; nothing where there is none.
+    """Return the versions of all packages in the workers' interpreter; empty if it is missing.
 
-    Whatever lies beneath an engine there may change its numbers.
+    All packages are listed, because any dependency of an engine may change its results.
     """
     python = interpreter()
     try:
@@ -67,31 +68,31 @@ def installed() -> Mapping[str, str]:
 
 
 @cache
-def _installed(python: Path, changed: tuple[int, ...]) -> Mapping[str, str]:  # noqa: ARG001 - key
+def _installed(python: Path, changed: tuple[int, ...]) -> Mapping[str, str]:  # noqa: ARG001 - key of the cache
     done = subprocess.run(
-        [str(python), "-I", "-c", _LIST], capture_output=True, text=True, check=False
+        [str(python), "-I", "-c", _LIST_PACKAGES], capture_output=True, text=True, check=False
     )
-    if done.returncode:  # no Python: its engines say so where they are asked to play
+    if done.returncode:  # no Python: the engines report this when they are used
         return {}
     found: dict[str, str] = json.loads(done.stdout)
     return found
 
 
 class WorkerAbsentError(Exception):
-    """A worker that can't start: its interpreter, or its engine, isn't there."""
+    """A worker that can't start because its interpreter or its engine is missing."""
 
 
 class WorkerFailedError(Exception):
-    """A worker that ended, ran for too long without an answer, or answered with an error."""
+    """A worker that exited, reached the time limit, or answered with an error."""
 
 
 class Worker:
-    """One such process; it starts when the first scene is sent, and anew after it failed.
+    """A worker process; it starts with the first scene, and again after a failure.
 
     Programs that it starts end with it. Inside a process of `validation.parallel.pool` it stays in
-    that process's group, which ends as a whole; elsewhere it leads its own group.
+    the group of that process, which ends as a whole; otherwise it leads a separate group.
 
-    `environment`: of the process; None is ours.
+    `environment`: environment of the process; None is that of Ghostball.
     """
 
     def __init__(self, command: list[str], environment: Mapping[str, str] | None = None) -> None:
@@ -110,8 +111,8 @@ class Worker:
     ) -> dict[str, Any]:
         """Send a scene and return the answer.
 
-        `longest` [s]: how long to wait for it, and for the start of the process.
-        `settings`: what is sent besides, where the engine takes any.
+        `longest`: time limit for the answer, and for the start of the process [s].
+        `settings`: additional settings, if the engine takes any.
 
         Raises `WorkerAbsentError, WorkerFailedError`.
         """
@@ -125,9 +126,9 @@ class Worker:
         if "error" in answer:
             raise WorkerFailedError(str(answer["error"]))
         if (answered := answer.get("scene", scene.name)) != scene.name:
-            self.close()  # whatever it says next may be of yet another one
+            self.close()  # its next answers may be for different scenes, too
             raise WorkerFailedError(
-                f"its process must answer the scene that it was sent, {scene.name!r}, got "
+                f"its process must answer for the requested scene, {scene.name!r}, got "
                 f"{str(answered)[:80]!r}"
             )
         return answer
@@ -144,7 +145,7 @@ class Worker:
 
     def _kill(self, process: subprocess.Popen[str]) -> None:
         if self._leads_group:
-            with suppress(ProcessLookupError, PermissionError):  # macOS: all of it has ended
+            with suppress(ProcessLookupError, PermissionError):  # macOS: the whole group has ended
                 os.killpg(process.pid, signal.SIGKILL)
         process.kill()
 
@@ -170,11 +171,11 @@ class Worker:
         if "version" not in hello:
             self.close()
             raise WorkerFailedError(
-                f'its process must begin with {{"version": ...}}, got {str(hello)[:80]}'
+                f'its process must start with {{"version": ...}}, got {str(hello)[:80]}'
             )
 
     def _ask(self, line: str | None, longest: float) -> dict[str, Any]:
-        """Send a line, or nothing, and read the answer."""
+        """Send a line, if there is one, and read the answer."""
         process = self._process
         assert process is not None
         assert process.stdin is not None

@@ -35,17 +35,17 @@ def test_a_right_result_agrees_with_itself(name: str) -> None:
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        (lambda run: moved(run, 1e-4), "`rest_positions[0]` must be where the motion has ball"),
-        (lambda run: moved(run, 1e-6), "`rest_positions[0]` must be where the motion has ball"),
+        (lambda run: moved(run, 1e-4), "`rest_positions[0]` must be the position of ball"),
+        (lambda run: moved(run, 1e-6), "`rest_positions[0]` must be the position of ball"),
         (
             lambda run: with_moved_ends(run, swapped),
-            "`rest_positions[0]` must be where the motion has ball",
+            "`rest_positions[0]` must be the position of ball",
         ),
         (
             lambda run: replace(run, rest_time=run.rest_time + 0.5),
-            "`rest_time` must be when the last ball comes to rest",
+            "`rest_time` must be the time at which the last ball comes to rest",
         ),
-        (lambda run: replace(run, rest_time=run.rest_time - 0.5), "must be where the motion has"),
+        (lambda run: replace(run, rest_time=run.rest_time - 0.5), "must be the position of ball"),
     ],
 )
 def test_an_end_that_contradicts_the_motion_is_refused(
@@ -93,7 +93,7 @@ def test_samples_that_end_while_balls_move_are_refused() -> None:
 
     # Two are at the end: just before the last ball rests, and at that instant.
     for samples in (slice(0, 1), slice(0, last // 2), slice(0, last - 2)):
-        assert "`trajectory.times` must go on until the run ends" in cut(samples)
+        assert "`trajectory.times` must continue to the end of the run" in cut(samples)
     assert cut(slice(0, last - 1)) == ""  # the end itself, which lies between two samples
     assert cut([*range(0, last, 7), last]) == ""
 
@@ -108,4 +108,4 @@ def test_how_a_run_ends_must_be_as_its_scene_lets_it() -> None:
     for run in (timed, framed(timed)):
         assert disagreement(run, run.scene) == ""
         said = disagreement(replace(run, status=Status.REST), run.scene)
-        assert 'must end by "t-max"' in said
+        assert 'must end with "t-max"' in said

@@ -84,9 +84,9 @@ BAD = {
     "scene": (lambda s: {**still(s), "scene": "stop"}, "must be the requested scene"),
     "elsewhere": (
         lambda s: still(s, samples=[(0.0, s.positions + 0.1, s.velocities)]),
-        'must begin as the scene does, with ball "cue" at',
+        "must start from the scene's initial state, with ball ",
     ),
-    "in place": (changed_in_place, "must be copied where they are recorded"),
+    "in place": (changed_in_place, "must copy them when it records them"),
     "ball": (lambda s: still(s, events=[(0.0, "ball-ball", 0, 99)]), r"`events\[0\].b` must be"),
     "no cushion": (
         lambda s: still(s, events=[(0.0, "ball-cushion", 0, 9)]),
@@ -102,7 +102,7 @@ BAD = {
     ),
     "early": (
         lambda s: still(s, samples=[(-1.0, s.positions, s.velocities), *two(s)]),
-        "must begin at t = 0, got -1.0 s",
+        "must start at t = 0, got -1.0 s",
     ),
     "in the cloth": (
         lambda s: still(s, rest_positions=s.positions * [1.0, 1.0, 0.0]),
@@ -110,7 +110,7 @@ BAD = {
     ),
     "late": (
         lambda s: still(s, samples=[(0.1, s.positions, s.velocities)]),
-        "must begin at t = 0, got 0.1 s",
+        "must start at t = 0, got 0.1 s",
     ),
 }
 

@@ -37,7 +37,7 @@ def on(spec: str, *facts: Any) -> Any:
 
 
 MIXING = 3e-5
-"""Part of the speeds that the constraint force mixing of DART may change."""
+"""WorldBody of the speeds that the constraint force mixing of DART may change."""
 
 box2d, box2d3, dart, mujoco, physx, rapier = (
     needs(name) for name in ("box2d", "box2d3", "dart", "mujoco", "physx", "rapier")
@@ -52,7 +52,11 @@ box2d, box2d3, dart, mujoco, physx, rapier = (
         on("box2d3", throw(), "without friction at contacts"),
         on("box2d3", to_the_wall(0.9), "the larger of the two"),
         on("dart:scale=100", head_on(1.5), "no speeds above 1 m/s with `scale` = 100"),
-        on("dart:cloth=own", find_scene("draw-shot"), "balls that rub on the cloth rub on each"),
+        on(
+            "dart:cloth=own",
+            find_scene("draw-shot"),
+            "cloth friction implies friction between balls",
+        ),
         on("rapier", throw(), "without friction at contacts"),
     ],
 )
@@ -153,7 +157,7 @@ def test_slow_impacts_of_box2d_3_are_elastic() -> None:
 def test_velocities_in_metres_for_a_world_in_other_units_are_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    world: Any = resolve_name("ghostball.reference_adapters.box2d.world:World")
+    world: Any = resolve_name("ghostball.reference_adapters.box2d.world:Box2dWorld")
     right = world.start
     monkeypatch.setattr(world, "start", lambda one, v, w: right(one, 0.99 * v, w))
     scene = find_scene("half-ball-cut")
@@ -189,7 +193,7 @@ def test_a_newcomer_squares_the_restitution() -> None:
 def test_a_tenth_of_a_percent_too_little_restitution_is_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    world: Any = resolve_name("ghostball.reference_adapters.dart.world:World")
+    world: Any = resolve_name("ghostball.reference_adapters.dart.world:DartWorld")
     right = world._shape
     wrong = staticmethod(lambda *parts: right(*parts[:3], 0.999 * parts[3], parts[4]))
     monkeypatch.setattr(world, "_shape", wrong)
@@ -232,7 +236,7 @@ def test_the_naive_configuration_sets_no_restitution() -> None:
 @mujoco
 def test_a_damper_of_another_step_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     # The planted error: one that only a change of the step would show.
-    world: Any = resolve_name("ghostball.reference_adapters.mujoco.world:World")
+    world: Any = resolve_name("ghostball.reference_adapters.mujoco.world:MujocoWorld")
     right = world._set_dampers
     monkeypatch.setattr(world, "_set_dampers", lambda one, _: right(one, 1e-3))
     assert shares("mujoco:dt=1e-3", head_on()) == pytest.approx([0.0, 1.0], abs=1e-2)
@@ -266,7 +270,7 @@ def test_the_iterations_end_the_break_of_a_frozen_rack_without_a_gain_of_energy(
 def test_a_configuration_of_the_whole_process_that_is_not_set_is_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    world = resolve_name("ghostball.reference_adapters.physx.world:World")
+    world = resolve_name("ghostball.reference_adapters.physx.world:PhysxWorld")
     play("physx:config=naive", head_on(1.0))
     monkeypatch.setattr(world, "_configure", lambda one, _: setattr(one, "iterations", 10))
     assert shares("physx", head_on(1.0))[1] < 0.51

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from ghostball.reference_adapters.output import KEPT, captured, harmless
+from ghostball.reference_adapters.output import KEPT_BYTES, captured, harmless
 
 
 def print_everywhere():
@@ -54,12 +54,12 @@ def test_it_is_kept_also_where_the_block_raises(capfd):
 def test_of_much_the_start_and_the_end_are_kept():
     with captured() as output:
         print("first")
-        print("x" * 10 * KEPT)
+        print("x" * 10 * KEPT_BYTES)
         print("last")
     assert output.text.startswith("first\n")
     assert output.text.endswith("last")
-    assert "bytes left out]" in output.text
-    assert len(output.text) < 2 * KEPT + 100
+    assert "bytes omitted]" in output.text
+    assert len(output.text) < 2 * KEPT_BYTES + 100
 
 
 def test_bytes_that_are_no_text_are_shown():

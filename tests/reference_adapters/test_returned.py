@@ -115,10 +115,10 @@ WRONG = {
     ),
     "status in words": (
         lambda r: replace(r, status="rest"),
-        "`status` must be a `Status` such as `Status.REST`, got 'rest' (a text)",
+        "`status` must be a `Status` such as `Status.REST`, got 'rest' (text)",
     ),
-    "reason": (lambda r: replace(r, reason=None), "`reason` must be a text, got None"),
-    "time as a text": (lambda r: replace(r, rest_time="1.0"), "got '1.0' (a text)"),
+    "reason": (lambda r: replace(r, reason=None), "`reason` must be text, got None"),
+    "time as a text": (lambda r: replace(r, rest_time="1.0"), "got '1.0' (text)"),
     "time that is true": (lambda r: replace(r, rest_time=True), "`rest_time` must be finite"),
     "time before the start": (lambda r: replace(r, rest_time=-1.0), "at least 0 s, got -1.0"),
     "endless": (lambda r: replace(r, rest_time=np.inf), "`rest_time` must be finite"),
@@ -165,30 +165,33 @@ WRONG = {
     ),
     "a count missing": (
         lambda r: replace(r, collision_counts={"ball-ball": 1}),
-        '`collision_counts` must count "ball-ball" and "ball-cushion", no more and no less, got '
+        '`collision_counts` must have exactly the keys "ball-ball" and "ball-cushion", got '
         "{'ball-ball': 1}",
     ),
     "a kind too many": (
         lambda r: replace(r, collision_counts={**r.collision_counts, "ball-moon": 0}),
-        "no more and no less",
+        "must have exactly the keys",
     ),
-    "no counts": (lambda r: replace(r, collision_counts=None), "`collision_counts` must count"),
+    "no counts": (
+        lambda r: replace(r, collision_counts=None),
+        "`collision_counts` must have exactly",
+    ),
     "counts that the log denies": (
         lambda r: replace(r, collision_counts={"ball-ball": 2, "ball-cushion": 1}),
-        '`collision_counts["ball-ball"]` must be the number of such events, 1, got 2',
+        '`collision_counts["ball-ball"]` must be the number of these events, 1, got 2',
     ),
     "work": (lambda r: replace(r, work={"steps": -1}), "`work['steps']` must be a whole number"),
-    "work unnamed": (lambda r: replace(r, work={3: 1}), "`work` must have texts as names, got 3"),
-    "no work": (lambda r: replace(r, work=None), "`work` must be a mapping"),
+    "work unnamed": (lambda r: replace(r, work={3: 1}), "`work` must have texts as keys, got 3"),
+    "no work": (lambda r: replace(r, work=None), "`work` must map texts to"),
     "a setting": (
         lambda r: replace(r, settings={"dt": {}}),
-        "`settings['dt']` must be a text, a finite number, a truth value or None, got {} (dict)",
+        "`settings['dt']` must be text, a finite number, True, False or None, got {} (dict)",
     ),
     "an endless setting": (lambda r: replace(r, settings={"dt": np.inf}), "got inf"),
-    "no settings": (lambda r: replace(r, settings=None), "`settings` must be a mapping"),
+    "no settings": (lambda r: replace(r, settings=None), "`settings` must map texts to"),
     "a forgotten log": (
         lambda r: replace(r, events=None),
-        '`events` must be there for record="trajectory", got None',
+        '`events` must be given for record="trajectory", got None',
     ),
     "a log of another type": (
         lambda r: replace(r, events=np.zeros((3, 4))),
@@ -209,7 +212,7 @@ WRONG = {
     ),
     "events out of order": (
         lambda r: planted(r, 1, t=r.events["t"][0] / 2.0),
-        "`events[1].t` must be no earlier than that of the event before",
+        "`events[1].t` must be no earlier than the previous event",
     ),
     "a kind that is none": (
         lambda r: planted(r, 0, kind=17),
@@ -227,7 +230,7 @@ WRONG = {
     "ball -1": (lambda r: planted(r, 0, a=-1), "a` must be the index of a ball"),
     "with itself": (
         lambda r: planted(r, first(r, 0), b=0),
-        "b` must be another ball than a, got 0",
+        "b` must be a different ball from a, got 0",
     ),
     "cushion 9": (
         lambda r: planted(r, first(r, 1), b=9),
@@ -243,11 +246,11 @@ WRONG = {
     ),
     "a rest with a cushion": (
         lambda r: planted(r, first(r, 3), b=0),
-        "b` must be -1, for a ball alone, got 0",
+        "b` must be -1 for an event of a single ball, got 0",
     ),
     "no motion": (
         lambda r: replace(r, trajectory=None),
-        '`trajectory` must be there for record="trajectory", got None',
+        '`trajectory` must be given for record="trajectory", got None',
     ),
     "a motion that is none": (
         lambda r: replace(r, trajectory=[]),

@@ -9,9 +9,9 @@ from damage import faults, reads, texts
 
 from ghostball.model import Scene
 from ghostball.model.scene.obstacles import FIRST_POST
-from ghostball.reference_adapters.answer import Run
+from ghostball.reference_adapters.answer import EngineAnswer
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.elsewhere import load_runs
+from ghostball.reference_adapters.run_files import load_runs
 from ghostball.validation.scenes.library import find_scene
 
 RUN = {
@@ -57,7 +57,7 @@ def test_a_run_of_another_shape_is_refused(tmp_path):
 )
 def test_a_text_that_is_not_json_is_refused(tmp_path, text, why):
     (tmp_path / "run.json").write_text(text)
-    with pytest.raises(EngineError, match=f"isn't JSON that can be read: .*{why}"):
+    with pytest.raises(EngineError, match=f"isn't valid JSON: .*{why}"):
         load_runs(tmp_path / "run.json")
 
 
@@ -94,7 +94,7 @@ def test_a_byte_order_mark_is_no_part_of_a_run(tmp_path):
 def test_what_is_no_run_of_its_scene_is_refused_with_its_place(change: dict, says: str) -> None:
     """What a function returns is read by the same model: `test_answer` has its mistakes."""
     with pytest.raises(EngineError, match=says):
-        Run.parse(RUN | change, "a file, run 1").result(find_scene("stop"))
+        EngineAnswer.parse(RUN | change, "a file, run 1").result(find_scene("stop"))
 
 
 POSTED = {"length": 2.0, "width": 1.0, "posts": [{"centre": (1.5, 0.5), "radius": 0.1}]}
@@ -105,14 +105,14 @@ SHAPED = {"posts": POSTED, "polygon": POLYGON, "pocketed": {"preset": "wpa-8ft"}
 @pytest.mark.parametrize(
     ("table", "kind", "says"),
     [
-        ("posts", "ball-cushion", "must be one of left, right, bottom, top, post-1 where"),
-        ("polygon", "ball-cushion", "must be one of side-1, side-2, side-3 where"),
+        ("posts", "ball-cushion", "must be one of left, right, bottom, top, post-1 for"),
+        ("polygon", "ball-cushion", "must be one of side-1, side-2, side-3 for"),
         ("pocketed", "pocketed", "must be one of bottom-left, bottom, bottom-right, top-right, "),
         ("pocketed", "leaves-table", "left, right, bottom, top, bottom-left-pocket, "),
-        ("posts", "pocketed", "must be the name of what this scene has none of where its kind is"),
-        ("no table", "ball-cushion", "must be the name of what this scene has none of"),
-        ("posts", "ball-ball", "must be the index of a ball where its kind is ball-ball, got"),
-        ("posts", "ball-cloth", "must be null where its kind is ball-cloth, got 'post-2'"),
+        ("posts", "pocketed", "must be that of an obstacle of this scene for an event of kind"),
+        ("no table", "ball-cushion", "must be that of an obstacle of this scene"),
+        ("posts", "ball-ball", "must be the index of a ball for an event of kind ball-ball, got"),
+        ("posts", "ball-cloth", "must be null for an event of kind ball-cloth, got 'post-2'"),
     ],
 )
 def test_a_partner_that_is_not_there_is_refused_with_those_that_are(
@@ -122,14 +122,14 @@ def test_a_partner_that_is_not_there_is_refused_with_those_that_are(
     scene = Scene.model_validate({"name": "a", "balls": [ball], "table": SHAPED[table]})
     event = {"t": 0.5, "kind": kind, "a": 0, "b": "post-2"}
     with pytest.raises(EngineError, match=says):
-        Run.parse(RUN | {"events": [event]}, "a file, run 1").result(scene)
+        EngineAnswer.parse(RUN | {"events": [event]}, "a file, run 1").result(scene)
 
 
 def test_counts_are_those_that_the_run_states_else_those_of_its_events() -> None:
     scene, stated = find_scene("stop"), {"ball-ball": 2, "ball-cushion": 1}
-    counted = Run.parse(RUN, "a file, run 1").result(scene)
+    counted = EngineAnswer.parse(RUN, "a file, run 1").result(scene)
     assert counted.collision_counts == {"ball-ball": 0, "ball-cushion": 1}
-    said = Run.parse(RUN | {"collision_counts": stated}, "a file, run 1").result(scene)
+    said = EngineAnswer.parse(RUN | {"collision_counts": stated}, "a file, run 1").result(scene)
     assert said.collision_counts == stated
 
 
@@ -137,5 +137,5 @@ def test_partners_are_named_as_events_of_ours_name_them() -> None:
     ball = {"id": "b", "position": (1.0, 0.5)}
     scene = Scene.model_validate({"name": "a", "balls": [ball], "table": POSTED})
     event = {"t": 0.5, "kind": "ball-cushion", "a": 0, "b": "post-1"}
-    run = Run.parse(RUN | {"events": [event]}, "a file, run 1").result(scene)
+    run = EngineAnswer.parse(RUN | {"events": [event]}, "a file, run 1").result(scene)
     assert run.events["b"].tolist() == [FIRST_POST]

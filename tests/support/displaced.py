@@ -8,7 +8,11 @@ import numpy as np
 
 from ghostball import Feature, plays
 from ghostball.model import COLLISION_KINDS, Ball, EventKind, Scene
-from ghostball.reference_adapters.certified.laws import Laws, from_contact_frame, to_contact_frame
+from ghostball.reference_adapters.certified.laws import (
+    ImpactLaws,
+    from_contact_frame,
+    to_contact_frame,
+)
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.validation.grading.slope import Slope
 from ghostball.validation.runs.engine_runs import run_ours
@@ -26,7 +30,7 @@ def _plain(value: float) -> Slope:
 def displaced(scene: Scene, dt: float = 1e-3, seed: int = 0) -> dict[str, object]:
     """Play a shot in which each contact comes early by a random part of `dt`; seed 0: by it all."""
     scene = scene.without_strikes()
-    laws, chance = Laws(problem_of(scene)), random.Random(f"{seed} {scene.name}")
+    laws, chance = ImpactLaws(problem_of(scene)), random.Random(f"{seed} {scene.name}")
     rolling, radii = scene.physics.motion == "rolling", scene.radii
     x, v, w = scene.positions.copy(), scene.velocities.copy(), scene.angular_velocities.copy()
     events: list[tuple[object, ...]] = []

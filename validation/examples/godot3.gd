@@ -147,7 +147,7 @@ func finish():
 		"rest_positions": samples.positions[-1],
 		"events": events,
 		"samples": samples,
-		"approximate": {"balls that always roll, never slide": "in steps, in single precision"},
+		"approximate": {"pure rolling": "in steps, in single precision"},
 	}, "", true).substr(1)])
 	world.queue_free()
 	shot = null

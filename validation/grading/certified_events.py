@@ -14,7 +14,7 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.reference_adapters.certified.laws import (
     InContactFrame,
-    Laws,
+    ImpactLaws,
     from_contact_frame,
     to_contact_frame,
 )
@@ -76,7 +76,7 @@ def event_changes(
 
     If balls may fly, no event has a derivative.
     """
-    laws = Laws(problem_of(scene))
+    laws = ImpactLaws(problem_of(scene))
     at = [0] * len(balls)
     events = proved_events(certificate)
     here: Counter[tuple[int, float]] = Counter()
@@ -157,7 +157,7 @@ class _Passage:
                 surface[SLIP] -= old[VELOCITY]
             self.change[here, _OLD], self.change[here, _OLD_SURFACE] = old, surface
 
-    def collide(self, laws: Laws, a: int, b: int) -> None:
+    def collide(self, laws: ImpactLaws, a: int, b: int) -> None:
         """Apply a collision of two balls."""
         between = self.states[1][PLACE] - self.states[0][PLACE]
         normal = between / np.hypot(*between)
@@ -179,7 +179,7 @@ class _Passage:
             self._send_off(m, n, one)
         self._leave()
 
-    def bounce(self, laws: Laws, ball: int, obstacle: int, table: Table) -> None:
+    def bounce(self, laws: ImpactLaws, ball: int, obstacle: int, table: Table) -> None:
         """Apply a collision of a ball with an obstacle."""
         x, y = self.states[0][PLACE]
         inward, _ = table.facing(obstacle, x, y)

@@ -1,4 +1,4 @@
-"""python-billiards: elastic discs without friction, cushions without end."""
+"""Simulate scenes with python-billiards: elastic discs without friction, infinite cushions."""
 
 import time
 from importlib import metadata
@@ -20,15 +20,15 @@ def version() -> str:
 
 
 def simulate(scene: dict[str, Any], record: str) -> dict[str, Any]:
-    """Run a scene to its `t_max`; building the table of pairs is not timed."""
+    """Simulate a scene to its `t_max`; building the table of pairs isn't timed."""
     physics, table, balls = scene["physics"], scene["table"], scene["balls"]
     if physics["rolling_friction"] or physics["motion"] != "rolling":
-        return {"cannot": "its balls are never slowed"}
+        return {"cannot": "it has no friction"}
     if physics["ball_restitution"] != 1.0 or physics["cushion"] != "mirror":
-        return {"cannot": "its impacts are elastic, with mirrors for cushions"}
+        return {"cannot": "its impacts are elastic, with mirror cushions"}
     names = table["cushions"] if table else []
     size = (table["length"], table["width"]) if table else (0.0, 0.0)
-    # Inside is to the left of the way from the first point to the second one.
+    # The inside is on the left of the direction from the first point to the second.
     cushions = [
         billiards.InfiniteWall(
             *((x * size[0], y * size[1]) for x, y in _WALLS[name]), inside="left"
@@ -67,7 +67,7 @@ def simulate(scene: dict[str, Any], record: str) -> dict[str, Any]:
         upcoming = min(world.toi_next[0], world.obstacles_next[0])
         until = min(upcoming, scene["t_max"]) if record == "trajectory" else scene["t_max"]
         if record == "trajectory" and until > world.time:
-            # Just before the collision: nothing turns until then.
+            # Just before the collision; until then, all velocities are constant.
             moved = world.balls_position + world.balls_velocity * (until - world.time)
             before = [[*map(float, x), b["radius"]] for x, b in zip(moved, balls, strict=True)]
             sample(until)

@@ -1,4 +1,4 @@
-"""pooltool: slide, roll, spin and rest, with the laws of impacts that the scene asks for."""
+"""Simulate scenes with pooltool: slide, roll, spin and rest, with the scene's impact laws."""
 
 import time
 from importlib import metadata
@@ -27,10 +27,10 @@ from pooltool.physics.resolve.transition import CanonicalTransition
 
 RESTING, SLIDING, ROLLING = 0, 2, 3
 
-LEAST = 1e-9
-"""What stands for a friction of 0, which pooltool refuses."""
+LEAST_FRICTION = 1e-9
+"""Coefficient used for a friction of 0, which pooltool rejects."""
 
-SPACING = 0.005
+SAMPLE_INTERVAL = 0.005
 """Longest time between two samples [s]."""
 
 KINDS = {
@@ -51,19 +51,19 @@ def version() -> str:
 
 
 def simulate(scene: dict[str, Any], record: str) -> dict[str, Any]:
-    """Run a scene to its end; building it is not timed, keeping its history is part of the run."""
+    """Simulate a scene; building the system isn't timed, recording its history is."""
     physics = scene["physics"]
     table = scene["table"] or {"length": 1000.0, "width": 1000.0}
     shift = np.zeros(3) if scene["table"] else np.array([500.0, 500.0, 0.0])
     if physics["motion"] != "sliding":
         return {"cannot": "its balls slide before they roll"}
     if physics["cushion"] not in ("han2005", "mirror") or physics["ball_impact"] != "frictional":
-        return {"cannot": "driven here with mirrors or Han's cushions, and frictional impacts"}
+        return {"cannot": "the adapter has mirror or Han's cushions, and frictional impacts only"}
     system = _system(scene, physics, table, shift)
     engine = _engine(physics)
     t_max = scene["t_max"]
     laws = tuple(physics[key] for key in ("ball_friction", "ball_restitution", "cushion"))
-    if laws not in _COMPILED:  # a law is compiled as it is first needed, which takes minutes
+    if laws not in _COMPILED:  # a law is compiled on first use, which takes minutes
         pt.simulate(system.copy(), engine=engine, inplace=True, t_final=t_max)
         _COMPILED.add(laws)
     began = time.perf_counter()
@@ -104,7 +104,7 @@ def _engine(physics: dict[str, Any]) -> PhysicsEngine:
 def _system(
     scene: dict[str, Any], physics: dict[str, Any], table: dict[str, Any], shift: Any
 ) -> pt.System:
-    # Its tables are w wide along x and l long along y.
+    # pooltool's tables have the width w along x and the length l along y.
     specs = BilliardTableSpecs(
         w=table["length"], l=table["width"], cushion_height=physics["cushion_height"]
     )
@@ -123,7 +123,7 @@ def _rests(system: pt.System, t: float) -> bool:
 
 
 def _samples(system: pt.System, end: float, shift: Any, *, whole: bool) -> dict[str, Any]:
-    """Return the motion: just after each event, on the way, and just before the next one."""
+    """Return the motion: just after each event, in between, and just before the next event."""
     balls = list(system.balls.values())
     instants = [state.t for state in balls[0].history]
     rows = []
@@ -131,7 +131,7 @@ def _samples(system: pt.System, end: float, shift: Any, *, whole: bool) -> dict[
         if t > end:
             break
         until = min(instants[k + 1], end) if k + 1 < len(instants) else end
-        count = 1 + int((until - t) / SPACING)
+        count = 1 + int((until - t) / SAMPLE_INTERVAL)
         fractions = np.linspace(0.0, 1.0, count + 1) if until > t else np.zeros(1)
         for fraction in fractions if whole or until == end else ():
             since = fraction * (until - t)
@@ -194,16 +194,16 @@ def _ball(ball: dict[str, Any], physics: dict[str, Any], shift: Any) -> Any:
     params = pt.BallParams(
         m=ball["mass"],
         R=radius,
-        u_s=max(physics["sliding_friction"], LEAST),
-        u_r=max(physics["rolling_friction"], LEAST),
-        # Deceleration of spin is 5 u_sp g / (2 R), with u_sp = R times this.
+        u_s=max(physics["sliding_friction"], LEAST_FRICTION),
+        u_r=max(physics["rolling_friction"], LEAST_FRICTION),
+        # The deceleration of spin is 5 u_sp g / (2 R), and u_sp = R times this.
         u_sp_proportionality=max(
-            0.4 * physics["spinning_friction_rate"] / physics["gravity"], LEAST
+            0.4 * physics["spinning_friction_rate"] / physics["gravity"], LEAST_FRICTION
         ),
-        u_b=0.05 if speed_dependent else max(physics["ball_friction"], LEAST),
+        u_b=0.05 if speed_dependent else max(physics["ball_friction"], LEAST_FRICTION),
         e_b=physics["ball_restitution"],
-        e_c=max(physics["cushion_restitution"], LEAST),
-        f_c=max(physics["cushion_friction"], LEAST),
+        e_c=max(physics["cushion_restitution"], LEAST_FRICTION),
+        f_c=max(physics["cushion_friction"], LEAST_FRICTION),
         g=physics["gravity"],
     )
     velocity = np.array(ball["velocity"])

@@ -1,10 +1,11 @@
-"""Serve one engine: a scene per line in, its run per line out, all as JSON.
+"""Serve one engine: a scene per line in, its result per line out, as JSON.
 
     PYTHON serve.py MODULE
 
-Runs in the engine's interpreter, without ghostball; needs nothing but MODULE, which lies beside it
-and has `version()` and `simulate(scene, record)`. That returns a run, or {"cannot": why} where the
-engine can't represent the scene; `reference_adapters.workers.process` says what both are.
+The script runs in the engine's interpreter, without ghostball. It needs only MODULE, a file in this
+folder with `version()` and `simulate(scene, record)`. The latter returns a result, or
+{"cannot": reason} if the engine doesn't support the scene; see
+`reference_adapters.workers.process`.
 """
 
 import importlib
@@ -15,8 +16,8 @@ from typing import Any
 
 
 def main() -> None:
-    """Say hello, then answer until the input ends."""
-    # Whatever the peer prints must not mix with the answers.
+    """Print the version, then answer until the input ends."""
+    # Output of the engine must not mix with the answers.
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
 

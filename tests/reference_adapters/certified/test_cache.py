@@ -164,7 +164,7 @@ def test_a_folder_that_cannot_be_written_costs_only_time(proofs, monkeypatch, ca
 
 
 def test_the_certificates_longest_unused_go_first(monkeypatch, kept_here):
-    monkeypatch.setattr(cache, "KEPT", 2)
+    monkeypatch.setattr(cache, "MAX_CERTIFICATES", 2)
     for age, x in enumerate((0.5, 0.51)):
         certify(shot(x))
         for path in kept_here.iterdir():

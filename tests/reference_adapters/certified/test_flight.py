@@ -24,8 +24,8 @@ from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.reference_adapters.certified.flight import (
     LOWEST_BOUNCE,
     BouncingBody,
+    FlightState,
     FlyingBody,
-    State,
     answered_by_table,
 )
 from ghostball.reference_adapters.certified.motion import Body, constants_of
@@ -41,11 +41,11 @@ def constants(**physics):
     return constants_of(problem_of(scene).balls[0], problem_of(scene))
 
 
-def state(velocity, spin, up, radius=R) -> State:
+def state(velocity, spin, up, radius=R) -> FlightState:
     (vx, vy), (wx, wy, wz) = velocity, spin
     slip = (arb(vx) - arb(radius) * wy, arb(vy) + arb(radius) * wx)
     zero = arb(0)
-    return State((zero, zero), zero, (arb(vx), arb(vy)), arb(up), slip, arb(wz))
+    return FlightState((zero, zero), zero, (arb(vx), arb(vy)), arb(up), slip, arb(wz))
 
 
 def spin_of(body: Body) -> tuple[float, float, float]:

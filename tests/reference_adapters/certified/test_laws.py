@@ -11,7 +11,7 @@ from shots import R, ball, scene_of
 
 from ghostball.model import Table
 from ghostball.reference_adapters.certified.arithmetic import UndecidedError, working_precision
-from ghostball.reference_adapters.certified.laws import InContactFrame, Laws
+from ghostball.reference_adapters.certified.laws import ImpactLaws, InContactFrame
 from ghostball.reference_adapters.certified.problem import problem_of
 
 
@@ -33,7 +33,7 @@ def test_equal_elastic_balls_swap_their_speeds_exactly():
         zero, third = arb(0), arb(1) / 3
         cue = InContactFrame(third, zero, zero, zero, zero, arb(R))
         rest = InContactFrame(zero, zero, zero, zero, zero, arb(R))
-        a, b = Laws(problem_of(one)).collide(0, 1, cue, rest)
+        a, b = ImpactLaws(problem_of(one)).collide(0, 1, cue, rest)
         assert a.vn.is_zero()
         assert b.vn.contains(third.mid())
 
@@ -42,7 +42,7 @@ def test_a_slip_that_may_be_nothing_is_ended_by_friction():
     # Stick or slip needs no decision where the impulse is the same: the friction that ends it.
     one = scene(0.0625, {"cushion": "mirror"}, masses=(0.17, 0.17))
     with working_precision(106):
-        laws, zero = Laws(problem_of(one)), arb(0)
+        laws, zero = ImpactLaws(problem_of(one)), arb(0)
         a = InContactFrame(arb(1), arb(0, 1e-20), arb(1), arb(0, 1e-20), zero, arb(R))
         b = InContactFrame(zero, zero, -arb(1), zero, zero, arb(R))
         after, _ = laws.collide(0, 1, a, b)
@@ -52,7 +52,7 @@ def test_a_slip_that_may_be_nothing_is_ended_by_friction():
 def test_whether_a_cushion_stops_a_ball_may_be_undecided():
     one = scene(0.0, {"cushion": "han2005", "cushion_restitution": 0.0, "cushion_friction": 0.0})
     with working_precision(53):
-        laws = Laws(problem_of(one))
+        laws = ImpactLaws(problem_of(one))
         zero = arb(0)
         with pytest.raises(UndecidedError, match="whether the cushion stops it"):
             laws.bounce(0, InContactFrame(arb(0, 1e-3), zero, zero, zero, zero, arb(R)))

@@ -13,7 +13,7 @@ from ghostball.engine import simulate
 from ghostball.model import Scene, Table
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
 from ghostball.reference_adapters.certified.arithmetic import working_precision
-from ghostball.reference_adapters.certified.obstacles import Round, obstacles_met
+from ghostball.reference_adapters.certified.obstacles import RoundPiece, obstacles_met
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 from ghostball.validation.truth.scene_truth import truth_of
@@ -62,7 +62,9 @@ def test_only_ends_that_a_ball_can_meet_are_points():
             )
             pieces = obstacles_met(problem_of(scene))
             points = [
-                piece for piece in pieces if isinstance(piece, Round) and piece.radius.is_zero()
+                piece
+                for piece in pieces
+                if isinstance(piece, RoundPiece) and piece.radius.is_zero()
             ]
             assert len(points) == count
             assert len({piece.row for piece in pieces}) == len(pieces)

@@ -16,7 +16,7 @@ from ghostball.reference_adapters.certified import (
 )
 from ghostball.reference_adapters.certified.order import TIE_BITS
 from ghostball.reference_adapters.certified.problem import problem_of
-from ghostball.reference_adapters.certified.run import Run
+from ghostball.reference_adapters.certified.run import CertifiedRun
 
 
 def test_an_event_at_t_max_is_still_one():
@@ -44,7 +44,10 @@ def test_a_tie_passes_only_where_no_ball_is_fast_enough_to_reach_it(speed, separ
     """Breaks where balls are taken to be slower than scenes may have them: here 1 m is left."""
     scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0), (0.0, speed)), t_max=1.0)
     one = SimpleNamespace(balls=(0,))
-    assert Run(problem_of(scene), 200)._order._isolated(one, arb(0), 2.0**-TIE_BITS) is separate
+    assert (
+        CertifiedRun(problem_of(scene), 200)._order._isolated(one, arb(0), 2.0**-TIE_BITS)
+        is separate
+    )
 
 
 @pytest.mark.parametrize(("gap", "ending"), [(1e-13, "ambiguous"), (1e-11, "proved")])

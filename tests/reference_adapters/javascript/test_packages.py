@@ -13,7 +13,12 @@ from ghostball.cli import app
 from ghostball.model import EngineFailedError
 from ghostball.reference_adapters.javascript import engine as javascript
 from ghostball.reference_adapters.javascript.engine import PlanckEngine
-from ghostball.reference_adapters.javascript.packages import PACKAGES, VARIABLE, installed, why_not
+from ghostball.reference_adapters.javascript.packages import (
+    FOLDER_VARIABLE,
+    PACKAGES,
+    installed,
+    why_unavailable,
+)
 from ghostball.validation.parallel.sources import code_here, versions
 from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.scenes.library import find_scene
@@ -48,7 +53,7 @@ def node(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Node:
     package = tmp_path / "node_modules" / "planck"
     package.mkdir(parents=True)
     (package / "package.json").write_text('{"version": "9.8.7"}')
-    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     path = tmp_path / "bin"
     path.mkdir()
     monkeypatch.setenv("PATH", str(path))
@@ -71,14 +76,14 @@ def node(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Node:
 def test_without_node_or_with_another_one_it_is_absent_and_says_why(
     node: Node, tmp_path: Path
 ) -> None:
-    assert "isn't on the PATH" in str(why_not("planck"))
+    assert "isn't on the PATH" in str(why_unavailable("planck"))
     assert installed() == {}
     node()
-    assert why_not("planck") is None
+    assert why_unavailable("planck") is None
     assert installed() == {"node": "v20.1.0", "planck": "9.8.7"}
     assert versions()["planck"] == code_here()["planck of the workers"] == "9.8.7"
     (tmp_path / "bin" / "node").unlink()
-    assert "isn't on the PATH" in str(why_not("planck"))
+    assert "isn't on the PATH" in str(why_unavailable("planck"))
 
 
 @pytest.mark.parametrize(
@@ -96,8 +101,8 @@ def test_a_node_that_is_too_old_or_none_is_named(node: Node, version: str, says:
 def test_a_package_that_is_not_there_is_named_with_what_brings_it(node: Node) -> None:
     node()
     for package in set(PACKAGES) - {"planck"}:
-        assert f"`{package}` isn't in " in str(why_not(package))
-        assert "make peers-js" in str(why_not(package))
+        assert f"`{package}` isn't in " in str(why_unavailable(package))
+        assert "make peers-js" in str(why_unavailable(package))
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ UNSUPPORTED: dict[str, tuple[Scene, str]] = {
     ),
     "radii while sliding": (
         scene_of(ball((0, 0)), ball((1, 0), radius=0.05), **SLIDING),
-        "no balls of different radius that slide",
+        "no balls of different radii that slide",
     ),
     "ice": (
         scene_of(ball((0, 0)), motion="sliding", sliding_friction=0.0),
@@ -96,7 +96,7 @@ def test_exact_steps_refuse_flight_and_fixed_ones_play_it() -> None:
     exact = PybulletEngine(PybulletSettings(contact_steps="exact"))
     with pytest.raises(UnsupportedSceneError, match="Use `contact_steps` = fixed") as caught:
         exact.simulate(scene)
-    assert any(why.startswith("no balls that leave the cloth") for why in caught.value.features)
+    assert any(why.startswith("no airborne balls") for why in caught.value.features)
     assert missing_features(PybulletEngine().capabilities, scene) == ()
     x, y, z = run(scene).final_state.positions[0, 0]
     # It falls freely, but for what semi-implicit steps of 1 ms add: g t dt / 2.

@@ -10,7 +10,7 @@ import pytest
 from ghostball.model import Result
 from ghostball.reference_adapters.pybullet import loading, world as pybullet_world
 from ghostball.reference_adapters.pybullet.engine import PybulletSettings
-from ghostball.reference_adapters.pybullet.world import World
+from ghostball.reference_adapters.pybullet.world import PybulletWorld
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.scenes.library import find_scene
 
@@ -30,7 +30,7 @@ SHOTS = {
 
 @pytest.fixture(autouse=True)
 def _no_idle_clients(monkeypatch):
-    monkeypatch.setattr(pybullet_world, "_IDLE", {"tuned": [], "naive": []})
+    monkeypatch.setattr(pybullet_world, "_IDLE_CLIENTS", {"tuned": [], "naive": []})
 
 
 def bits(result: Result) -> str:
@@ -50,16 +50,16 @@ def test_a_client_that_others_used_gives_the_same_bits(label, monkeypatch):
     fresh = {}
     for name in SHOTS[label]:
         with monkeypatch.context() as alone:
-            alone.setattr(pybullet_world, "_IDLE", {"tuned": [], "naive": []})
+            alone.setattr(pybullet_world, "_IDLE_CLIENTS", {"tuned": [], "naive": []})
             fresh[name] = play(name, label)
     for name in (*SHOTS[label], *reversed(SHOTS[label])):
         assert play(name, label) == fresh[name], name
-    assert sum(map(len, pybullet_world._IDLE.values())) == 1
+    assert sum(map(len, pybullet_world._IDLE_CLIENTS.values())) == 1
 
 
 def test_worlds_at_once_have_a_client_each():
     scene = find_scene("head-on")
-    make = partial(World, scene, PybulletSettings(), own_cloth=False)
+    make = partial(PybulletWorld, scene, PybulletSettings(), own_cloth=False)
     with make() as one, make() as other:
         assert one._client != other._client
 
@@ -72,15 +72,15 @@ def test_closes_its_client_also_when_a_run_fails(monkeypatch: pytest.MonkeyPatch
         return [bullet.getConnectionInfo(client)["isConnected"] for client in range(8)]
 
     before = connected()
-    monkeypatch.setattr(pybullet_world, "_IDLE", {"tuned": [], "naive": []})
+    monkeypatch.setattr(pybullet_world, "_IDLE_CLIENTS", {"tuned": [], "naive": []})
 
-    def fail(world: pybullet_world.World, dt: float) -> None:
+    def fail(world: pybullet_world.PybulletWorld, dt: float) -> None:
         raise RuntimeError("no step")
 
-    monkeypatch.setattr(pybullet_world.World, "step", fail)
+    monkeypatch.setattr(pybullet_world.PybulletWorld, "step", fail)
     with pytest.raises(RuntimeError, match="no step"):
         play("head-on", "pybullet")
-    monkeypatch.setattr(pybullet_world.World, "_build", fail)
+    monkeypatch.setattr(pybullet_world.PybulletWorld, "_build", fail)
     with pytest.raises(RuntimeError, match="no step"):
         play("head-on", "pybullet")
     assert connected() == before

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from shots import ball, scene_of
 
-from ghostball.reference_adapters.stepping.contact_world import SINGLE, ContactWorld, collision_of
+from ghostball.reference_adapters.stepping.contact_world import (
+    SINGLE_PRECISION_NOISE,
+    ContactWorld,
+    collision_of,
+)
 from ghostball.reference_adapters.stepping.plane import Collision
 
 PAIR, RAIL = Collision(0, 1, cushion=False), Collision(1, 2, cushion=True)
@@ -15,7 +19,7 @@ PAIR, RAIL = Collision(0, 1, cushion=False), Collision(1, 2, cushion=True)
 @pytest.fixture
 def world() -> ContactWorld:
     scene = scene_of(*(ball((float(k), 0.0), (1.0, 0.0)) for k in range(3)))
-    return ContactWorld(scene, noise=SINGLE, rubs=False)
+    return ContactWorld(scene, noise=SINGLE_PRECISION_NOISE, rubs=False)
 
 
 def test_a_contact_that_lasts_is_one_collision(world):

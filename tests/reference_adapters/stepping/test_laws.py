@@ -11,21 +11,24 @@ from shots import ball, scene_of
 from ghostball.engine import simulate
 from ghostball.model import Physics, Table
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
-from ghostball.reference_adapters.stepping.laws import FallingRestitution
+from ghostball.reference_adapters.stepping.laws import SpeedDependentRestitution
 
 FALLS = {"cushion": "restitution", "cushion_restitution": 0.9, "cushion_restitution_loss": 0.15}
 
 
 def test_the_restitution_is_that_of_the_speed_towards_the_cushion():
-    falling = FallingRestitution.of(Physics(**FALLS))
+    falling = SpeedDependentRestitution.of(Physics(**FALLS))
     assert falling is not None
     assert falling.at((-1.0, 0.0), (1.44, -3.0)) == 0.9 / (1.0 + 0.15 * math.sqrt(1.44))
     assert falling.at((0.0, -1.0), (1.44, -3.0)) == 0.9  # it leaves that one
 
 
 def test_one_number_is_none_that_falls():
-    assert FallingRestitution.of(Physics(cushion="restitution", cushion_restitution=0.9)) is None
-    assert FallingRestitution.of(Physics(preset="carom", cushion="mirror")) is None
+    assert (
+        SpeedDependentRestitution.of(Physics(cushion="restitution", cushion_restitution=0.9))
+        is None
+    )
+    assert SpeedDependentRestitution.of(Physics(preset="carom", cushion="mirror")) is None
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,7 @@ def test_t_max_is_reached_exactly(spec, error, t_max):
     [
         (
             "pymunk:max_time=0.5",
-            '`max_time` = 0.5 s was reached in scene "test" before every ball rested: '
+            '`max_time` = 0.5 s was reached in scene "test" before all balls came to rest: '
             'ball "b0" moves at 0.902 m/s',
         ),
         ("pymunk:max_steps=10", "`max_steps` = 10 (at t = 0.01 s) was reached"),

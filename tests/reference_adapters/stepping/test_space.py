@@ -59,9 +59,9 @@ def test_a_roll_ends_as_the_ball_stops_though_the_ball_spins_on() -> None:
 def test_flight_over_cushions_or_a_cloth_between_the_steps_is_refused(name: str) -> None:
     leaves = find_scene("flight-leaves")
     scene = Scene(**{**dict(leaves), "balls": leaves.balls[:1]})
-    with pytest.raises(UnsupportedSceneError, match="no cushions where balls may fly"):
+    with pytest.raises(UnsupportedSceneError, match="no cushions in scenes with airborne balls"):
         play(f"{name}:cloth=own", scene)
-    with pytest.raises(UnsupportedSceneError, match="no balls that leave the cloth"):
+    with pytest.raises(UnsupportedSceneError, match="no airborne balls"):
         play(name, find_scene("flight-throw"))
 
 

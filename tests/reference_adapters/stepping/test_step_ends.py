@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from shots import R, ball, scene_of
 
-from ghostball.reference_adapters.stepping.ends import Clock, ExactSteps, Motion, StepsToContacts
+from ghostball.reference_adapters.stepping.step_ends import (
+    Clock,
+    ExactSteps,
+    Motion,
+    StepsToContacts,
+)
 
 TWO = scene_of(ball((0, 0), (1, 0)), ball((0.5, 0)))
 
