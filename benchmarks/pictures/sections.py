@@ -30,7 +30,7 @@ SLIPPING = "sliding-swerve"
 AIR, RESTITUTION = "air-rolls", "restitution-bounce"
 FLIGHT = "flight-jump"
 
-ABOUT = {AIR: "no air drag", RESTITUTION: "restitution", FLIGHT: "leave the cloth"}
+ABOUT = {AIR: "no air drag", RESTITUTION: "restitution", FLIGHT: "airborne balls"}
 """Feature that a scene tests. If an engine doesn't support the scene, this reason is shown."""
 
 FRAME = 0.02

@@ -29,9 +29,9 @@ from ghostball.reference_adapters.certified.problem import ExactProblem
 LOW_BOUNCE = 2.0**-18
 """Height of a bounce, in diameters, below which a contact is a resting contact.
 
-2e-7 m for pool balls. A ball that friction pushes against a different ball or a cushion bounces ever
-lower, infinitely often in a finite time. If a rebound at the approach speed would not rise higher
-than this, the contact is a resting contact from then on, as in the certified model
+2e-7 m for pool balls. A ball that friction pushes against a different ball or a cushion bounces
+ever lower, infinitely often in a finite time. If a rebound at the approach speed would not rise
+higher than this, the contact is a resting contact from then on, as in the certified model
 (`docs/physics.md`).
 """
 

@@ -157,7 +157,7 @@ def _reason(stop: _Stop, ids: tuple[str, ...], settings: CertifiedSettings) -> s
         cap = f"{settings.max_precision} bits (`max_precision`) are not enough to determine"
         return f"{cap} {stop.what}{at}. Raise it"
     if stop.ending == "sustained contact":
-        return f"{stop.what}, in resting contact from here on{at}"
+        return f"{stop.what}, from here on{at}"
     if stop.ending == "event limit":
         return f"{settings.max_events} events (`max_events`){at}"
     if stop.ending == "time limit":

@@ -57,7 +57,7 @@ def comparison_of(shot: Shot, energy: Markup) -> Comparison | None:
         "comparison.html",
         scene=shot.scene,
         size=(WIDTH, (top - bottom) * scale),
-        outline=[] if table is None else [place(corner) for corner in table.drawn],
+        outline=[] if table is None else [place(corner) for corner in table.drawn_outline],
         holes=[]
         if table is None
         else [(*place(hole.centre), hole.radius * scale) for hole in table.holes],

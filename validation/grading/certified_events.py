@@ -13,8 +13,8 @@ from ghostball.model import COLLISION_KINDS, EventKind, Scene, Table
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.reference_adapters.certified.laws import (
-    InContactFrame,
     ImpactLaws,
+    InContactFrame,
     from_contact_frame,
     to_contact_frame,
 )

@@ -81,7 +81,7 @@ def test_t_max_ends_a_result():
 @pytest.mark.parametrize(
     ("name", "settings", "status", "reason"),
     [
-        ("frozen-break", {}, Status.UNPROVED, "ambiguous: can't tell what comes first"),
+        ("frozen-break", {}, Status.UNPROVED, "ambiguous: can't determine what comes first"),
         ("wedged", {}, Status.UNPROVED, "sustained contact: in resting contact"),
         ("break-7", {"max_precision": 24}, Status.UNPROVED, "precision cap: 24 bits"),
         ("break-7", {"max_events": 2}, Status.EVENT_LIMIT, "event limit: 2 events"),

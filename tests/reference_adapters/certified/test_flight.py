@@ -217,7 +217,7 @@ def test_a_ball_that_comes_to_lie_on_another_is_named() -> None:
     scene = flying(ball((0.0, 0.0)), ball((0.0, 0.0, 3 * R + 0.1)))
     certificate = certify(scene, cached=False)
     assert certificate.ending == "sustained contact"
-    assert "a ball in the air lies on another ball" in certificate.reason
+    assert "an airborne ball rests on a ball" in certificate.reason
     assert '"b0" with "b1"' in certificate.reason
     assert certificate.events_proved > 0
 

@@ -62,7 +62,7 @@ def test_two_contacts_of_a_ball_have_an_order_only_if_their_gaps_differ_by_more_
     proof = certify(scene, cached=False)
     assert proof.ending == ending
     if ending == "ambiguous":
-        assert proof.reason.startswith("can't tell what comes first: ")
+        assert proof.reason.startswith("can't determine what comes first: ")
         assert len(proof.events) == 0
     # Whoever comes alone comes in any case.
     alone = scene_of(ball((-1e-12, 0.0), (1.0, 0.0)), ball(second), t_max=0.01)

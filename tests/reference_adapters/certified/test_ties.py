@@ -148,5 +148,5 @@ def test_the_order_of_two_sides_matters_only_where_the_first_changes_what_the_se
 def test_what_is_not_at_once_is_ambiguous(scene):
     proof = certify(scene, cached=False)
     assert proof.ending == "ambiguous"
-    assert proof.reason.startswith("can't tell what comes first")
+    assert proof.reason.startswith("can't determine what comes first")
     assert proof.events == ()

@@ -44,7 +44,7 @@ def test_the_end_of_a_shot_that_no_engine_can_tell_is_not_judged(name):
     found = judged(kept_scene(name))
     assert found.faults == ()
     assert found.reference == "ambiguous"
-    assert found.why.startswith("can't tell what comes first: ")
+    assert found.why.startswith("can't determine what comes first: ")
     # Nothing is said of its end, and it isn't said that it was compared with a proof of it.
     assert found.record.accuracy is None
     assert found.record.truth != "certified"
