@@ -9,20 +9,20 @@ from shots import R, ball, scene_of
 from ghostball.reference_adapters.stepping.step_ends import (
     Clock,
     ExactSteps,
-    Motion,
+    BallMotion,
     StepsToContacts,
 )
 
 TWO = scene_of(ball((0, 0), (1, 0)), ball((0.5, 0)))
 
 
-def moving(x: float, speed: float = 1.0, lasts: float = np.inf) -> Motion:
+def moving(x: float, speed: float = 1.0, lasts: float = np.inf) -> BallMotion:
     """The first ball of `TWO`, there, on a cloth without friction."""
     positions, velocities = np.array([[x, 0.0], [0.5, 0.0]]), np.array([[speed, 0.0], [0.0, 0.0]])
-    return Motion(positions, velocities, np.zeros((2, 2)), np.full(2, R), lasts)
+    return BallMotion(positions, velocities, np.zeros((2, 2)), np.full(2, R), lasts)
 
 
-def never() -> Motion:
+def never() -> BallMotion:
     raise AssertionError("equal steps ask for no motion")
 
 
