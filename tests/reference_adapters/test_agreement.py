@@ -77,7 +77,7 @@ def test_a_ball_in_a_pocket_may_rest_elsewhere_than_its_motion_ends() -> None:
             ended = replace(with_end(run, positions=in_hole), events=recorded)
             assert disagreement(ended, run.scene) == ""
         on_table = replace(with_end(run, positions=beside), events=None)
-        assert "`rest_positions[0]` must be where" in disagreement(on_table, run.scene)
+        assert "`rest_positions[0]` must be the position of" in disagreement(on_table, run.scene)
 
 
 def test_samples_that_end_while_balls_move_are_refused() -> None:

@@ -63,7 +63,7 @@ BAD = {
     "none": (lambda s: None, "must be a dict"),
     "missing": (lambda s: {"events": []}, "`rest_positions` is missing, got events"),
     "typo": (lambda s: still(s, rest_tim=1.0), "`rest_tim` is not a key of a result. Did you mean"),
-    "balls": (lambda s: still(s, rest_positions=np.zeros((7, 2))), "of the 2 balls of this scene"),
+    "balls": (lambda s: still(s, rest_positions=np.zeros((7, 2))), "for the 2 balls of this scene"),
     "text": (lambda s: still(s, rest_positions="far"), "`rest_positions` must be numbers"),
     "nan": (lambda s: still(s, rest_positions=np.nan * s.positions), "must be finite"),
     "no samples": (lambda s: still(s, samples=[]), r"`samples` must be .* got \[\]"),

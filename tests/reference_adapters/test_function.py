@@ -101,10 +101,10 @@ def test_a_parameter_that_begins_with_an_underscore_is_no_setting():
     [
         (lambda: None, "must take a scene"),
         (lambda scene, table: None, "its parameter `table` must have a default"),
-        (lambda scene, dt="auto": None, "seconds greater than 0, got 'auto'. Give it one"),
+        (lambda scene, dt="auto": None, "seconds greater than 0, got 'auto'. Change it"),
         (lambda scene, dt=0.0: None, "`dt` is its time step, so .* got 0.0"),
         (lambda scene, dt=float("nan"): None, "got nan"),
-        (lambda scene, copy=True: None, "`copy` can't be a setting: .* Rename it"),
+        (lambda scene, copy=True: None, "`copy` can't be a setting, .* Rename it"),
         (lambda scene, model_config="x": None, "`model_config` can't be a setting"),
         (Unhashable(), "must be a function, got an object of `Unhashable`"),
     ],

@@ -80,7 +80,7 @@ def test_a_byte_order_mark_is_no_part_of_a_run(tmp_path):
     ("change", "says"),
     [
         ({"status": "done"}, "a file, run 1: `status` must be 'rest', .* got 'done'"),
-        ({"rest_positions": [[0.0]]}, r"`rest_positions` must have the shape \(1, 3\), .* got"),
+        ({"rest_positions": [[0.0]]}, r"`rest_positions` must have the shape \(1, 3\) .* got"),
         ({"rest_positions": [["x", 0]]}, "`rest_positions` must be numbers: could not convert"),
         ({"rest_positions": [[10**400, 0]]}, "`rest_positions` must be numbers: int too large"),
         ({"events": [{"t": -1, "kind": "ball-ball", "a": 0}]}, r"`events\[0\].t` must be greater"),

@@ -38,9 +38,7 @@ def test_balls_in_contact_from_the_start_are_certified_up_to_it():
     assert certificate.ending == "sustained contact"
     assert certificate.events == ()
     assert certificate.choices == (Choice(BALL_BALL, 0, 1),)
-    assert (
-        'in resting contact, from here on: ball-ball "b0" with "b1"' in certificate.reason
-    )
+    assert 'in resting contact, from here on: ball-ball "b0" with "b1"' in certificate.reason
 
 
 def test_a_ball_pushed_into_a_cushion_is_certified_up_to_it():

@@ -90,7 +90,7 @@ def test_without_node_or_with_another_one_it_is_absent_and_says_why(
     ("version", "says"),
     [
         ("v14.21.3", "node must be 18 or newer, got v14.21.3 at "),
-        ("Welcome!", "must say a version such as v20.1.0, got 'Welcome!'"),
+        ("Welcome!", "must print a version such as v20.1.0, got 'Welcome!'"),
     ],
 )
 def test_a_node_that_is_too_old_or_none_is_named(node: Node, version: str, says: str) -> None:
@@ -112,7 +112,7 @@ def test_a_package_that_is_not_there_is_named_with_what_brings_it(node: Node) ->
         ("say([1, 2])", r"must answer with one JSON object on a line, got '\[1, 2\]'"),
         ("time.sleep(60)", "ended without an answer: over 0 s"),
         ("sys.exit('out of chalk')", "ended without an answer: out of chalk"),
-        ("say(run | {'scene': 'another'})", "that it was sent, 'stop', got 'another'"),
+        ("say(run | {'scene': 'another'})", "for the requested scene, 'stop', got 'another'"),
         ("say(run | {'status': 'done'})", "the answer of `planck`: `status` must be 'rest'"),
         ("run['rest_positions'][0][0] = float('nan'); say(run)", "must be finite, got "),
         ("say({'error': 'TypeError: no'})", "TypeError: no"),
@@ -129,7 +129,7 @@ def test_a_wrong_answer_is_the_engines_failure_in_one_sentence(
 
 def test_a_beginning_that_is_none_is_named(node: Node) -> None:
     node(hello="{'hello': 'world'}")
-    with pytest.raises(EngineFailedError, match=r"must begin with \{\"version\": ...\}, got "):
+    with pytest.raises(EngineFailedError, match=r"must start with \{\"version\": ...\}, got "):
         run_engine(PlanckEngine(), find_scene("stop"))
 
 

@@ -83,14 +83,14 @@ def moved(places):
 @pytest.mark.parametrize(
     ("rest", "words"),
     [
-        (lambda x: x[::-1], '"cue" and "object" are in each other\'s place'),
-        (moved, 'the motion has ball "object"'),
-        (moved, "0.0001 m from there"),
-        (lambda x: x * [1, -1], "mirrored, y has the other sign"),
-        (lambda x: x * [-1, 1], "mirrored, x has the other sign"),
-        (lambda x: x[:, ::-1], "x and y are exchanged"),
-        (lambda x: [0.0, 1.27] + x * [1, -1], "y is counted from the top cushion"),
-        (lambda x: [2.54, 0.0] + x * [-1, 1], "x is counted from the right cushion"),
+        (lambda x: x[::-1], '"cue" and "object" are swapped'),
+        (moved, 'must be the position of ball "object"'),
+        (moved, "0.0001 m away"),
+        (lambda x: x * [1, -1], "mirrored: y has the wrong sign"),
+        (lambda x: x * [-1, 1], "mirrored: x has the wrong sign"),
+        (lambda x: x[:, ::-1], "x and y are swapped"),
+        (lambda x: [0.0, 1.27] + x * [1, -1], "y is measured from the top cushion"),
+        (lambda x: [2.54, 0.0] + x * [-1, 1], "x is measured from the right cushion"),
     ],
 )
 def test_an_end_that_contradicts_the_samples_is_refused_and_named(rest, words):
@@ -99,7 +99,7 @@ def test_an_end_that_contradicts_the_samples_is_refused_and_named(rest, words):
 
 
 def test_balls_in_another_order_are_named():
-    with pytest.raises(EngineFailedError, match="balls are in another order"):
+    with pytest.raises(EngineFailedError, match="the balls are in a wrong order"):
         explain(find_scene("break-7"), stepping(rest=lambda x: np.roll(x, 1, axis=0)))
 
 

@@ -22,5 +22,5 @@ def test_billiards_is_exact() -> None:
     assert result.collision_counts == truth.collision_counts
     energy = run_engine(make_engine("billiards"), rack()).energy(np.linspace(0, 1, 101)).total
     assert energy == pytest.approx(energy[0], rel=1e-12)
-    with pytest.raises(UnsupportedSceneError, match="never slowed"):
+    with pytest.raises(UnsupportedSceneError, match="no friction"):
         play("billiards", find_scene("draw-shot"))
