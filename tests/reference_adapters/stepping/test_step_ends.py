@@ -7,9 +7,9 @@ import pytest
 from shots import R, ball, scene_of
 
 from ghostball.reference_adapters.stepping.step_ends import (
+    BallMotion,
     Clock,
     ExactSteps,
-    BallMotion,
     StepsToContacts,
 )
 
