@@ -1,7 +1,7 @@
 """Check that the result of an engine is valid, because anyone's engine may be tested.
 
-`run_engine` in `validation.runs.engine_runs` checks every result here, so that code that judges, prints
-or stores a result may rely on these checks. The result of a function is checked completely,
+`run_engine` in `validation.runs.engine_runs` checks every result here, so that code that judges,
+prints or stores a result may rely on these checks. The result of a function is checked completely,
 whichever parts of it are needed.
 """
 

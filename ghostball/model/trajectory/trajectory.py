@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ghostball.model.arrays import FloatArray
 from ghostball.model.events import Events
-from ghostball.model.scene.parts import rolling_angular_velocity
+from ghostball.model.scene.ball import rolling_angular_velocity
 from ghostball.model.scene.scene import Scene
 from ghostball.model.trajectory import segment
 from ghostball.model.trajectory.orientation import Pieces, orientation_at, pieces_of
