@@ -65,7 +65,7 @@ def test_what_is_no_certificate_is_refused(text):
 
 def test_a_certificate_of_another_schema_is_refused():
     data = json.loads(certify(scene_of(ball((0.0, 0.0), (1.0, 0.0)))).to_json())
-    with pytest.raises(GhostballError, match="another schema"):
+    with pytest.raises(GhostballError, match="a different schema"):
         Certificate.from_json(json.dumps(data | {"schema": 0}))
 
 

@@ -107,7 +107,7 @@ def test_the_state_of_a_partial_proof_is_that_of_its_last_event():
 
 def test_what_it_cannot_prove_is_refused_with_the_reason():
     scene = find_scene("mathavan-cut")
-    with pytest.raises(UnsupportedSceneError, match="has no closed form"):
+    with pytest.raises(UnsupportedSceneError, match="without a closed form"):
         engine().simulate(scene)
 
 
