@@ -86,7 +86,7 @@ class BallRow(Row):
     slide_slowing: float  # deceleration while sliding [m/s^2]; 0 if `motion` is "rolling"
     spin_slowing: float  # deceleration of the spin about the vertical [rad/s^2]
     cloth_friction: float  # coefficient of sliding friction, for impacts with the cloth
-    moved: float  # 1: the ball has moved faster than very slowly since it last came to rest
+    moved: float  # 1: it has moved since it last came to rest; very slow motion is ignored
     fastest: float  # largest size of its velocity at `epoch`, before the impulses then [m/s]
     impacts: float  # number since the ball last moved for longer than `ONE_INSTANT`
 

@@ -198,8 +198,8 @@ def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
 def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
     """Return whether balls i and j count as in contact at the time t [s].
 
-    The cloth's friction on both balls pulls them together, and stops a ball that was hit while at
-    rest with half of that again.
+    The cloth's friction on both balls may pull them together; the factor 3/2 also allows for the
+    friction that stops a ball that was hit while at rest.
     """
     if balls.state[i].phase == st.GONE or balls.state[j].phase == st.GONE:
         return False

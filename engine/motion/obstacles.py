@@ -90,7 +90,7 @@ def nose_reach(balls: Balls, i: int, laws: Laws, k: int) -> float:
 
 @kernel(inline=True)
 def is_post(laws: Laws, k: int) -> bool:
-    """Whether obstacle k is a post: a disc that balls reach from all sides, at any height."""
+    """Return whether obstacle k is a post: a disc that balls reach from all sides and heights."""
     row = laws.obstacles[k]
     return bool(row.kind == st.DISC and row.nx == 0.0 and row.ny == 0.0)
 

@@ -266,7 +266,7 @@ def advance(balls: Balls, i: int, t: float) -> None:
 
 @kernel(inline=True)
 def impacts_after(balls: Balls, i: int, s: float, t: float) -> float:
-    """Return the number of impacts of ball i in a series with one at t [s], s seconds on."""
+    """Return how many impacts of ball i count with one at t [s], s seconds after its epoch."""
     return 0.0 if s > ONE_INSTANT * t else balls.state[i].impacts
 
 

@@ -294,7 +294,7 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
 
 @lru_cache(maxsize=8)
 def pairs_of(n: int) -> Pairs:
-    """Return arrays for the bounds of n balls; scenes of the same size share what runs copy."""
+    """Return arrays for the bounds of n balls; scenes with n balls share them, runs copy them."""
     blocks = -(-n // st.TRACK_BALLS)
     return Pairs(
         bound=np.full(n * n, np.inf),

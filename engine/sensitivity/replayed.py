@@ -134,7 +134,7 @@ class Replayed:
             self._kept[j] = changes
 
     def sample(self, times: FloatArray) -> FloatArray:
-        """Return the changes at k instants, (k, n, STATE, m); NaN where no derivative exists."""
+        """Return the changes at k instants, (k, n, STATE, m); NaN if no derivative exists."""
         found = np.empty((len(times), *self._kept.shape[1:]))
         for k, t in enumerate(times.tolist()):
             j = int(np.searchsorted(self.at, t, side="right")) - 1

@@ -77,7 +77,7 @@ def _bounce_off_nose(impact: CushionImpact, cushion: Cushion, sine: float) -> Cu
     slip_along = impact.vt + radius * (impact.wz * cosine - impact.wn * sine)
     slip = math.sqrt(slip_down * slip_down + slip_along * slip_along)
     most = cushion.friction * ((1.0 + e) * (cosine * impact.vn))
-    # 2/7 of the slip stops it: a mass at the surface of a sphere weighs 2/7 of the sphere's.
+    # 2/7 of the slip stops it: the effective mass at a solid sphere's surface is 2/7 of its mass.
     share = 2.0 / 7.0 if slip * (2.0 / 7.0) <= most else most / slip
     down, along = -share * slip_down, -share * slip_along
     # Grouped so that mid-ball gives exactly -e: vn - (1 + e) vn cosine^2 = vn (sine^2 - e cosine^2)
