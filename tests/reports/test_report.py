@@ -69,3 +69,11 @@ def test_what_is_cut_off_while_it_is_written_leaves_no_picture(small_folder, mon
     with pytest.raises(KeyboardInterrupt):
         write_report(small_folder)
     assert not list((small_folder / "figures").iterdir())
+
+
+def test_the_repr_of_results_is_one_screen_at_most(results):
+    # Breaks where a run prints every case with its arrays.
+    said = repr(results)
+    assert len(said) < 80 * 24 / 2
+    for part in ("complete", f"{len(results.cases)} cases", "ghostball", "1 more"):
+        assert part in said

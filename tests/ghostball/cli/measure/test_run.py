@@ -94,4 +94,13 @@ def test_plot_writes_a_picture(cli, tmp_path):
     result = cli("run", "stop", "--plot", picture)
     assert result.exit_code == 0, result.output
     assert picture.read_bytes().startswith(b"\x89PNG")
-    assert str(picture) in result.stdout
+    assert f"picture: {picture}" in result.stdout
+
+
+def test_a_film_is_announced_as_a_film(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("ghostball.reports.plot.LONGEST", 0.2)
+    film = tmp_path / "shot.gif"
+    result = cli("run", "stop", "--plot", film)
+    assert result.exit_code == 0, result.output
+    assert film.read_bytes().startswith(b"GIF")
+    assert f"film: {film}" in result.stdout
