@@ -125,7 +125,7 @@ class Truth:
     motion: Result | None = None
     proved: Result | None = None
     certificate: Certificate | None = None
-    no_certificate: str = "it was not asked for"
+    no_certificate: str = "not requested"
     meetings: Meetings | None = None
     shot_horizon: float = math.inf
     lateness: Lateness | None = None
@@ -150,10 +150,10 @@ class Truth:
     def why_not(self, part: TruthPart) -> str:
         """Return why a part of the reference is missing, in one sentence."""
         if part == "conditioning":
-            return "only a closed form says what rounding may do, and this truth is none"
+            return "the effect of rounding is known for closed forms only"
         if part == "proof":
-            return f"no proof: {self.no_certificate}"
-        return f"no truth: {self.missing}"
+            return f"not certified: {self.no_certificate}"
+        return f"no reference result: {self.missing}"
 
     def is_own_measure(self, engine: str, part: TruthPart | None) -> bool:
         """Return True if this part would compare Ghostball's engine with itself."""
@@ -220,7 +220,7 @@ def truth_of(
     form = closed_form(scene) if wanted in ("closed-form", None) else None
     # A closed form lacks only these parts.
     needed = form is None or not {"events", "energy", "proof"}.isdisjoint(parts)
-    proof, no_proof = (None, "it was not asked for")
+    proof, no_proof = (None, "not requested")
     if needed and (wanted != "engine" or "proof" in parts):
         proof, no_proof = proof_of(scene, settings)
     proved = None  # certified motion of the whole shot
@@ -253,7 +253,7 @@ def truth_of(
     known = proved
     if integration is not None:
         known = result_of(scene, integration.shot, CertifiedSettings(), "trajectory")
-    ours, missing = _our_run(scene) if needed else (None, "it was not asked for")
+    ours, missing = _our_run(scene) if needed else (None, "not requested")
     if form is not None:
         truth = _from_form(scene, form, ours, known, missing)
     elif proof is not None and proved is not None and wanted != "engine":

@@ -162,10 +162,10 @@ def test_without_truth_the_note_says_why() -> None:
     measured = measure(still(), Truth(None, missing="our engine can't slide"))
     for name, metric in METRICS.items():
         if metric.compares == "proof":
-            assert measured.notes[name] == "no proof: it was not asked for"
+            assert measured.notes[name] == "not certified: not requested"
         elif metric.compares not in (None, "conditioning") and name != "accuracy":
             assert measured.values[name] is None
-            assert measured.notes[name] == "no truth: our engine can't slide"
+            assert measured.notes[name] == "no reference result: our engine can't slide"
     assert "closed form" in measured.notes["rest_error_ulps"]
     assert measured.values["collision_count"] == 0  # needs no truth
 
