@@ -1,4 +1,4 @@
-"""Ball-ball impacts for tests of their laws, and what a law's answer does to the balls."""
+"""Ball-ball impacts for tests of impact laws, and the motions after an impulse."""
 
 from __future__ import annotations
 

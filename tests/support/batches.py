@@ -1,4 +1,4 @@
-"""Many shots at once, against each by itself."""
+"""Compare a batch of shots with single runs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def two_ball_shot(velocity=(2.0, 0.0), **cue) -> Scene:
 
 
 def assert_same(batch: Batch, k: int, result: Result) -> None:
-    """Assert that shot k became what the run of its scene says, to the bit."""
+    """Assert that shot k of a batch is bit-identical to the result of a single run."""
     n = len(result.scene.balls)
     assert np.array_equal(batch.rest_positions[k, :n], result.rest_positions)
     assert np.all(np.isnan(batch.rest_positions[k, n:]))

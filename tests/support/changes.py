@@ -1,4 +1,4 @@
-"""Small changes of a recorded shot, and what its tangent map must make of them."""
+"""Check tangent maps against small changes of a recorded shot."""
 
 from __future__ import annotations
 

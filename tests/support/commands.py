@@ -1,4 +1,4 @@
-"""Commands, run in the process of a test, and what is asked of them."""
+"""Run commands in the process of a test, and check their results."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from ghostball.cli import app
 
 Result = Any
-"""What the runner of typer returns."""
+"""Result type of typer's runner."""
 
 HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
 """The start of a scene's file; balls follow."""
@@ -44,7 +44,7 @@ def edit_engine(old, new):
     text = path.read_text("utf-8")
     assert old in text
     path.write_text(text.replace(old, new), "utf-8")
-    # Bytecode is of a file of this size and second: an edit of the same size comes a second later.
+    # Python reuses bytecode if size and second of the file are unchanged, so the time is advanced.
     edited = path.stat().st_mtime + 1.0
     os.utime(path, (edited, edited))
     importlib.invalidate_caches()
@@ -73,4 +73,4 @@ def refused(result: Result, *parts: str) -> bool:
 
 
 BASELINES = Path(__file__).parents[2] / "benchmarks" / "baselines"
-"""Those of our own engine, in this repository."""
+"""Baselines of Ghostball's engine in this repository."""

@@ -1,7 +1,7 @@
-"""Compile what the tests need of the kernels, before them, in as many processes as is said.
+"""Compile the kernels that the tests need: `compile_kernels.py PROCESSES`.
 
-Workers of pytest would come to the same kernels at the same time, and wait for each other. What is
-made isn't done again. A variant that is missing here costs time only.
+Otherwise workers of pytest would need the same kernels at the same time, and wait for each other.
+Compiled kernels are reused. A kernel that is missing here is compiled in the tests.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""How balls move in resting contact with each other and a cushion: an independent integration.
+"""Integrate balls in resting contact with each other and a cushion, independently of the engine.
 
 The normal forces keep the gaps' second derivatives at 0. The friction of a contact acts against the
 slip of its surfaces, by Coulomb's law, or keeps that at 0 where the contact sticks; and so does the

@@ -1,4 +1,4 @@
-"""Copies of our packages, for tests that change their sources."""
+"""Copies of Ghostball's packages, for tests that change their sources."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ INSTALLED = Path(engine.__file__).parent.parent
 
 
 def copy_packages(folder: Path, *packages: str) -> Path:
-    """Make a package `ghostball` in a folder in which some parts are copies; return its place.
+    """Make a package `ghostball` in a folder, with copies of some parts, and return its path.
 
-    All else is a link to what it is here. The bytecode that Python has compiled is copied, too.
+    All other parts are links to the originals. Cached bytecode is copied, too.
     """
     place = folder / "ghostball"
     place.mkdir(parents=True)

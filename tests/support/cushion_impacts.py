@@ -1,4 +1,4 @@
-"""Ball-cushion impacts for tests: short to write down."""
+"""Short functions for ball-cushion impacts in tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Valid input with one fault each, and what readers of it and commands may then do."""
+"""Valid input with one fault, and checks of readers and commands that get this input."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ghostball.model import GhostballError
 
 DEEP = "[" * 100_000
 VALUES = (None, True, -1, 1e999, "x", "../../out", "\ud800", [], [[1.0], [1.0, 2.0]], {}, {"x": {}})
-"""What a fault puts in a value's place."""
+"""Values that replace a valid value."""
 
 GONE = "gone"
 

@@ -1,4 +1,4 @@
-"""An exact engine that meets each contact early, by up to a step: displaced as by lateness."""
+"""An exact engine with contacts that are early by up to a time step, as large as being late."""
 
 from __future__ import annotations
 

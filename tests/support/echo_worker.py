@@ -1,4 +1,4 @@
-"""A worker that gives one answer, whatever it is asked."""
+"""A worker that gives the same answer to every request."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Shots that distinguish engines, for the tests of adapters, and what engines make of them."""
+"""Shots that distinguish engines, and measures of their results, for tests of adapters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An engine that misbehaves as it is asked to: what the harness must survive."""
+"""Engines that fail in the way a setting asks for; the harness must survive them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a figure says."""
+"""The texts of a figure."""
 
 
 def texts_of(figure) -> str:

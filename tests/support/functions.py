@@ -1,4 +1,4 @@
-"""Functions as engines, and a right answer of one."""
+"""Functions as engines, and a valid answer of such a function."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Obstacles on a table that no scene can have yet."""
+"""Obstacles that no scene can have."""
 
 from __future__ import annotations
 

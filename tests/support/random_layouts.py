@@ -1,4 +1,4 @@
-"""What random scenes are looked at for: their options, and which balls touch which cushions."""
+"""Options of random scenes, and contacts of their balls with cushions."""
 
 import numpy as np
 
@@ -6,10 +6,9 @@ from ghostball.model.features import Feature
 from ghostball.validation.scenes.random_parts import reach
 
 FEW = range(200)
-"""What `make test` plays, each with a few balls; more of them take most of the time."""
+"""Numbers of the random scenes for fast tests; all of them have few balls."""
 
-
-OF_FEATURES = {
+FEATURE_OPTIONS = {
     Feature.ROLLING: (("motion", "rolling"),),
     Feature.SLIDING: (("motion", "sliding"),),
     Feature.FRICTIONLESS_CLOTH: (("cloth", "frictionless"),),
@@ -37,7 +36,7 @@ OF_FEATURES = {
     Feature.QUADRATIC_ROLLING: (("quadratic", "yes"),),
     Feature.FLIGHT: tuple(("flight", how) for how in ("low", "jump", "drop", "on-top")),
 }
-"""The options of the generator that have each feature: a new feature needs an entry."""
+"""Options of the generator for each feature; a new feature needs an entry."""
 
 
 def options_in(scene):
@@ -45,7 +44,7 @@ def options_in(scene):
 
 
 def has(feature, options):
-    return any(options[aspect] == option for aspect, option in OF_FEATURES[feature])
+    return any(options[aspect] == option for aspect, option in FEATURE_OPTIONS[feature])
 
 
 def touching_rails(scene):

@@ -1,4 +1,4 @@
-"""What is said where a scene is refused; that it is said in a few words is asserted of each."""
+"""Messages of invalid scenes; each message is checked to be short and printable."""
 
 from __future__ import annotations
 

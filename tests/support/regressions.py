@@ -1,4 +1,4 @@
-"""Comparisons written by hand, for whatever shows them."""
+"""Comparisons with baselines, written by hand, for tests of reports."""
 
 from ghostball.validation.baselines import (
     FirstDifference,

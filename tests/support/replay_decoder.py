@@ -1,4 +1,4 @@
-"""Reads what `reports.page.replay_tracks` packed: the page's script again, slow and plain."""
+"""Decoder of the data of `reports.page.replay_tracks`, as simple as possible."""
 
 import base64
 import struct

@@ -1,4 +1,4 @@
-"""A small run of the suite, with all that a replay must cope with."""
+"""A small run of the suite, with the hard cases for a replay."""
 
 from dataclasses import replace
 from pathlib import Path

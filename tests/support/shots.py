@@ -1,4 +1,4 @@
-"""Scenes for the engine's tests: short to write down, random ones from a seed."""
+"""Short functions for scenes in tests, and random scenes from a seed."""
 
 from __future__ import annotations
 

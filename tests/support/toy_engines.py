@@ -1,4 +1,4 @@
-"""Engines whose every error is known: our engine's answer, displaced by what a test plants."""
+"""Engines with known errors: results of Ghostball's engine, displaced by planted errors."""
 
 import math
 from dataclasses import dataclass, replace

@@ -7,7 +7,7 @@ import sys
 from collections import Counter
 
 import pytest
-from random_layouts import OF_FEATURES, has, options_in, touching_rails
+from random_layouts import FEATURE_OPTIONS, has, options_in, touching_rails
 
 from ghostball.model import Physics
 from ghostball.model.features import Feature, scene_features
@@ -15,8 +15,8 @@ from ghostball.validation.scenes.random_scenes import ASPECTS, PAIRS, options_of
 
 
 def test_every_feature_has_its_options():
-    assert set(OF_FEATURES) == set(Feature), "a feature without an entry in OF_FEATURES"
-    for aspect, option in itertools.chain(*OF_FEATURES.values()):
+    assert set(FEATURE_OPTIONS) == set(Feature), "a feature without an entry in FEATURE_OPTIONS"
+    for aspect, option in itertools.chain(*FEATURE_OPTIONS.values()):
         assert option in ASPECTS[aspect]
 
 
@@ -41,7 +41,7 @@ def test_a_few_hundred_have_every_pair_of_features_that_can_be_together(few):
     for one, other in itertools.combinations(Feature, 2):
         together = any(
             frozenset(both) in pairs or both[0] == both[1]
-            for both in itertools.product(OF_FEATURES[one], OF_FEATURES[other])
+            for both in itertools.product(FEATURE_OPTIONS[one], FEATURE_OPTIONS[other])
         )
         assert (found[one, other] > 0) == together, (one, other)
 
