@@ -121,7 +121,7 @@ def test_a_package_that_is_not_there_is_named_with_what_brings_it(node: Node) ->
 def test_a_wrong_answer_is_the_engines_failure_in_one_sentence(
     node: Node, monkeypatch: pytest.MonkeyPatch, answer: str, says: str
 ) -> None:
-    monkeypatch.setattr(javascript, "LONGEST", 0.4 if "sleep" in answer else 20.0)
+    monkeypatch.setattr(javascript, "TIME_LIMIT", 0.4 if "sleep" in answer else 20.0)
     node(answer)
     with pytest.raises(EngineFailedError, match=says):
         run_engine(PlanckEngine(), find_scene("stop"))
