@@ -25,6 +25,6 @@ def test_each_array_begins_where_the_one_before_ends(in_cells):
     assert sizes[at.TOUCHED - 1] == 2  # four numbers of 32 bits
     assert sizes[at.BOUND - 1] == (0 if in_cells else 9)
     assert (sizes[at.FRAME - 1 : at.CONTACT_MARKS - 1] > 0).tolist() == [in_cells] * 6
-    assert sizes[at.HIGHER - 1] == sizes[at.HEIGHT - 1] == 0  # no ball flies, and there is no air
+    assert sizes[at.POWERS - 1] == sizes[at.HEIGHT - 1] == 0  # no ball flies, and there is no air
     changed = made.numbers[offsets[at.CHANGED] :].view(np.bool_)[:3]
     np.testing.assert_array_equal(changed, balls.changed)

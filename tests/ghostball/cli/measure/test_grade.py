@@ -122,7 +122,7 @@ def test_no_run_opens_a_file(cli, here, name):
 
 
 def test_an_approximation_is_of_a_feature_that_there_is():
-    with pytest.raises(EngineError, match=r"`approximate.rolling.*` must be 'balls that"):
+    with pytest.raises(EngineError, match=r"`approximate.rolling.*` must be 'pure rolling'"):
         EngineAnswer.parse(made_elsewhere("stop", approximate={"rolling": "so"}), "a file, run 1")
 
 
