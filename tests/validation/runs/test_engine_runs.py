@@ -90,7 +90,7 @@ def test_another_process_costs_the_shot_alone(fake, capfd):
             with pytest.raises(EngineFailedError) as failed:
                 play(does)
             assert failed.value.reason.startswith(reason)
-        with pytest.raises(UnsupportedSceneError, match="no balls"):
+        with pytest.raises(UnsupportedSceneError, match="no pure rolling"):
             play("refuse")
         with pytest.raises(EngineFailedError, match="OwnError: engine `fake` can't represent"):
             play("refuse oddly")
