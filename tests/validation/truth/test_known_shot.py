@@ -34,7 +34,7 @@ def in_an_order(name):
     ("scene", "kind", "why"),
     [
         (in_an_order("corner-exact"), "closed form", "ambiguous"),
-        (find_scene("mathavan-cut"), "our engine", "no closed form"),
+        (find_scene("mathavan-cut"), "our engine", "without a closed form"),
     ],
     ids=["ambiguous", "no proof"],
 )
