@@ -169,7 +169,8 @@ def test_a_part_of_a_shot_that_is_proved_is_no_truth_of_the_whole() -> None:
     assert truth.kind == OUR_ENGINE
     assert truth.certificate is not None
     assert truth.certificate.ending == "ambiguous"
-    with pytest.raises(TruthError, match=r'"frozen-break".*isn\'t proved: ambiguous: can\'t determine'):
+    said = r'"frozen-break".*isn\'t proved: ambiguous: can\'t determine'
+    with pytest.raises(TruthError, match=said):
         truth_of(scene, "certified")
 
 
