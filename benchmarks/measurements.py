@@ -71,9 +71,9 @@ def machine_folder() -> Path:
 
 
 def committed(kind: type[M]) -> M | None:
-    """Return the committed measurement of a kind, of this machine if there is one.
+    """Return the committed measurement of a kind; None if no machine has one.
 
-    Else it is that of the first machine by name; None if no machine has one.
+    The measurement of this machine comes first, then the measurements of other machines by name.
     """
     mine = machine_folder()
     paths = sorted(STORE.glob(f"*/{kind.model_fields['kind'].default}.json"))

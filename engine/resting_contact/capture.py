@@ -212,12 +212,12 @@ def _approaches(world: World, count: int, held: bool) -> bool:
 
 @kernel
 def _face_wall(world: World, c: int, count: int) -> None:
-    """Set the normal of contact c, with an obstacle, to that of the wall that it belongs to.
+    """Set the normal of contact c, with an obstacle, to the normal of the wall of the obstacle.
 
-    That is the normal of the flattest obstacle that the ball touches in nearly the same direction:
-    of a rail, not of the jaw that continues it, which the ball can't reach before the end of the
-    rail. Just before the end, the tolerance of the gap would let the ball hit the jaw at an angle
-    of 1e-5.
+    The normal of a wall is the normal of the flattest obstacle that the ball touches in nearly the
+    same direction: the normal of a rail, not of the jaw after the rail, because the ball can't
+    reach the jaw before the end of the rail. Just before the end, the tolerance of the gap would
+    let the ball hit the jaw at an angle of 1e-5.
     """
     contacts, laws = world.contacts, world.laws
     a, forces = contacts.ends[c, st.FIRST], contacts.forces

@@ -43,9 +43,9 @@ _LED_UNTIL = 96
 """Round from which on the forces aren't extrapolated any more.
 
 With large friction and very different masses, there may be no forces that hold the gaps while
-surfaces slip (Painlevé 1895). Each round then increases the forces, until they end the slips. The
-extrapolation of such rounds gives forces that pull; a chain of seven balls with it took steps of
-4e-9 s.
+surfaces slip (Painlevé 1895). Each round then increases the forces, until the forces end the slips.
+Extrapolating from these rounds gives forces that pull: with extrapolation, a chain of seven balls
+took steps of 4e-9 s.
 """
 
 _FROM = 7

@@ -28,12 +28,11 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
 
     Wallace and Schroeder (1988, Am. J. Phys. 56, 815); Alciatore, technical proof A.14: the normal
     impulse is (1 + e) times the approach speed, and friction acts against the slip of the surfaces.
-    It is mu times the normal impulse, or 2/7 of the slip, which ends it, whichever is smaller. The
-    coefficient mu is that of the slip before the impact.
+    Friction is mu times the normal impulse, but at most 2/7 of the slip, because 2/7 end the slip.
+    The coefficient mu depends on the slip before the impact.
 
-    Vertical slip is ended as if the balls were free to rise. Their vertical velocities are dropped
-    after the impact, which removes energy and never adds any; 2/7 of a vertical slip that ended is
-    then left.
+    Friction ends a vertical slip as if the balls were free to rise. The vertical velocities of the
+    balls are dropped after the impact, which never adds energy; 2/7 of the vertical slip is left.
 
     Contract: no allocation. Without friction the tangential components are 0.
     """
