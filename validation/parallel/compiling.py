@@ -17,6 +17,11 @@ from ghostball.validation.parallel.pool import Progress
 _LOGGER = logging.getLogger("ghostball.validation")
 
 
+def needed_kernels(scenes: Iterable[Scene], labels: Iterable[str] = ()) -> list[Needed]:
+    """Return the kernels that `scenes` need on our engine, and the kernels of these adapters."""
+    return kernels_of(scenes) + adapter_kernels(labels)
+
+
 def compile_kernels(
     scenes: Iterable[Scene],
     jobs: int,
@@ -35,8 +40,7 @@ def compile_kernels(
 
     Raises `GhostballError` if a kernel can't be compiled.
     """
-    needed = kernels_of(scenes)
-    needed += adapter_kernels(labels)
+    needed = needed_kernels(scenes, labels)
     missing = [one for one in needed if not one.is_made]
     if missing:
         count = _log if compiling is None else compiling

@@ -87,7 +87,7 @@ def run(asked: FitOptions) -> ExitStatus:
         check_writable(asked.out, "--out")
     made = make_engine(asked.engine)
     found = find_clean_events(read_tracks(tracks, surface), surface)
-    compile_first((), asked.engine)
+    compile_first([], asked.engine)
     with (
         counting(f"fitting {made.name}") as count,
         engine_process(made, asked.time_limit) as playing,

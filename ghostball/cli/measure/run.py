@@ -26,6 +26,7 @@ from ghostball.cli.shared.terminal import busy, say, stdout
 from ghostball.model import EventKind, Result, partner_name
 from ghostball.model.strokes import StruckBall, struck_balls
 from ghostball.reference_adapters import make_engine
+from ghostball.reference_adapters.registry import OURS
 from ghostball.reports import plot_result
 from ghostball.reports.plot import is_film
 from ghostball.validation.exit_status import ExitStatus
@@ -65,7 +66,7 @@ def run(asked: RunOptions) -> ExitStatus:
     shot = find_scene(asked.scene)
     if record is None and shot.table is not None and shot.table.holes:
         record = RecordChoice.EVENTS  # the events tell which balls were pocketed
-    compile_first([shot], asked.engine)
+    compile_first([shot] if made.name == OURS else [], asked.engine)
     with busy(f"{shot.name} on {asked.engine}"), engine_process(made, asked.time_limit) as playing:
         result = run_engine(playing, shot, (record or RecordChoice.REST).value)
     if plot is not None:

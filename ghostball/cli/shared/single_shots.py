@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
@@ -14,13 +14,11 @@ from rich.markup import escape
 from ghostball.cli.options import processor_count
 from ghostball.cli.shared.progress import COMPILING, counting
 from ghostball.cli.shared.terminal import say, say_printed
-from ghostball.engine.needed_kernels import kernels_of
 from ghostball.model import GhostballError, Result, Scene
 from ghostball.reference_adapters import ReferenceEngine
-from ghostball.reference_adapters.stepping.kernels import adapter_kernels
 from ghostball.reports.plot import ENDINGS, FILMS
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.parallel.compiling import compile_kernels
+from ghostball.validation.parallel.compiling import compile_kernels, needed_kernels
 from ghostball.validation.runs.engine_runs import in_other_process
 
 
@@ -37,16 +35,16 @@ def engine_process(engine: ReferenceEngine, time_limit: float) -> Iterator[Refer
         yield found
 
 
-def compile_first(scenes: Iterable[Scene], *labels: str) -> None:
-    """Compile the kernels that shots of these scenes on these engines need, with a bar.
+def compile_first(scenes: Sequence[Scene], label: str) -> None:
+    """Compile the missing kernels of an engine's adapter and of our engine, with a bar.
 
-    An engine that runs in another process would compile them there, unseen.
+    An engine that runs in another process would compile its kernels there, without a bar.
+
+    `scenes`: played on our engine; empty if only the adapter's kernels are needed.
     """
-    scenes = tuple(scenes)
-    needed = kernels_of(scenes) + adapter_kernels(labels)
-    if not all(one.is_made for one in needed):
+    if not all(one.is_made for one in needed_kernels(scenes, [label])):
         with counting(COMPILING) as count:
-            compile_kernels(scenes, processor_count(), labels=labels, compiling=count)
+            compile_kernels(scenes, processor_count(), labels=[label], compiling=count)
 
 
 def status_of(result: Result, engine: str) -> ExitStatus:

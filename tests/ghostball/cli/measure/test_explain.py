@@ -122,7 +122,7 @@ def test_kernels_are_compiled_before_another_process_needs_them(cli, monkeypatch
     # Breaks where "engine pymunk printed: compiling ..." interrupts the answer.
     asked = []
     missing = [SimpleNamespace(is_made=False)]
-    monkeypatch.setattr(single_shots, "adapter_kernels", lambda _: missing)
+    monkeypatch.setattr(single_shots, "needed_kernels", lambda *_: missing)
     monkeypatch.setattr(
         single_shots,
         "compile_kernels",
@@ -131,6 +131,6 @@ def test_kernels_are_compiled_before_another_process_needs_them(cli, monkeypatch
     found = cli("stop", "--engine", "pymunk", "--no-attribute")
     assert found.exit_code == 0, found.output
     ((scene, labels, compiling),) = asked
-    assert (scene, labels) == ("stop", ("pymunk",))
+    assert (scene, labels) == ("stop", ["pymunk"])
     assert callable(compiling)
     assert "printed" not in found.output

@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import math
 
+import pytest
+
+from ghostball.cli.measure import run
 from ghostball.cli.measure.run import result_table
 from ghostball.cli.shared.terminal import stdout
 from ghostball.engine import simulate
@@ -31,6 +34,16 @@ def test_what_was_pocketed_is_named_by_ball_and_pocket() -> None:
     assert line.split(maxsplit=1)[1].strip() == "two (bottom-left), one (bottom)"
     plain = Scene.model_validate({"name": "three", "table": "carom-10ft", "balls": balls})
     assert "pocketed" not in shown(plain)
+
+
+@pytest.mark.parametrize(("engine", "scenes"), [("ghostball", ["stop"]), ("pymunk", [])])
+def test_only_our_engine_waits_for_our_kernels(cli, monkeypatch, engine, scenes):
+    # Breaks where a shot on another engine compiles kernels that the shot doesn't use.
+    asked = []
+    monkeypatch.setattr(run, "compile_first", lambda given, label: asked.append((given, label)))
+    assert cli("run", "stop", "-e", engine).exit_code == 0
+    ((given, label),) = asked
+    assert ([scene.name for scene in given], label) == (scenes, engine)
 
 
 def test_the_stroke_of_a_cue_is_told_with_what_it_gave() -> None:
