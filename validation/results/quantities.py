@@ -1,8 +1,9 @@
-"""Format numbers with a unit prefix that suits their size."""
+"""Texts of numbers with a unit prefix that suits their size, and of long lists of names."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 SMALLEST = 1e-16
 """Smallest number with a prefix; smaller ones get a power of ten, because few know smaller
@@ -33,3 +34,9 @@ def scaled(value: float, unit: str, digits: int = 3) -> str:
     number = rounded * 10.0**-exponent
     shown = f"{value:.0f}" if number >= 999.5 else f"{number:.{digits}g}"
     return f"{shown} {_PREFIXES[exponent]}{unit}"
+
+
+def listed(names: Sequence[str], most: int) -> str:
+    """Return the first `most` names, and how many more there are: "a, b and 3 more"."""
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")

@@ -20,6 +20,7 @@ from ghostball.validation.results.database import (
 from ghostball.validation.results.fields import Environment
 from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.motions import motion_of_case, put_motion
+from ghostball.validation.results.quantities import listed
 from ghostball.validation.results.record_store import RecordStore, RunState
 from ghostball.validation.results.records import (
     CERTIFIED,
@@ -117,7 +118,7 @@ class Results:
         return (
             f"<Results in {str(self.path)!r}: {self.environment.get('state', 'unknown')}, "
             f"{len(self.cases)} cases{varied}: {len(self.scene_names)} scenes on "
-            f"{_few(self.labels)}>"
+            f"{listed(self.labels, LISTED)}>"
         )
 
     @classmethod
@@ -262,9 +263,3 @@ def has_results(folder: Path) -> bool:
 def _case_of(what: str, text: str, reused: bool) -> CaseRecord:
     case: CaseRecord = record_of(_RECORD, text, what)
     return replace(case, reused=True) if reused else case
-
-
-def _few(labels: list[str]) -> str:
-    """Return the first labels, and how many more there are."""
-    more = len(labels) - LISTED
-    return ", ".join(labels[:LISTED]) + (f" and {more} more" if more > 0 else "")

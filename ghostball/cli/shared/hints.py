@@ -10,6 +10,7 @@ from ghostball.reference_adapters import EngineError, make_engine, names_class
 from ghostball.reports.accuracy import allowed_text, allowing_check
 from ghostball.reports.style import format_length
 from ghostball.validation.checks.verdict import Verdict, few_ends_judged, is_unfinished, verdict_of
+from ghostball.validation.results.quantities import listed
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes import commands
 from ghostball.validation.suite.hints import lacked, shared, simplest, tried_by, untried
@@ -35,8 +36,9 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
     name = escape(label)
     if missing := lacked(own):
         unable = sum(verdict_of(case) is Verdict.NOT_REPRESENTABLE for case in own)
-        listed = _listed([f"{what} ({count})" for what, count in missing.items()])
-        yield f"[dim]{name} doesn't support {unable} of these scenes (–). Missing: {listed}[/]"
+        counted = [f"{what} ({count})" for what, count in missing.items()]
+        few = listed(counted, NAMES_LISTED)
+        yield f"[dim]{name} doesn't support {unable} of these scenes (–). Missing: {few}[/]"
     try:
         found = untried(make_engine(label), set().union(*map(tried_by, own)))
     except EngineError:
@@ -48,7 +50,7 @@ def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
         (False, "no shipped scene that it supports tests this"),
     ):
         if names := [one.value for one, scene in found.items() if bool(scene) is is_shipped]:
-            parts.append(f"{_listed(names)}: {what}")
+            parts.append(f"{listed(names, NAMES_LISTED)}: {what}")
     if parts:
         said = escape("; ".join(parts))
         yield f"[yellow]{name} claims features that no scene tested:[/] {said}"
@@ -79,8 +81,3 @@ def _largest_passed(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
     if names_class(label) and not failed:  # else a failure comes first
         command = escape(commands.explain(case.scene, label))
         yield f"next: `{command}` shows what causes this error"
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - NAMES_LISTED
-    return ", ".join(names[:NAMES_LISTED]) + (f" and {more} more" if more > 0 else "")
