@@ -1,6 +1,6 @@
-"""What comes next: times of impact of every pair for few balls, a broad phase by cells for many.
+"""Predict which pairs of balls touch next, and when.
 
-`scheduler` is what the loop calls of either: `all_pairs`; or `broad_phase`, with `grid` and
-`priority_queue`. `time_of_impact` is when two balls touch, `due_pairs` which pairs do, and `ties`
-who comes first.
+`scheduler` is the interface that the event loop uses. It has two implementations: `all_pairs` for
+few balls, and `broad_phase` (with `grid` and `priority_queue`) for many. `time_of_impact` computes
+when two balls touch, `due_pairs` decides which pairs do, and `ties` orders events of equal time.
 """

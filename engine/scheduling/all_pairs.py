@@ -1,16 +1,17 @@
-"""Few balls: a lower bound of the time of impact of every pair, computed when it is needed.
+"""Scheduler for few balls: stores a lower bound on the time of impact of every pair.
 
-Contact needs the relative motion, projected on today's line of centres, to have closed the gap: the
-first root of a quadratic, never later than the first entering root of the true quartic. So a pair
-costs one quadratic; only when its bound becomes the earliest of all is the step repeated from that
-instant (conservative advancement), which converges to the true root quadratically and from outside,
-so that no contact is passed over. Each pair stands once, in the row of the ball that was recomputed
-last; a bound beyond either ball's own next event is dropped, since the motion changes there and the
-row is computed again. Where a motion is no parabola, its jerk makes the bound sooner; where nothing
-slows balls, the quadratic's root is the contact itself.
+The bound of a pair is the time at which its relative motion, projected on the present line of
+centres, closes the gap. This time is the first root of a quadratic. It is never later than the
+contact, which is a root of a quartic. If the bound of a pair becomes the earliest of all, it is
+computed again from the positions at that time (conservative advancement). These bounds converge
+quadratically, and never pass a contact.
 
-`scheduling.broad_phase` is the other scheduler; `scheduling.scheduler` is what the loop uses of
-either.
+Each pair is stored once, in the row of the ball that was updated last. A bound later than the next
+own event of either ball is dropped: that event changes the motion and updates the row. If a motion
+isn't a parabola, a limit on its jerk makes the bound earlier. If nothing slows the balls, the root
+is the contact time itself.
+
+`scheduling.broad_phase` is the other scheduler; `scheduling.scheduler` is their common interface.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from ghostball.engine.scheduling.time_of_impact import first_bound, time_to_bent
 
 @kernel(inline=True)
 def update(world: World, t: float) -> None:
-    """Bound anew every pair of the balls in `balls.touched`, whose motion changed at t [s]."""
+    """Recompute the bounds of the balls in `balls.touched`, whose motion changed at t [s]."""
     balls = world.balls
     for m in range(balls.touched[0]):
         _track(world, balls.touched[1 + m])
@@ -49,7 +50,7 @@ def update(world: World, t: float) -> None:
 
 @kernel(inline=True)
 def _track(world: World, i: int) -> None:
-    """Copy from ball i what its bounds need."""
+    """Copy the numbers of ball i that bounds need to `pairs.track`."""
     balls, pairs = world.balls, world.pairs
     at = (i // st.TRACK_BALLS) * (st.TRACKS * st.TRACK_BALLS) + i % st.TRACK_BALLS
     pairs.track[at + st.TRACK_X] = balls.state[i].x
@@ -66,14 +67,14 @@ def _track(world: World, i: int) -> None:
 
 @kernel(inline=True)
 def _track_bend(powers: FloatArray | None, world: World, i: int, at: int) -> None:
-    """Copy from ball i how it bends, if any does."""
+    """Copy the jerk of ball i to `pairs.track`, if the run has motions with jerk."""
     if powers is not None:
         world.pairs.track[at + st.TRACK_JERK] = jerk(world.balls, i)
 
 
 @kernel(inline=True)
 def _update_ball(world: World, i: int, t: float) -> None:
-    """Bound anew every pair of ball i; its row takes them over from the others' rows."""
+    """Recompute all bounds of ball i in its row, and delete them from the other rows."""
     balls, pairs, contacts = world.balls, world.pairs, world.contacts
     n = len(balls.own_kind)
     _bound_row(balls.powers, balls.height, world, i, t)
@@ -97,7 +98,7 @@ def _update_ball(world: World, i: int, t: float) -> None:
 def _bound_row(
     powers: FloatArray | None, height: FloatArray | None, world: World, i: int, t: float
 ) -> None:
-    """Put in row i when, at the soonest, ball i touches each of the others after the instant t."""
+    """Put in row i the earliest times after t [s] at which ball i can touch each other ball."""
     balls = world.balls
     n = len(balls.own_kind)
     if height is not None and may_meet_in_space(height, balls):
@@ -120,7 +121,7 @@ def _bound_row(
 
 @kernel
 def _bound_each(world: World, i: int, t: float) -> None:
-    """`_bound_row` while balls may meet in space."""
+    """Do the same as `_bound_row` if balls may meet above the cloth."""
     balls = world.balls
     n = len(balls.own_kind)
     for j in range(n):
@@ -144,11 +145,12 @@ def _bound_block(
     radius: float,
     own_time: float,
 ) -> None:
-    """Put in `bounds` when, at the soonest, a ball touches each of those in a block of `track`.
+    """Put in `bounds` the earliest times at which a ball can touch each ball of a block of `track`.
 
-    From the instant t [s], at which the ball is and moves as given; inf where it can't. For the
-    ball itself, a number without meaning. `relative_motion` and `first_crossing` written out,
-    without branches, so that the compiler makes vector instructions of it, to the same bits.
+    The arguments are the motion of the ball at time t [s]. A time is inf if the two can't touch;
+    the entry for the ball itself is meaningless. The code repeats `relative_motion` and
+    `first_crossing` without branches, so that the compiler can vectorise it. The results are
+    bit-identical.
     """
     for j in range(len(bounds)):
         s = t - track[st.TRACK_EPOCH + j]
@@ -158,7 +160,7 @@ def _bound_block(
         ry = track[st.TRACK_Y + j] + displacement(vy_j, ay_j, s) - y
         ux, uy = speed(vx_j, ax_j, s) - vx, speed(vy_j, ay_j, s) - vy
         distance = math.sqrt(rx * rx + ry * ry)
-        # All three scaled by the distance, which saves dividing by it.
+        # All three are multiplied by the distance, which saves divisions.
         gap = distance * (distance - (radius + track[st.TRACK_RADIUS + j]))
         rate = rx * ux + ry * uy
         pull = rx * (ax_j - ax) + ry * (ay_j - ay)
@@ -184,7 +186,7 @@ def _bent_block(
     bent: float,
     left: float,
 ) -> None:
-    """As `_bound_block`, where a ball may be on no parabola; this one begins its piece now."""
+    """Do the same as `_bound_block` for motions with jerk; the given ball's piece starts at t."""
     for j in range(len(bounds)):
         s = t - track[st.TRACK_EPOCH + j]
         ax_j, ay_j = track[st.TRACK_AX + j], track[st.TRACK_AY + j]
@@ -223,10 +225,10 @@ def _meet_block(
     radius: float,
     own_time: float,
 ) -> None:
-    """Put in `bounds` when a ball touches each in a block of `track`, where none is ever slowed.
+    """Put in `bounds` when a ball touches each ball of a block of `track`, if nothing slows balls.
 
-    As `_bound_block`, but the distance of two centres that move uniformly is a quadratic itself, so
-    that its root is no bound, but the contact.
+    Like `_bound_block`. The squared distance of two centres in uniform motion is a quadratic in
+    time, so its root is the contact time itself rather than a bound.
     """
     for j in range(len(bounds)):
         s = t - track[st.TRACK_EPOCH + j]
@@ -246,7 +248,7 @@ def _meet_block(
 
 @kernel(inline=True)
 def rescan(world: World, i: int) -> None:
-    """Find the least bound of row i again, and ball i's next event."""
+    """Find the smallest bound of row i, and the time of the next event of ball i."""
     pairs = world.pairs
     n = len(world.balls.own_kind)
     least = _least(pairs.bound[i * n : i * n + n])
@@ -256,7 +258,7 @@ def rescan(world: World, i: int) -> None:
 
 @kernel
 def _least(values: FloatArray) -> float:
-    """Return the least of `values`; four at a time, since each comparison waits for the last."""
+    """Return the smallest of `values`, from four minima that the processor computes in parallel."""
     a, b, c, d = math.inf, math.inf, math.inf, math.inf
     fours = len(values) // 4 * 4
     for k in range(0, fours, 4):
@@ -271,11 +273,12 @@ def _least(values: FloatArray) -> float:
 
 @kernel(inline=True)
 def earliest(world: World) -> tuple[float, int, int]:
-    """As `scheduling.scheduler.earliest`.
+    """Implement `scheduling.scheduler.earliest`.
 
-    Of several own events at one instant, one coming to rest: so a ball that has all but stopped is
-    at rest before its neighbours are looked at again. Of two that touch each other and meet a
-    cushion together, the first by place, not by number.
+    If several own events have the same time, those that end a motion come first
+    (`takes_precedence`). So a ball that has almost stopped is at rest before its neighbours are
+    checked again. Of two balls that touch each other and reach a cushion simultaneously, the
+    position decides, not the index.
     """
     balls = world.balls
     t = _least(world.pairs.next)
@@ -293,7 +296,7 @@ def earliest(world: World) -> tuple[float, int, int]:
 
 @kernel
 def _places(values: FloatArray, value: float) -> tuple[int, int]:
-    """Return where `value` first stands in `values`, and how often."""
+    """Return the index of the first entry equal to `value`, and the number of such entries."""
     count = 0
     for k in range(len(values)):
         count += values[k] == value
@@ -305,7 +308,7 @@ def _places(values: FloatArray, value: float) -> tuple[int, int]:
 
 @kernel(inline=True)
 def set_aside(world: World, i: int, j: int) -> float:
-    """As `scheduling.scheduler.set_aside`: row i is as if it hadn't the pair."""
+    """Implement `scheduling.scheduler.set_aside`: delete the pair from row i."""
     pairs = world.pairs
     pairs.bound[i * len(pairs.least) + j] = math.inf
     rescan(world, i)
@@ -314,7 +317,7 @@ def set_aside(world: World, i: int, j: int) -> float:
 
 @kernel(inline=True)
 def put_bound(pairs: Pairs, i: int, j: int, bound: float) -> None:
-    """As `scheduling.scheduler.put_bound`."""
+    """Implement `scheduling.scheduler.put_bound`."""
     pairs.bound[i * len(pairs.least) + j] = bound
     pairs.least[i] = min(pairs.least[i], bound)
     pairs.next[i] = min(pairs.next[i], bound)
@@ -322,7 +325,7 @@ def put_bound(pairs: Pairs, i: int, j: int, bound: float) -> None:
 
 @kernel(inline=True)
 def next_due(pairs: Pairs, t: float, start: int) -> int:
-    """As `scheduling.scheduler.next_due`."""
+    """Implement `scheduling.scheduler.next_due`."""
     for i in range(start, len(pairs.least)):
         if pairs.least[i] <= t:
             return i
@@ -331,7 +334,7 @@ def next_due(pairs: Pairs, t: float, start: int) -> int:
 
 @kernel(inline=True)
 def list_due(world: World, i: int, t: float) -> int:
-    """As `scheduling.scheduler.list_due`; a pair is listed once."""
+    """Implement `scheduling.scheduler.list_due`; each pair is listed once."""
     n = len(world.pairs.least)
     other, ties = _places(world.pairs.bound[i * n : i * n + n], t)
     world.balls.near[0] = other
@@ -340,7 +343,7 @@ def list_due(world: World, i: int, t: float) -> int:
 
 @kernel
 def _list_several(world: World, i: int, t: float) -> int:
-    """`list_due`, where not exactly one pair is due."""
+    """Do the same as `list_due` if none or several pairs are due."""
     count, n = 0, len(world.pairs.least)
     for j in range(n):
         if world.pairs.bound[i * n + j] <= t:
@@ -351,13 +354,13 @@ def _list_several(world: World, i: int, t: float) -> int:
 
 @kernel(inline=True)
 def more_due(pairs: Pairs, until: float) -> bool:
-    """As `scheduling.scheduler.more_due`; true where a listed pair isn't set aside."""
+    """Implement `scheduling.scheduler.more_due`; also true if a listed pair wasn't set aside."""
     return _until(pairs.least, until) > 0
 
 
 @kernel
 def _until(values: FloatArray, last: float) -> int:
-    """Return how many of `values` are at most `last`."""
+    """Return the number of `values` that are at most `last`."""
     count = 0
     for k in range(len(values)):
         count += values[k] <= last
@@ -366,7 +369,7 @@ def _until(values: FloatArray, last: float) -> int:
 
 @kernel(inline=True)
 def bound_of(pairs: Pairs, i: int, j: int) -> float:
-    """As `scheduling.scheduler.bound_of`: the pair is in one of two rows."""
+    """Implement `scheduling.scheduler.bound_of`: the pair is in the row of one of its balls."""
     n = len(pairs.least)
     bound: float = min(pairs.bound[i * n + j], pairs.bound[j * n + i])
     return bound

@@ -1,16 +1,18 @@
-"""Many balls: a broad phase by cells bounds the times of impact with neighbours only.
+"""Scheduler for many balls: a grid of cells, with bounds only for neighbours.
 
-The other scheduler, `scheduling.all_pairs`, keeps a bound for every pair. Here (`scheduling.grid`)
-a ball only meets those in its own cell and the eight around it; when it moves into another, it
-meets the balls of three new ones. Each ball keeps in its slot only its earliest bound, with whom
-(its partner), and one bound for all the others. Whether the partner has changed its motion
-meanwhile is seen by a stamp when the slot is due; then only the bound for the others is left, and
-the slot is filled anew when that is due. A tournament (`scheduling.priority_queue`) finds the
-earliest.
+The other scheduler, `scheduling.all_pairs`, stores a bound for every pair. This one checks a ball
+only against the balls in its own cell and in the eight cells around it (`scheduling.grid`). When
+the ball enters another cell, it is checked against the balls of three new cells.
 
-The answers are those of `scheduling.all_pairs` to the bit. The bounds of a pair are a sequence that
-begins where the later of the two changed its motion, each found from the one before; whoever asks,
-and when, gets the first of them that is not past.
+Each ball has one slot, with its earliest bound, the other ball of this bound (the partner), and one
+bound for all remaining neighbours. If the partner changes its motion, the slot isn't updated at
+once. When the slot is due, a stamp shows that the partner has changed. The bound for the remaining
+neighbours then takes its place, and the slot is filled again when that one is due. A priority queue
+(`scheduling.priority_queue`) finds the earliest slot.
+
+The results are bit-identical to those of `scheduling.all_pairs`. The bounds of a pair are a fixed
+sequence. It starts at the last change of motion of either ball, and each bound is computed from the
+one before. A query returns the first bound of this sequence that isn't past, whenever it is made.
 """
 
 from __future__ import annotations
@@ -35,16 +37,17 @@ from ghostball.engine.scheduling.time_of_impact import (
 )
 
 _REJECT_MARGIN = 2.0**-30
-"""What a bound must be later by, relative to the distance, to be seen without computing it."""
+"""Margin, relative to the squared distance, by which a pair must stay open to be skipped without
+computing its bound."""
 
 _MOST_STEPS = 2**20
-"""Steps towards a contact after which a run fails: a few are enough, since each is nearer by the
-square."""
+"""Number of advancements towards a contact after which a run fails. Usually a few are enough,
+because they converge quadratically."""
 
 
 @kernel(inline=True)
 def update(world: World, t: float) -> None:
-    """Fill anew the slots of the balls in `balls.touched`, whose motion changed at t [s]."""
+    """Refill the slots of the balls in `balls.touched`, whose motion changed at t [s]."""
     balls, cells = world.balls, world.cells
     for m in range(1, balls.touched[0] + 1):
         i = balls.touched[m]
@@ -52,7 +55,7 @@ def update(world: World, t: float) -> None:
         if cells.link[i, st.CELL_COLUMN] == 0:
             put_in_cell(world, i)
     for m in range(1, balls.touched[0] + 1):
-        # A pair of two that changed goes to the slot of the one that comes later.
+        # A pair of two changed balls goes into the slot of the ball with the higher index.
         i = balls.touched[m]
         cells.slot[i, st.LEAVES] = time_in_cell(world, i, t)
         _fill_slot(world, i, t, True)
@@ -60,7 +63,7 @@ def update(world: World, t: float) -> None:
 
 @kernel(inline=True)
 def bound_of(world: World, i: int, j: int, t: float) -> float:
-    """As `scheduling.scheduler.bound_of`, found anew: t if they touch then, or a later one."""
+    """Implement `scheduling.scheduler.bound_of` anew: return t if the pair touches, or later."""
     balls = world.balls
     if holds(world.contacts, i, j):
         return math.inf
@@ -74,7 +77,7 @@ def bound_of(world: World, i: int, j: int, t: float) -> float:
 
 @kernel
 def _later_bound(world: World, i: int, j: int, bound: float, t: float, end: float) -> float:
-    """Advance a bound that is not past the instant t [s] until it is, or the pair touches."""
+    """Advance a bound until it is later than t [s], or until the pair touches; return the bound."""
     counters = world.log.counters
     for _ in range(_MOST_STEPS):
         if not bound <= t:
@@ -91,9 +94,9 @@ def _later_bound(world: World, i: int, j: int, bound: float, t: float, end: floa
 
 @kernel(inline=True)
 def _fill_slot(world: World, i: int, t: float, shares: bool) -> None:
-    """Put in ball i's slot its earliest bound from the instant t [s] on, and the next after that.
+    """Put in the slot of ball i its earliest bound from t [s] on, and the next one after it.
 
-    Where it shares, pairs with balls that changed too and come later are left to those.
+    If `shares`, pairs with a changed ball of a higher index are left to the slot of that ball.
     """
     cells = world.cells
     cells.slot[i, st.LEAST] = math.inf
@@ -109,13 +112,13 @@ def _fill_slot(world: World, i: int, t: float, shares: bool) -> None:
 
 @kernel
 def refill_slot(world: World, i: int, t: float) -> None:
-    """`_fill_slot`, but not written into the caller: where it is rare."""
+    """Do the same as `_fill_slot` with `shares` false, without inlining, for rare calls."""
     _fill_slot(world, i, t, False)
 
 
 @kernel(inline=True)
 def _meet_cell(world: World, i: int, cell: int, t: float, shares: bool) -> None:
-    """Enter in ball i's slot its bounds with the balls of a cell; but not its partner again."""
+    """Enter in the slot of ball i its bounds with the balls of a cell, except its partner."""
     cells = world.cells
     j = cells.first[cell]
     while j != st.NOWHERE:
@@ -131,19 +134,20 @@ def _meet_cell(world: World, i: int, cell: int, t: float, shares: bool) -> None:
 
 @kernel(inline=True)
 def _meet_ball(world: World, i: int, j: int, t: float) -> None:
-    """Enter in ball i's slot its bound with ball j, if it is one of the first two.
+    """Enter in the slot of ball i its bound with ball j, if it is among the two earliest.
 
-    Most neighbours move away, or come later than two others; that is decided without a square root.
-    A bound is the first root of c + b s + p s^2 / 2, with b = r . v, p = r . a and c = d (d - D);
-    where all balls move uniformly, of (d^2 - D^2) / 2 + b s + v^2 s^2 / 2. Neither polynomial is
-    below f(s) = (d^2 - D^2) / 2 + b s + min(p, 0) s^2 / 2 with the largest diameter for D, since
-    (d^2 - D^2) / 2 = (d - D)(d + D) / 2 <= d (d - D). f is straight or bends down: where it is
-    positive at first and at the instant of `SECOND_BOUND`, it is positive in between, and neither
-    has a root before. `_REJECT_MARGIN` d^2 covers the rounding of the sum as long as |b| s is below
-    some 2^20 d^2; with a larger |b| s, f is negative far beyond rounding.
+    Most neighbours move apart, or touch later than two other neighbours. A test without a square
+    root finds them. A bound is the first root of c + b s + p s^2 / 2 with b = r . v, p = r . a and
+    c = d (d - D). If all balls move uniformly, it is the first root of (d^2 - D^2) / 2 + b s + v^2
+    s^2 / 2. Let f(s) = (d^2 - D^2) / 2 + b s + min(p, 0) s^2 / 2, with the largest diameter for D.
+    Neither polynomial is below f, because (d^2 - D^2) / 2 = (d - D)(d + D) / 2 <= d (d - D). f is
+    linear or concave: if it is positive at the start and at the time of `SECOND_BOUND`, it is
+    positive in between, and neither polynomial has a root before that time. `_REJECT_MARGIN` d^2
+    covers the rounding of the sum if |b| s is below about 2^20 d^2. If |b| s is larger, f is far
+    more negative than rounding.
 
-    A pair that is left out comes no sooner than `SECOND_BOUND`, which stays a bound for all but the
-    partner.
+    A skipped pair can't touch before `SECOND_BOUND`, so this remains a bound for all neighbours
+    except the partner.
     """
     balls, cells = world.balls, world.cells
     start = max(balls.state[i].epoch, balls.state[j].epoch)
@@ -170,7 +174,7 @@ def _meet_ball(world: World, i: int, j: int, t: float) -> None:
 
 @kernel(inline=True)
 def _enter_bound(world: World, i: int, j: int, bound: float, t: float) -> None:
-    """Enter in ball i's slot a bound with ball j, found without looking, if it is among the two."""
+    """Enter a bound with ball j in the slot of ball i, if it is among the two earliest."""
     cells = world.cells
     world.log.counters[st.BOUNDS] += 1
     others = cells.slot[i, st.SECOND_BOUND]
@@ -189,7 +193,7 @@ def _enter_bound(world: World, i: int, j: int, bound: float, t: float) -> None:
 
 @kernel(inline=True)
 def enter_next(world: World, i: int) -> None:
-    """Enter ball i's next instant in the tree."""
+    """Enter the time of the next entry of ball i in the priority queue."""
     cells = world.cells
     slot = min(cells.slot[i, st.LEAST], cells.slot[i, st.LEAVES])
     own_time = world.balls.state[i].own_time
@@ -200,12 +204,12 @@ def enter_next(world: World, i: int) -> None:
 
 @kernel(inline=True)
 def earliest(world: World) -> tuple[float, int, int]:
-    """As `scheduling.scheduler.earliest`.
+    """Implement `scheduling.scheduler.earliest`.
 
-    What concerns no ball's motion is done on the way: balls move to other cells, and slots that a
-    partner left are filled anew. Where own events tie, the least kind of them is kept, so that the
-    next of that kind is taken without a look at all the others; but for balls that meet cushions at
-    one instant, which are compared by place, each with all.
+    The function also does the work that changes no motion: it moves balls to other cells, and
+    refills slots whose partner has changed. If own events tie, it stores the smallest kind among
+    them, so that the next event of that kind is found without comparing all. Balls that reach
+    cushions simultaneously are ordered by position, so each is compared with all others.
     """
     cells, counters = world.cells, world.log.counters
     while True:
@@ -232,7 +236,8 @@ def earliest(world: World) -> tuple[float, int, int]:
                 cells.link[cells.link[i, st.SLOT_PARTNER], st.STAMP]
                 != cells.link[i, st.PARTNER_STAMP]
             ):
-                # Nothing with the others is due before `SECOND_BOUND`; often an event comes sooner.
+                # No other neighbour is due before `SECOND_BOUND`, and often another event comes
+                # first.
                 cells.slot[i, st.LEAST] = cells.slot[i, st.SECOND_BOUND]
                 cells.link[i, st.SLOT_PARTNER] = st.NOWHERE
                 enter_next(world, i)
@@ -240,7 +245,7 @@ def earliest(world: World) -> tuple[float, int, int]:
             i = st.NOWHERE if alone else first_due(cells.tree, t, i + 1)
             looked += 1
         if is_done:
-            # Short of the pause: a run that continues has to resolve what it found before the next.
+            # Stay below the pause, so that a continued run first resolves the event found here.
             spare = max(counters[st.PAUSE_AT] - 1 - counters[st.WORK], 0)
             counters[st.WORK] += min(looked, spare)
             if single != st.NOWHERE and not alone:
@@ -253,16 +258,19 @@ def earliest(world: World) -> tuple[float, int, int]:
 
 @kernel(inline=True)
 def _is_of_tied_kind(world: World, i: int) -> bool:
-    """Whether ball i's own event is of the least kind at `TIED_AT`, of which any may come first."""
+    """Return whether the own event of ball i has the smallest kind at `TIED_AT`.
+
+    Any ball with such an event may come first, except at cushions.
+    """
     kind = world.balls.own_kind[i]
     return bool(kind == world.cells.frame[st.TIED_KIND] and kind < st.OWN_CUSHION)
 
 
 @kernel(inline=True)
 def _move_on(world: World, i: int, t: float) -> None:
-    """Move ball i to the next cell on its way, at t [s]; there it meets the balls of three more.
+    """Move ball i to the next cell on its path, at t [s], and check it against three new cells.
 
-    Where it is only said that it can't leave before t, see when it does from there.
+    If t is only a bound on the time at which the ball leaves, compute this time again instead.
     """
     cells = world.cells
     if cells.link[i, st.LEAVES_BY] == st.NOWHERE:
@@ -284,7 +292,7 @@ def _move_on(world: World, i: int, t: float) -> None:
 
 @kernel(inline=True)
 def set_aside(world: World, i: int) -> float:
-    """As `scheduling.scheduler.set_aside`; nothing is moved."""
+    """Implement `scheduling.scheduler.set_aside`; nothing is stored."""
     cells = world.cells
     others = min(
         cells.slot[i, st.SECOND_BOUND], cells.slot[i, st.LEAVES], world.balls.state[i].own_time
@@ -295,7 +303,7 @@ def set_aside(world: World, i: int) -> float:
 
 @kernel(inline=True)
 def put_bound(world: World, i: int, j: int, bound: float, t: float) -> None:
-    """As `scheduling.scheduler.put_bound`: in the slots of both, where they have it."""
+    """Implement `scheduling.scheduler.put_bound`: in the slots of both balls that hold the pair."""
     if _is_moved_on(world.cells, i, j, bound, t):
         _advance_slot(world, i, bound, t)
     if _is_moved_on(world.cells, j, i, bound, t):
@@ -304,14 +312,14 @@ def put_bound(world: World, i: int, j: int, bound: float, t: float) -> None:
 
 @kernel(inline=True)
 def _is_moved_on(cells: Cells, i: int, j: int, bound: float, t: float) -> bool:
-    """Whether ball i's slot has a bound with ball j that is due at t, and another than `bound`."""
+    """Return whether the slot of ball i has a bound with ball j due at t and below `bound`."""
     least = cells.slot[i, st.LEAST]
     return bool(least <= t and least < bound and cells.link[i, st.SLOT_PARTNER] == j)
 
 
 @kernel
 def _advance_slot(world: World, i: int, bound: float, t: float) -> None:
-    """Move on ball i's slot to its next bound with its partner, if that is still its earliest."""
+    """Set the slot of ball i to the next bound with its partner, if this is still the earliest."""
     if bound < math.inf and bound <= world.cells.slot[i, st.SECOND_BOUND]:
         world.cells.slot[i, st.LEAST] = bound
         enter_next(world, i)
@@ -321,13 +329,13 @@ def _advance_slot(world: World, i: int, bound: float, t: float) -> None:
 
 @kernel(inline=True)
 def next_due(cells: Cells, t: float, start: int) -> int:
-    """As `scheduling.scheduler.next_due`."""
+    """Implement `scheduling.scheduler.next_due`."""
     return first_due(cells.tree, t, start)
 
 
 @kernel(inline=True)
 def list_due(world: World, i: int, t: float) -> int:
-    """As `scheduling.scheduler.list_due`."""
+    """Implement `scheduling.scheduler.list_due`."""
     if world.cells.slot[i, st.SECOND_BOUND] > t:
         world.balls.near[0] = world.cells.link[i, st.SLOT_PARTNER]
         return 1
@@ -336,7 +344,7 @@ def list_due(world: World, i: int, t: float) -> int:
 
 @kernel
 def _list_several(world: World, i: int, t: float) -> int:
-    """`list_due`, where another pair is as early; or the same, met again in another cell."""
+    """Do the same as `list_due` if two entries are due: two pairs, or one pair from two cells."""
     balls, cells = world.balls, world.cells
     refill_slot(world, i, t)
     if cells.slot[i, st.LEAST] > t:
@@ -355,7 +363,7 @@ def _list_several(world: World, i: int, t: float) -> int:
 
 @kernel(inline=True)
 def more_due(world: World, listed: int, t: float, until: float) -> bool:
-    """As `scheduling.scheduler.more_due`."""
+    """Implement `scheduling.scheduler.more_due`."""
     balls, cells = world.balls, world.cells
     for c in range(listed):
         for i in (balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]):

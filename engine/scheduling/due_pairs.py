@@ -1,8 +1,8 @@
-"""What becomes of bounds that are due: which pairs touch, which hit first, and which together.
+"""Decide which pairs with an expired bound touch, which collide first, and which simultaneously.
 
-One judgement for both schedulers, so that few balls and many come to the same bits. A bound is no
-contact yet: a pair is judged where its balls are at that instant, and where it doesn't touch, it
-has a later bound (conservative advancement).
+Both schedulers use this code, so the results are bit-identical for any number of balls. An expired
+bound is not a contact. The pair is checked at its positions at that time and, if it doesn't touch,
+gets a later bound (conservative advancement).
 """
 
 from __future__ import annotations
@@ -36,31 +36,33 @@ from ghostball.engine.scheduling.time_of_impact import IMPACT, LASTING, NOT_YET,
 
 
 class Event(NamedTuple):
-    """What happens next: one ball's own event, or pairs that touch.
+    """Next event: the own event of a ball, or pairs that touch.
 
-    `judged` isn't counted yet: an event that waits for `Contacts` is resolved twice.
+    `judged` isn't added to the counters yet, because an event that waits for `Contacts` is resolved
+    twice.
     """
 
-    t: float  # [s]; inf: nothing does
-    ball: int  # whose own event it is, or -1
-    pairs: int  # how many pairs touch: the first rows of `balls.touching`, by their indices
-    verdict: int  # of these pairs, IMPACT or LASTING
-    judged: int  # pairs that were found to touch, also those that wait for the fastest
+    t: float  # [s]; inf: no event
+    ball: int  # ball of an own event, or -1
+    pairs: int  # number of touching pairs: first rows of `balls.touching`, sorted by index
+    verdict: int  # IMPACT or LASTING, for these pairs
+    judged: int  # number of pairs found to touch, including those that wait for the fastest
 
 
 @kernel(inline=True)
 def own_event(t: float, ball: int) -> Event:
-    """Return the event that a ball has of its own at the instant t [s]; or none, where it is -1."""
+    """Return the own event of a ball at time t [s]; an event of no ball if `ball` is -1."""
     return Event(t, ball, 0, NOT_YET, 0)
 
 
 @kernel(inline=True)
 def touching(world: World, t: float, row: int) -> Event:
-    """Judge every pair whose bound is the instant t [s]; `earliest` returned t and `row`.
+    """Check every pair whose bound is t [s]; `earliest` returned t and `row`.
 
-    Return the first that touch, if nothing else comes before: all that approach, or the fastest of
-    them where impacts are sequential; or else all whose contact lasts. Return an event at inf where
-    those bounds have moved on. More than there is room for leave NO_ROOM.
+    Return the first pairs that touch, if no other event comes before. They are all approaching
+    pairs, or only the fastest if impacts are sequential. Without approaching pairs, they are all
+    pairs in resting contact. Return an event at inf if no pair touches, so that all bounds became
+    later. If the pairs don't fit into `balls.touching`, set NO_ROOM.
     """
     if row >= 0 and list_due(world, row, t) == 1:
         partner = int(world.balls.near[0])
@@ -70,7 +72,7 @@ def touching(world: World, t: float, row: int) -> Event:
 
 @kernel(inline=True)
 def _judge_one(world: World, i: int, j: int, t: float) -> Event:
-    """Advance one pair from its bound t [s] until it touches, or something else comes first."""
+    """Advance the bound t [s] of one pair until the pair touches, or another event comes first."""
     balls, laws, counters = world.balls, world.laws, world.log.counters
     until = min(set_aside(world, i, j), laws.t_max)
     end = min(meets_until(balls, i), meets_until(balls, j))
@@ -102,12 +104,13 @@ def _judge_one(world: World, i: int, j: int, t: float) -> Event:
 
 @kernel
 def _judge_several(world: World, t: float) -> Event:
-    """Judge all pairs whose bound is the instant t [s], as `touching`.
+    """Check all pairs whose bound is t [s], as `touching` does.
 
-    Of sequential impacts the fastest first, then by place. For impacts at one instant that feed
-    each other (an inelastic one with a frozen line) then die out like a relaxation of the whole
-    line, not of its end over and over. Impacts of balls in the air, or of different size where they
-    may fly, are sequential always, and come after those in the plane.
+    Sequential impacts are resolved in order of approach speed, then of position. Simultaneous
+    impacts that cause each other (for example an inelastic hit on a frozen line of balls) then die
+    out along the whole line, instead of repeating at its end. Impacts in the air, and impacts of
+    balls of different size that may leave the cloth, are always sequential and come after those in
+    the plane.
     """
     balls, laws = world.balls, world.laws
     count, lasting, judged, fastest = 0, 0, 0, 0.0
@@ -134,7 +137,7 @@ def _judge_several(world: World, t: float) -> Event:
             if not has_room(world, count, lasting):
                 return Event(t, -1, count, IMPACT, judged)
             if verdict == LASTING:
-                # From the other end, out of the way of impacts.
+                # Resting contacts are listed from the other end, apart from impacts.
                 lasting += 1
                 list_pair(balls, last - lasting, i, j)
             elif laws.simultaneous and meets_in_space(balls.height, balls, i, j):
@@ -168,11 +171,11 @@ def _judge_several(world: World, t: float) -> Event:
 
 @kernel
 def _join_ties(world: World, t: float, until: float, listed: int) -> int:
-    """List also the pairs that share a ball with a listed one, and touch too but for rounding.
+    """List also the pairs that share a ball with a listed pair and touch within rounding.
 
-    Their bounds are past the instant t, and no later than `until` [s]. Which of the gaps closes
-    first is then noise: a symmetric collision with two touching balls would be resolved one after
-    the other where coordinates are rounded. Return how many are listed now.
+    Their bounds are later than t, and at most `until` [s]. Rounding decides which of these gaps
+    closes first: without this function, a symmetric collision with two touching balls would be
+    resolved as two impacts in sequence. Return the number of listed pairs.
     """
     balls = world.balls
     count = listed

@@ -1,8 +1,8 @@
-"""The cells of the broad phase: which one a ball is in, when it leaves that, and for which.
+"""Grid of cells for the broad phase: which cell a ball is in, when it leaves, and by which side.
 
-Cells are no smaller than the largest ball, so that a ball can only touch those in its own cell and
-the eight around it. The balls of a cell are a list, linked to and fro. A border of empty cells runs
-around all others, so that each of those has eight neighbours.
+A cell is no smaller than the largest ball, so a ball can only touch balls in its own cell and the
+eight around it. The balls of a cell form a doubly linked list. A border of empty cells surrounds
+the grid, so that every cell inside has eight neighbours.
 """
 
 from __future__ import annotations
@@ -16,20 +16,21 @@ from ghostball.engine.motion.crossings import first_crossing
 from ghostball.engine.motion.position import acceleration, bend, position_at, velocity
 
 _LATE = 2.0**-24
-"""How far beyond its cell's side a ball is when it leaves, in units of that: less than the room
-that a cell has, which is larger than the largest ball. If it left at the side itself, one that goes
-along it would change cells without end at one instant, where rounding has it on either side."""
+"""Distance beyond the side of its cell at which a ball leaves, as a fraction of the side. The
+distance is less than the margin by which a cell exceeds the largest ball. A ball that moved along
+the side would otherwise change cells endlessly at one time, because rounding puts it on either
+side."""
 
 
 @kernel(inline=True)
 def cell_number(cells: Cells, column: int, row: int) -> int:
-    """Return the place of a cell in `cells.first`."""
+    """Return the index of a cell in `cells.first`."""
     return int(row * (cells.size[0] + 2) + column)
 
 
 @kernel
 def put_in_cell(world: World, i: int) -> None:
-    """Put ball i in the cell that holds its place; the outermost reach as far as the cloth."""
+    """Put ball i in the cell at its position; a ball outside the grid goes to the nearest cell."""
     cells = world.cells
     x, y = world.balls.state[i].x - cells.frame[0], world.balls.state[i].y - cells.frame[1]
     column = min(max(int(x / cells.frame[2]), 0), cells.size[0] - 1)
@@ -63,7 +64,7 @@ def _leave(cells: Cells, i: int) -> None:
 
 @kernel(inline=True)
 def step_on(cells: Cells, i: int) -> None:
-    """Move ball i to the next cell on its way."""
+    """Move ball i to the next cell on its path."""
     _leave(cells, i)
     side = cells.link[i, st.LEAVES_BY]
     step = -1 if side % 2 == 0 else 1
@@ -73,9 +74,9 @@ def step_on(cells: Cells, i: int) -> None:
 
 @kernel(inline=True)
 def time_in_cell(world: World, i: int, t: float) -> float:
-    """Return when ball i leaves its cell, as it moves from the instant t on; inf if never so.
+    """Return when ball i leaves its cell [s], from its motion at time t; inf if it never does.
 
-    And note the way.
+    Also store the side by which it leaves.
     """
     balls, cells = world.balls, world.cells
     side = cells.frame[2]
@@ -86,7 +87,7 @@ def time_in_cell(world: World, i: int, t: float) -> float:
     left = balls.state[i].own_time - t
     bx, by = bend(balls, i, left)
     nearer = -_LATE * side
-    # Left, right, down, up: there is no way out of the outermost.
+    # Left, right, down, up. A ball can't leave the grid.
     least, leaves_by = math.inf, 0
     if column > 1:
         least = _time_to(x - (column - 1) * side - nearer, vx, ax - bx)
@@ -103,7 +104,7 @@ def time_in_cell(world: World, i: int, t: float) -> float:
         if leaves < least:
             least, leaves_by = leaves, 3
     if bx + by > 0.0:
-        # Where the motion bends, it is a bound: the ball gets there in a few looks.
+        # If the motion has jerk, the time is a bound; a few repetitions reach the side.
         gaps = (x - (column - 1) * side, column * side - x, y - (row - 1) * side, row * side - y)
         if gaps[leaves_by] > 0.5 * nearer:
             leaves_by = st.NOWHERE
@@ -113,7 +114,7 @@ def time_in_cell(world: World, i: int, t: float) -> float:
 
 @kernel(inline=True)
 def _time_to(gap: float, rate: float, pull: float) -> float:
-    """Return when a side of the cell is reached [s], or inf: a `first_crossing`."""
+    """Return the duration [s] until the ball reaches a side of the cell, or inf."""
     if rate >= 0.0 and pull >= 0.0:
         return math.inf
     if pull == 0.0:

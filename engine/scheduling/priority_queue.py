@@ -1,4 +1,4 @@
-"""A priority queue of all balls' next instants: a tournament, with the earliest at its root."""
+"""Priority queue with the next time of every ball: a binary tree with the earliest at its root."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ghostball.engine.core.state import FloatArray
 
 @kernel(inline=True)
 def enter_instant(tree: FloatArray, i: int, t: float) -> None:
-    """Note that ball i's next instant is t [s], as far up the tree as it changes anything."""
+    """Set the next time of ball i to t [s], and update the tree above it."""
     node = len(tree) // 2 + i
     tree[node] = t
     node >>= 1
@@ -25,7 +25,7 @@ def enter_instant(tree: FloatArray, i: int, t: float) -> None:
 
 @kernel(inline=True)
 def least_of_others(tree: FloatArray, i: int) -> float:
-    """Return the earliest instant of all balls but ball i [s]."""
+    """Return the earliest next time of all balls except ball i [s]."""
     least = math.inf
     node = len(tree) // 2 + i
     while node > 1:
@@ -36,13 +36,13 @@ def least_of_others(tree: FloatArray, i: int) -> float:
 
 @kernel
 def first_due(tree: FloatArray, t: float, start: int) -> int:
-    """Return the first ball from `start` on whose next instant is t [s] or sooner, or NOWHERE."""
+    """Return the first ball from `start` on whose next time is at most t [s], or NOWHERE."""
     leaves = len(tree) // 2
     if start >= leaves:
         return st.NOWHERE
     node = leaves + start
     if not tree[node] <= t:
-        # Up, until a subtree to the right has it.
+        # Go up until a subtree to the right contains a due ball.
         while node & 1 or not tree[node + 1] <= t:
             node >>= 1
             if node <= 1:

@@ -1,8 +1,11 @@
-"""The one interface of both schedulers, which know when which pairs may touch next.
+"""Common interface of the two schedulers, which predict when pairs of balls can touch next.
 
-`scheduling.all_pairs` for few balls, `scheduling.broad_phase` for many: the latter where a scene
-has `Cells`. They differ in how they keep the bounds of pairs: each has a function for each here, of
-the same name. What becomes of bounds that are due is judged for both by `scheduling.due_pairs`.
+A scene with `Cells` uses `scheduling.broad_phase`, made for many balls; other scenes use
+`scheduling.all_pairs`. The two differ in how they store the bounds of pairs. Each implements the
+functions of this module under the same names. `scheduling.due_pairs` handles expired bounds for
+both.
+
+A bound of a pair is a time before which the two balls can't touch. It is due when that time comes.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from ghostball.engine.scheduling import all_pairs, broad_phase as in_cells
 
 @kernel(inline=True)
 def update(world: World, t: float) -> None:
-    """Bound anew every pair of the balls in `balls.touched`, whose motion changed at t [s]."""
+    """Recompute the bounds of the balls in `balls.touched`, whose motion changed at t [s]."""
     if not has_cells(world.cells):
         all_pairs.update(world, t)
     else:
@@ -24,10 +27,11 @@ def update(world: World, t: float) -> None:
 
 @kernel(inline=True)
 def earliest(world: World) -> tuple[float, int, int]:
-    """Return the instant [s] of the next event or bound; and whose.
+    """Return the time [s] of the next event or bound, its ball, and its row.
 
-    That is the ball whose own event it is, or -1, and the only row or slot of bounds that has it,
-    or -1. Of several own events at one instant, the first as `scheduling.ties` orders them.
+    The ball is that of an own event, or -1 if the next is a bound. The row is the only row or slot
+    with an entry at that time, or -1 if there are several. If several own events have the same
+    time, `scheduling.ties` decides which ball is returned.
     """
     if not has_cells(world.cells):
         return all_pairs.earliest(world)
@@ -44,9 +48,9 @@ def next_due(world: World, t: float, start: int) -> int:
 
 @kernel(inline=True)
 def list_due(world: World, i: int, t: float) -> int:
-    """Put in `balls.near` the balls with which row or slot i has a bound due at t; say how many.
+    """Put in `balls.near` the balls with a bound due at t in row or slot i; return their number.
 
-    The same pair may be listed for either of its balls.
+    A pair may be listed twice, once for each of its balls.
     """
     if not has_cells(world.cells):
         return all_pairs.list_due(world, i, t)
@@ -55,10 +59,10 @@ def list_due(world: World, i: int, t: float) -> int:
 
 @kernel(inline=True)
 def more_due(world: World, listed: int, t: float, until: float) -> bool:
-    """Whether a pair may have a bound up to `until` [s] that isn't one of the listed.
+    """Return whether a pair that isn't listed may have a bound up to `until` [s].
 
-    Those are the first `listed` of `balls.touching`, which touch at the instant t [s]. A single one
-    is set aside.
+    The listed pairs are the first `listed` rows of `balls.touching`, which touch at t [s]. If there
+    is only one, it was set aside.
     """
     if not has_cells(world.cells):
         return all_pairs.more_due(world.pairs, until)
@@ -67,7 +71,7 @@ def more_due(world: World, listed: int, t: float, until: float) -> bool:
 
 @kernel(inline=True)
 def bound_of(world: World, i: int, j: int, t: float) -> float:
-    """Return the bound of a pair at the instant t [s]; inf where a contact step holds it."""
+    """Return the bound of a pair at time t [s]; inf if a contact step holds the pair together."""
     if not has_cells(world.cells):
         return all_pairs.bound_of(world.pairs, i, j)
     return in_cells.bound_of(world, i, j, t)
@@ -75,7 +79,7 @@ def bound_of(world: World, i: int, j: int, t: float) -> float:
 
 @kernel(inline=True)
 def set_aside(world: World, i: int, j: int) -> float:
-    """Take from row or slot i its bound with ball j; return when anything else is due [s]."""
+    """Remove the bound with ball j from row or slot i; return when another entry is due [s]."""
     if not has_cells(world.cells):
         return all_pairs.set_aside(world, i, j)
     return in_cells.set_aside(world, i)
@@ -83,7 +87,7 @@ def set_aside(world: World, i: int, j: int) -> float:
 
 @kernel(inline=True)
 def put_bound(world: World, i: int, j: int, bound: float, t: float) -> None:
-    """Move on the bound of a pair that was set aside; all up to the instant t [s] is known."""
+    """Store the next bound of a pair that was set aside; everything up to t [s] is resolved."""
     if not has_cells(world.cells):
         all_pairs.put_bound(world.pairs, i, j, bound)
     else:

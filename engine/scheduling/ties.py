@@ -1,4 +1,4 @@
-"""Events of one instant: which comes first, and which belong together; for both schedulers."""
+"""Order events of equal time, and list the pairs that collide together; for both schedulers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ghostball.engine.motion.position import pair_reach, position_at, relative_m
 
 @kernel
 def takes_precedence(balls: Balls, i: int, j: int) -> bool:
-    """Whether ball i's own event is resolved before ball j's, which is at the same instant."""
+    """Return whether the own event of ball i is resolved before that of ball j at the same time."""
     if balls.own_kind[i] != balls.own_kind[j]:
         return bool(balls.own_kind[i] < balls.own_kind[j])
     if balls.own_kind[i] < st.OWN_CUSHION:
@@ -28,10 +28,10 @@ def takes_precedence(balls: Balls, i: int, j: int) -> bool:
 def comes_before(
     balls: Balls, listed: int, speed: float, fastest: float, i: int, j: int, t: float
 ) -> bool:
-    """Whether the impact of i and j, at t [s], comes before that in row 0 of `balls.touching`.
+    """Return whether the impact of i and j at t [s] comes before that in row 0 of `balls.touching`.
 
-    The faster one is; of two as fast, which is so in symmetric scenes, the one whose point of
-    contact has the greater x, then y: by place, not by number.
+    The faster impact comes first. Symmetric scenes have impacts of equal speed. The first is then
+    the one whose contact point has the greater x, then y: the position decides, not the index.
     """
     if listed == 0 or speed != fastest:
         return bool(speed > fastest)
@@ -44,16 +44,16 @@ def comes_before(
 
 @kernel
 def _sum_of_places(balls: Balls, i: int, j: int, t: float) -> tuple[float, float]:
-    """Return the sum of both balls' coordinates at the instant t [s], x and y [m]."""
+    """Return the sums of the x and of the y coordinates of both balls at time t [m]."""
     (xi, yi), (xj, yj) = position_at(balls, i, t), position_at(balls, j, t)
     return xi + xj, yi + yj
 
 
 @kernel
 def has_room(world: World, count: int, lasting: int) -> bool:
-    """Whether `balls.touching` takes one more pair than `count` impacts and `lasting` pairs.
+    """Return whether `balls.touching` has a row besides `count` impacts and `lasting` contacts.
 
-    Where it doesn't, NO_ROOM says so, and the loop ends the run.
+    If it has none, set NO_ROOM, which makes the loop end the run.
     """
     if count + lasting < world.balls.touching.shape[0]:
         return True
@@ -65,7 +65,7 @@ def has_room(world: World, count: int, lasting: int) -> bool:
 def list_pair(balls: Balls, c: int, i: int, j: int) -> None:
     """Put the pair of balls i and j in row c of `balls.touching`, the lower index first.
 
-    Contract: there is that row; see `has_room`.
+    Requires: row c exists; see `has_room`.
     """
     balls.touching[c, st.FIRST] = min(i, j)
     balls.touching[c, st.SECOND] = max(i, j)
@@ -73,7 +73,7 @@ def list_pair(balls: Balls, c: int, i: int, j: int) -> None:
 
 @kernel
 def is_listed(balls: Balls, listed: int, i: int) -> bool:
-    """Whether ball i is in the first `listed` rows of `balls.touching`."""
+    """Return whether ball i is in the first `listed` rows of `balls.touching`."""
     for c in range(listed):
         if balls.touching[c, st.FIRST] == i or balls.touching[c, st.SECOND] == i:
             return True
@@ -82,7 +82,7 @@ def is_listed(balls: Balls, listed: int, i: int) -> bool:
 
 @kernel
 def is_pair_listed(balls: Balls, start: int, stop: int, i: int, j: int) -> bool:
-    """Whether the pair of balls i and j is in rows `start` to `stop` of `balls.touching`."""
+    """Return whether the pair of balls i and j is in rows `start` to `stop` of `balls.touching`."""
     for c in range(start, stop):
         if balls.touching[c, st.FIRST] == min(i, j) and balls.touching[c, st.SECOND] == max(i, j):
             return True
@@ -91,9 +91,9 @@ def is_pair_listed(balls: Balls, start: int, stop: int, i: int, j: int) -> bool:
 
 @kernel
 def when_tied(balls: Balls, listed: int, t: float, speed: float) -> float:
-    """Return until when a gap closes that is closed at the instant t [s], but for rounding.
+    """Return the time [s] up to which rounding can shift the contact of a gap that closes at t [s].
 
-    `speed` is the fastest approach of the first `listed` pairs of `balls.touching`.
+    `speed` is the highest approach speed of the first `listed` pairs of `balls.touching`.
     """
     rounding = 0.0
     for c in range(listed):
@@ -104,7 +104,7 @@ def when_tied(balls: Balls, listed: int, t: float, speed: float) -> float:
 
 @kernel
 def sort_pairs(balls: Balls, count: int) -> None:
-    """Put the first `count` pairs of `balls.touching` in the order of their indices."""
+    """Sort the first `count` pairs of `balls.touching` by their indices."""
     for c in range(1, count):
         a, b, index = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND], c
         while index > 0 and _is_after(balls, index - 1, a, b):

@@ -1,7 +1,7 @@
-"""When two balls touch: bounds of it from below, and whether they do at an instant.
+"""Time at which two balls touch: lower bounds, and a check whether they touch at a given time.
 
-On the cloth and in space. Those that touch collide, or their contact lasts, and a contact step
-holds them.
+The functions treat balls on the cloth and in the air. Two balls that touch either collide, or are
+in resting contact, which a contact step then handles.
 """
 
 from __future__ import annotations
@@ -42,19 +42,19 @@ from ghostball.engine.motion.position import (
 )
 
 NOT_YET = 0
-"""The bound moved on; the pair doesn't touch at this instant."""
+"""The pair doesn't touch at this time; its bound is later."""
 IMPACT = 1
-"""The pair touches and approaches: collide it now."""
+"""The pair touches and approaches: resolve a collision now."""
 LASTING = 2
-"""The pair touches, and is pulled together so that it would not part by what is resolved."""
+"""The pair touches and is pushed together, so that a collision wouldn't separate it."""
 
 
 @kernel(inline=True)
 def first_bound(balls: Balls, laws: Laws, i: int, j: int, start: float) -> float:
-    """Return the first bound of when the pair touches [s], from the instant `start` on; or inf.
+    """Return the first lower bound on the contact time of a pair [s], from `start`; or inf.
 
-    Where that is when the later of the two changed its motion, it is to the bit what
-    `scheduling.all_pairs` has in its rows, which are this without branches.
+    If `start` is the last change of motion of either ball, the result is bit-identical to the bound
+    in the rows of `scheduling.all_pairs`, which computes it without branches.
     """
     if one_flies(balls.height, balls, i, j):
         return start + time_to_bound_in_space(balls, i, j, start)
@@ -75,10 +75,10 @@ def _time_to_first_bound(
 
 @kernel
 def _bent_bound(balls: Balls, i: int, j: int, start: float) -> float:
-    """Return in how long a pair may touch at the soonest, of which one is on no parabola, or inf.
+    """Return a lower bound on the duration until a pair with jerk touches [s], or inf.
 
-    Each ball is on its parabola but for jerk s^3 / 6, s from its epoch on: looking up where it is
-    would cost more than a bound that comes later saves.
+    Each ball follows its parabola up to a deviation of jerk s^3 / 6, with s the time since its
+    epoch. Computing the exact position would cost more than a later bound saves.
     """
     a, b = balls.state[i], balls.state[j]
     s_a, s_b = start - a.epoch, start - b.epoch
@@ -118,14 +118,14 @@ def time_to_bent_bound(
     jerk: float,
     left: float,
 ) -> float:
-    """Return in how long a pair may touch at the soonest [s]; or inf, or later than `left` [s].
+    """Return a lower bound on the duration until a pair with jerk touches [s]; or inf, or > `left`.
 
-    From the parabolas that they are on but for their jerks j, in sum `jerk`, which have changed the
-    relative acceleration by up to `bent` (j s), the velocity by half of `drifted` (j s^2), the
-    place by a sixth of `moved` (j s^3) since the parabolas began. Without branches, so that the
-    compiler makes vector instructions of a row of pairs.
+    The first six numbers are the relative motion on the two parabolas. The jerks, with sum `jerk`,
+    have changed the relative acceleration by at most `bent` (j s), the velocity by at most half of
+    `drifted` (j s^2) and the position by at most a sixth of `moved` (j s^3) since the parabolas
+    began. The code has no branches, so that the compiler can vectorise a row of pairs.
     """
-    # All scaled by the distance, which saves dividing by it.
+    # All three are multiplied by the distance, which saves divisions.
     distance = math.sqrt(rx * rx + ry * ry)
     gap = distance * (distance - reach - moved / 6.0)
     rate = rx * vx + ry * vy - distance * (0.5 * drifted)
@@ -145,9 +145,10 @@ def time_to_bound(
     pull: float,
     reach: float,
 ) -> float:
-    """Return in how long a pair may touch at the soonest [s], from its relative motion; or inf.
+    """Return a lower bound on the duration until a pair touches [s], or inf.
 
-    `rate` is r . v, `pull` is r . a: over the distance, how the projected gap changes.
+    `rate` is r . v and `pull` is r . a. Divided by the distance, they are the first two derivatives
+    of the projected gap.
     """
     if laws.uniform:
         met: float = first_meeting(rx, ry, vx, vy, reach)
@@ -159,7 +160,7 @@ def time_to_bound(
 
 @kernel
 def holds(contacts: Contacts, i: int, j: int) -> bool:
-    """Whether a contact step holds ball i to ball j, so that they can't meet."""
+    """Return whether a contact step holds balls i and j together, so that they can't collide."""
     row = contacts.first_held[i]
     while row != st.NOWHERE:
         if contacts.held[row, st.PARTNER] == j:
@@ -172,9 +173,9 @@ def holds(contacts: Contacts, i: int, j: int) -> bool:
 def touch(
     balls: Balls, laws: Laws, i: int, j: int, t: float, tolerance: float
 ) -> tuple[int, float, float]:
-    """Judge the pair at the instant t: a verdict, the next bound, the speed of approach.
+    """Check a pair at time t: return a verdict, the next bound [s] and the approach speed [m/s].
 
-    A gap of up to `tolerance` [m] counts as closed.
+    A gap of at most `tolerance` [m] counts as closed.
     """
     if one_flies(balls.height, balls, i, j):
         return touch_in_space(balls, i, j, t)
@@ -188,15 +189,15 @@ def touch(
     progress = s > TIME_ROUNDING * t
     if gap > max(GAP_ROUNDING * reach, tolerance) and progress:
         return NOT_YET, t + s, 0.0
-    # They touch, as far as doubles can tell. While r . v = 0, the gap opens at first as
-    # `opening` s^2 / 2: the lines of centres turn away, or friction pulls together.
+    # The pair touches, within rounding. If r . v = 0, the gap opens at first as `opening` s^2 / 2,
+    # because the line of centres turns; friction can make `opening` negative.
     noise = approach_rounding(balls, i, j, t)
     across = max(vx * vx + vy * vy - rate * rate, 0.0)
     opening = across / distance + pull
     pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i, t) + _pull(balls, j, t))
     if rate < -noise:
-        # A rebound that slow ends within `CAPTURE_HEIGHT`, where friction pulls the balls together
-        # again; the cloth also stops one that was struck at rest.
+        # Such a slow rebound ends within `CAPTURE_HEIGHT`: friction pushes the balls together
+        # again, or the cloth stops a ball that was at rest.
         struck = at_rest(balls, i) or at_rest(balls, j)
         closing = _stopping(balls, i) + _stopping(balls, j) - opening
         height = capture_height(balls, i, j)
@@ -224,7 +225,7 @@ def _time_to_gap(
     rate: float,
     pull: float,
 ) -> float:
-    """Return in how long after t [s] a gap closes at the soonest, of parabolas or of what bends."""
+    """Return a lower bound on the duration from t [s] until a gap closes, with or without jerk."""
     if powers is None or neither_bends(powers, i, j):
         straight: float = first_crossing(gap, rate, pull)
         return straight
@@ -236,7 +237,7 @@ def _time_to_gap(
 
 @kernel(inline=True)
 def _bend_meanwhile(powers: FloatArray | None, balls: Balls, i: int, j: int, t: float) -> float:
-    """Return by how much the relative acceleration changes at most while both pieces last."""
+    """Return a bound on the change of the relative acceleration until either piece ends [m/s^2]."""
     if powers is None or neither_bends(powers, i, j):
         return 0.0
     left = both_last(balls, i, j, t)
@@ -246,10 +247,10 @@ def _bend_meanwhile(powers: FloatArray | None, balls: Balls, i: int, j: int, t: 
 
 @kernel
 def _jerk_between(powers: FloatArray, balls: Balls, i: int, j: int, t: float, left: float) -> float:
-    """Return how fast the relative acceleration of two balls changes at most [m/s^3].
+    """Return a bound on the rate of change of the relative acceleration of two balls [m/s^3].
 
-    From t [s] on, for `left` [s]. Two that go along together bend alike, and so not at all as seen
-    from each other.
+    The bound holds from t [s] for `left` [s]. Two balls that move together have nearly equal jerks,
+    which cancel in their relative motion.
     """
     began = balls.state[i].epoch
     if began == balls.state[j].epoch:
@@ -261,9 +262,9 @@ def _jerk_between(powers: FloatArray, balls: Balls, i: int, j: int, t: float, le
 
 @kernel
 def time_to_bound_in_space(balls: Balls, i: int, j: int, start: float) -> float:
-    """Return in how long a pair of which one flies may touch at the soonest [s], or inf.
+    """Return a lower bound [s] on the duration until a pair with a flying ball touches, or inf.
 
-    From the instant `start` on; where the line of centres is now, as in the plane.
+    As in the plane, the bound uses the line of centres at time `start`.
     """
     return _time_to_bound_in_space(balls.height, balls, i, j, start)
 
@@ -281,9 +282,10 @@ def _time_to_bound_in_space(
 def _next_in_space(
     height: FloatArray, balls: Balls, i: int, j: int, t: float
 ) -> tuple[float, float]:
-    """Return in how long after t [s] a pair of which one flies may have an impact; its approach.
+    """Return the duration from t [s] to the next possible impact of a pair with a flying ball.
 
-    0: now, as far as doubles can tell. Where the pair is apart, in how long it may touch.
+    The duration is 0 if the impact is now, within rounding. If the pair is apart, it is a lower
+    bound. The second number is the approach speed.
     """
     rx, ry, rz, vx, vy, vz, ax, ay, az = motion_in_space(height, balls, i, j, t)
     reach = balls.state[i].radius + balls.state[j].radius
@@ -314,9 +316,9 @@ def _bend_in_space(
     rz: float,
     distance: float,
 ) -> tuple[float, float]:
-    """Return how fast the acceleration along the line of centres changes at most [m/s^3].
+    """Return a bound on the rate of change of the acceleration along the line of centres [m/s^3].
 
-    And how long after t [s] that holds: while both pieces last.
+    The second number is the duration for which it holds: until either piece ends [s].
     """
     if powers is None:
         return 0.0, 0.0
@@ -327,7 +329,7 @@ def _bend_in_space(
 
 @kernel
 def touch_in_space(balls: Balls, i: int, j: int, t: float) -> tuple[int, float, float]:
-    """Judge a pair of which one flies, as `touch`: nothing holds it, so no contact lasts."""
+    """Check a pair with a flying ball as `touch` does; such a pair has no resting contact."""
     return _touch_in_space(balls.height, balls, i, j, t)
 
 
@@ -345,11 +347,12 @@ def _touch_in_space(
 def _next_approach(
     opening: float, vx: float, vy: float, ax: float, ay: float, distance: float, bend: float
 ) -> float:
-    """Return when a touching pair that neither approaches nor recedes can approach next [s].
+    """Return in how long [s] a touching pair with zero approach speed can start to approach.
 
-    With r . v = 0, half the rate of |r|^2 is s (A + B s + C s^2), A = v^2 + r . a = `opening`,
-    B = 3/2 v . a, C = a^2 / 2: the pair opens while that is positive. An acceleration that is off
-    by up to b = `bend` takes no more than |r| b from A, 3/2 |v| b from B, (|a| + b / 2) b from C.
+    With r . v = 0, half the time derivative of |r|^2 is s (A + B s + C s^2), where A = v^2 + r . a
+    = `opening`, B = 3/2 v . a and C = a^2 / 2. The pair separates while this is positive. If the
+    acceleration is uncertain by up to b = `bend`, A can be smaller by |r| b, B by 3/2 |v| b and C
+    by (|a| + b / 2) b.
     """
     linear = 1.5 * (vx * ax + vy * ay) - 1.5 * (abs(vx) + abs(vy)) * bend
     quadratic = 0.5 * (ax * ax + ay * ay) - (abs(ax) + abs(ay) + 0.5 * bend) * bend
@@ -364,14 +367,14 @@ def _next_approach(
 
 @kernel
 def _stopping(balls: Balls, i: int) -> float:
-    """Deceleration [m/s^2] that will stop ball i where an impact makes it leave its rest."""
+    """Return the deceleration that will stop ball i after an impact, if it is at rest [m/s^2]."""
     deceleration: float = balls.state[i].roll_slowing if at_rest(balls, i) else 0.0
     return deceleration
 
 
 @kernel
 def _pull(balls: Balls, i: int, t: float) -> float:
-    """Size of the acceleration of ball i at the instant t [m/s^2], in the 1-norm."""
+    """Return the 1-norm of the acceleration of ball i at time t [m/s^2]."""
     ax, ay = acceleration(balls, i, t)
     size: float = abs(ax) + abs(ay)
     return size
