@@ -35,7 +35,7 @@ def find(world: World, limit: int) -> tuple[int, Event]:
     while True:
         t, single, row = earliest(world)
         status = _status_at(world, t, single, row, limit)
-        # Counted after the status, so that a run that continues after a pause always advances.
+        # The work is counted after the status, so that a run that continues after a pause advances.
         log.counters[st.WORK] += turn
         _count_turns(world.contacts, log)
         if status != st.RUN_CONTINUES or single >= 0:
@@ -78,7 +78,7 @@ def _status_at(world: World, t: float, single: int, row: int, limit: int) -> int
         return st.RUN_RESTED
     if t > world.laws.t_max:
         return st.RUN_T_MAX
-    if t == math.inf:  # some ball moves, but neither stops nor has another event
+    if t == math.inf:  # a ball moves, but has no next event
         log.counters[st.NOT_FINITE] = single
         return st.RUN_NOT_FINITE
     if log.counters[st.EVENTS] + log.counters[st.CONTACT_STEPS] >= limit:

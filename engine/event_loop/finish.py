@@ -21,7 +21,8 @@ def finish(world: World, status: int, end: FloatArray) -> int:
     p > 2.
 
     If all centres rest, the run ends when the last vertical spin has decayed, too; a spin that no
-    friction slows isn't waited for. Return `status`, or RUN_T_MAX if a ball still spins at `t_max`.
+    friction slows doesn't prolong the run. Return `status`, or RUN_T_MAX if a ball still spins at
+    `t_max`.
     """
     balls, laws, log = world.balls, world.laws, world.log
     t = log.clock[st.NOW]
@@ -46,7 +47,7 @@ def finish(world: World, status: int, end: FloatArray) -> int:
         _put_state(balls, i, end)
         finite = is_finite(balls, i) and abs(balls.state[i].radius) < math.inf
         if status != st.RUN_NOT_FINITE and not finite:
-            # A resting ball has no event that would have shown this before.
+            # A resting ball has no event, so this couldn't be detected earlier.
             log.counters[st.NOT_FINITE] = i
             broken = True
     return st.RUN_NOT_FINITE if broken else status

@@ -1,4 +1,4 @@
-"""The kernel that Python calls to simulate k shots of one scene, one or many.
+"""Kernel that Python calls to simulate one or many shots of a scene.
 
 Its arguments are plain arrays, which it unpacks: passing named tuples from Python would take
 microseconds per call. The arguments that differ from call to call come first, see `running.room`.
@@ -29,8 +29,8 @@ from ghostball.engine.event_loop.unpack import (
     start_from,
 )
 
-# Columns of the initial state of a ball, where shots of one scene differ in it.
-START_X = 0  # its centre [m]
+# Columns of the initial state of a ball, for shots of one scene with different initial states.
+START_X = 0  # position of its centre [m]
 START_Y = 1
 START_RISE = 2  # height of its lowest point above the cloth [m]
 START_VX = 3  # its velocity [m/s]
@@ -67,11 +67,11 @@ def play(
     laws: FloatArray,
     obstacles: FloatArray,
 ) -> int:
-    """Play the shots `which`, from its element `first` on; return the index of the next element.
+    """Simulate the shots `which`, from element `first` on; return the index of the next element.
 
-    `which` (m,) int64: the shots to be played, as rows of the next four arrays.
+    `which` (m,) int64: the shots to simulate, as rows of the next four arrays.
     `starts` (k, m, START_COLUMNS) float64: the initial states of m balls in each shot, from ball
-        `who` on. If k is 0, all shots start like the scene.
+        `who` on. If k is 0, all shots have the initial state of the scene.
     `clocks` (k, CLOCKS) float64.
     `counts` (k, COUNTERS) int64: counters of each shot; STATUS is how it ended.
     `ends` (k, p, n, 3) float64: final positions of each shot; velocities if p > 1, angular
@@ -87,7 +87,7 @@ def play(
     `laws`, `obstacles`: the `Laws`.
 
     Contract: no allocation, no raising. Each shot starts with the same numbers, so the results
-    don't depend on the order of the shots, or on the threads that play them.
+    don't depend on the order of the shots, or on the threads.
     """
     lines = obstacles.view(OBSTACLE)[:, 0] if COMPILED else rows_of(obstacles, ObstacleRow)
     rules = laws_from(laws, lines)

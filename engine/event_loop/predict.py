@@ -20,7 +20,7 @@ def predict(world: World, held: int, t: float) -> None:
     """Predict the motion of every marked ball from the time t [s] on.
 
     Also start contact steps, for the first `held` contacts of `balls.touching`, and for all other
-    balls that press each other.
+    balls that friction presses together.
     """
     _predict_marked(world)
     if held > 0 or world.contacts.waiting[0] > 0:

@@ -49,7 +49,7 @@ def note_ends(world: World, k: int, t: float) -> None:
 
 @kernel
 def note_rest(world: World, k: int, t: float) -> None:
-    """Log that ball k came to rest, unless it only moved very slowly in a contact step since."""
+    """Log that ball k came to rest, unless it has only crept in a contact step since last time."""
     in_island = world.contacts.island[k] != st.FREE
     if not (in_island and world.balls.state[k].moved == 0.0):
         note_event(ROLL_TO_REST_EVENT, k, -1, t, world.log)
@@ -139,7 +139,10 @@ def record(world: World, t: float) -> int:
 
 @kernel(inline=True)
 def is_finite(balls: Balls, i: int) -> bool:
-    """Return whether the numbers of ball i's motion are all finite; if not, nor is their sum."""
+    """Return whether all numbers of ball i's motion are finite.
+
+    The test uses their sum, which isn't finite if one of the numbers isn't.
+    """
     place = (balls.state[i].x + balls.state[i].y) + (balls.state[i].vx + balls.state[i].vy)
     spin = (balls.state[i].wx + balls.state[i].wy) + balls.state[i].wz
     pull = (balls.state[i].ax + balls.state[i].ay) + (balls.state[i].bx + balls.state[i].by)

@@ -1,9 +1,10 @@
-"""The solver for contacts that act together: the impulses or forces with which none approaches.
+"""Solver for contacts that act together: impulses or forces that end every approach.
 
-No contact pulls, and a contact that doesn't push may open: a linear complementarity problem.
-Simultaneous impacts (`impacts.simultaneous`) and the approach that is left at the start of a
-resting contact (`resting_contact.capture`) use it for impulses, from the rates of the gaps. Resting
-contacts (`resting_contact.forces`) use it for forces, from the second derivatives of the gaps.
+Contacts can push but not pull, and only contacts without a push may open. This is a linear
+complementarity problem. Simultaneous impacts (`impacts.simultaneous`) and the approach that is left
+at the start of a resting contact (`resting_contact.capture`) use it for impulses, from the rates of
+the gaps. Resting contacts (`resting_contact.forces`) use it for forces, from the second derivatives
+of the gaps.
 
 The set of pushing contacts is improved until it is consistent; the equations for each set are
 solved by conjugate gradients. All contacts are treated alike, and sums over them don't depend on
@@ -53,18 +54,19 @@ have no effect. Steps along these made them, and then all impulses, arbitrarily 
 """
 
 _UNSOLVED = 2.0**-30
-"""Remaining approach, relative to the fastest, above which the impulses are no solution."""
+"""Remaining approach, relative to the fastest, above which impulses aren't a solution.
+"""
 
 
 @kernel
 def end_approach(contacts: Contacts, count: int, noise: float) -> bool:
-    """Compute the impulses [N s] after which no contact approaches; none where a contact parts.
+    """Compute the impulses [N s] after which no contact approaches; parting contacts get none.
 
-    With accelerations of gaps as RATE, it computes forces [N]. The sizes are in FORCE; `gain_of`
-    returns the effect on a ball. Contacts that would have to pull are left out, and are included
-    again if they approach without a force; a contact with an infinite rate stays out. The result is
-    False if some approach is left; if it is more than `noise`, in the units of the rates, the
-    impulses remove as much energy as they can.
+    If RATE contains accelerations of gaps, the results are forces [N]. They are stored in FORCE;
+    `gain_of` returns their effect on a ball. Contacts that would have to pull are left out, and are
+    included again if they approach without a force; a contact with an infinite rate stays out. The
+    result is False if some approach is left; if it is more than `noise`, in the units of the rates,
+    the impulses remove as much energy as they can.
 
     Contract: the contacts are the first `count` of `contacts.ends`, with NX, NY and RATE set, and
     EFFECTIVE_MASS of each of their balls.
@@ -118,7 +120,8 @@ def _leave_out_parting(contacts: Contacts, count: int, turn: int, fastest: float
     """Leave out contacts that push and part: all, or in later rounds the fastest; True if any.
 
     For the case that other contacts still approach: two nearly parallel contacts, for example with
-    a rail and with a jaw at its end, push as one (see `_NULL`), whatever each of them needs.
+    a rail and with a jaw at its end, act as one contact (see `_NULL`), although each of them needs
+    another impulse.
     """
     best = 0.0
     for c in range(count):
@@ -137,9 +140,9 @@ def _leave_out_parting(contacts: Contacts, count: int, turn: int, fastest: float
 def _take_back(contacts: Contacts, count: int, turn: int, fastest: float, noise: float) -> bool:
     """Include contacts that approach again: all, or in later rounds the fastest; True if any.
 
-    Their approach must be larger than rounding, which is at least the remainder of the rates that
-    should be 0. In later rounds it must be larger than `_UNSOLVED`: to remove the rest from a ball
-    that is nearly wedged, the ball would have to be stopped.
+    Their approach must be larger than rounding, which is estimated from the remaining rates of
+    active contacts: these should be 0. In later rounds it must be larger than `_UNSOLVED`, because
+    a smaller approach of a nearly wedged ball could only be removed by stopping the ball.
     """
     residue = max(_RESIDUE * fastest if turn < _BLOCK_ROUNDS else _UNSOLVED * fastest, noise)
     for c in range(count):
@@ -158,7 +161,7 @@ def _take_back(contacts: Contacts, count: int, turn: int, fastest: float, noise:
 
 @kernel
 def _worst_approach(contacts: Contacts, count: int, active: float) -> float:
-    """Return the smallest rate of contacts that are active, or aren't, after the impulses; or 0."""
+    """Return the smallest rate after the impulses, of active or of inactive contacts; at most 0."""
     worst = 0.0
     for c in range(count):
         if contacts.forces[c].active == active:
@@ -199,7 +202,7 @@ def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) 
     for c in range(count):
         is_active = contacts.forces[c].active == 1.0
         contacts.forces[c].force = 0.0
-        contacts.forces[c].residual = -contacts.forces[c].rate if is_active else 0.0  # not 0 inf
+        contacts.forces[c].residual = -contacts.forces[c].rate if is_active else 0.0  # no 0 inf
         scaled = contacts.forces[c].own_mass * contacts.forces[c].residual
         contacts.forces[c].scaled = scaled
         contacts.forces[c].direction = scaled
@@ -271,10 +274,10 @@ def spread(contacts: Contacts, count: int, column: int) -> None:
 def add_up(contacts: Contacts, count: int, column_x: int, column_y: int, on_first: float) -> None:
     """Add up two columns over the contacts of each ball, so that `impulse_on` returns the sums.
 
-    Terms of contacts whose first ball it is count `on_first` times. The sums don't depend on the
-    order of the contacts: each term is split into two parts, both multiples of a number with which
-    adding them is exact (Demmel and Nguyen 2013, Fast reproducible floating-point summation). The
-    neglected part is below 2^-80 of the largest term.
+    For the first ball of a contact, the terms are multiplied by `on_first`. The sums don't depend
+    on the order of the contacts: each term is split into two parts, both multiples of a number with
+    which adding them is exact (Demmel and Nguyen 2013, Fast reproducible floating-point summation).
+    The neglected part is below 2^-80 of the largest term.
     """
     motion = contacts.motion
     most = 0.0

@@ -1,9 +1,9 @@
 """One impact on the cloth: two balls, or a ball and a cushion, by the law of the scene.
 
-Here the state is transformed to the frame of the contact and back; `impacts.laws` has the effect of
-the impact. An upward impulse turns a ball but never lifts it: the cloth takes the impulse. For
-scenes in which balls may leave the cloth see `impacts.in_space`, which uses this module for impacts
-that are too slow to lift a ball. A `cushion` is any row of `Laws.obstacles`.
+This module transforms the state to the frame of the contact and back; `impacts.laws` computes the
+effect of the impact. An upward impulse turns a ball but never lifts it: the cloth takes the
+impulse. For scenes in which balls may leave the cloth see `impacts.in_space`, which uses this
+module for impacts that are too slow to lift a ball. A `cushion` is any row of `Laws.obstacles`.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import facing
 
 _MOST_REBOUNDS = 128
-"""Impacts of a ball at one time after which further impacts don't throw it back.
+"""Number of impacts of a ball at one time after which further impacts don't separate bodies.
 
 With inelastic impacts, infinitely many impacts may follow each other in a finite time (inelastic
 collapse: McNamara and Young 1992), until the balls lie against each other or a cushion. The clock
 stands still long before, and the number of remaining impacts is unbounded. Usual shots stay below
 this limit: a ball in a frozen line has at most about one impact for each ball of the line. Elastic
-impacts, which lose no energy, always throw a ball back.
+impacts, which lose no energy, always separate bodies.
 """
 
 _MOST_WITHOUT_FRICTION = 24
@@ -45,17 +45,17 @@ restitution 0.2 took more than 1e7 events with a limit of 128 impacts, and 4e6 w
 """
 
 MOST_IN_CORNER = 512
-"""Bounces of a ball at one time in a corner, enough for a corner of 0.4 degrees to return it.
+"""Largest number of bounces of a ball in a corner at one time.
 
-The bounces in a sharper corner that also returns the ball, because its cushions take little energy,
-become several events at one time.
+It is enough for a ball to leave a corner of 0.4 degrees. If a ball can also leave a sharper corner,
+because the cushions take little energy, its bounces become several events at one time.
 """
 
 _UNSETTLED = 32
 """Number of bounces in a corner during which friction may still change how the spin develops."""
 
 _E_FOLDS_TO_ROUNDING = 36.0
-"""ln(2^52): the number of e-folds after which a decaying speed is below its rounding."""
+"""ln(2^52): number of e-folds after which a speed is below the rounding of its initial value."""
 
 _WORK_OF_BOUNCE = 4
 _WORK_OF_INTEGRATION = 4096
@@ -72,7 +72,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     head-on collision along an axis stops a ball exactly.
     """
     if not laws.slides:
-        # Only laws without spin remain: the paper's section 4.2, times (1 + e) / 2.
+        # Only laws without spin remain: the paper's section 4.2 (docs/paper.md), with (1 + e) / 2.
         nx, ny = contact_normal(balls, i, j)
         vx, vy = balls.state[j].vx - balls.state[i].vx, balls.state[j].vy - balls.state[i].vy
         exchange = -(1.0 + laws.ball_restitution) * (nx * vx + ny * vy)
@@ -102,9 +102,9 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
 
 @kernel(inline=True)
 def has_collapsed(balls: Balls, i: int, laws: Laws) -> bool:
-    """Return whether ball i had so many impacts at its epoch that no further one throws it back.
+    """Return whether ball i had so many impacts at its epoch that no further one separates bodies.
 
-    This depends only on the numbers of the ball and the scene, so no skip changes it.
+    The result depends only on the numbers of the ball and the scene, so no skip changes it.
     """
     ball = balls.state[i]
     slowed = ball.roll_slowing > 0.0 or (laws.slides and ball.slide_slowing > 0.0)
@@ -124,14 +124,14 @@ def contact_normal(balls: Balls, i: int, j: int) -> tuple[float, float]:
 def excess_length(nx: float, ny: float) -> float:
     """Return |n|^2 - 1 for a rounded unit normal n, to about 32 digits.
 
-    An impulse along such a normal changes energy by this part too much. Balls that touch have the
-    same distance each time, rounded in the same way, so the errors don't cancel: 10^7 collisions of
-    a gas gained 3e-13 of the energy. Along an axis the result is 0.
+    An impulse along such a normal changes the energy too much by this fraction. Balls that touch
+    have the same distance each time, rounded in the same way, so the errors don't cancel: 10^7
+    collisions of a gas gained 3e-13 of the energy. Along an axis the result is 0.
 
-    It uses the squares of both halves (Dekker 1971), and the rounding error of their sum (Knuth
-    1969). The result is the same for (ny, nx), so mirrored impacts stay mirrored to the bit. A
-    simpler form, (nx^2 - 1/2) + (ny^2 - 1/2), left a third of the gain; (nx^2 - 1) + ny^2 isn't
-    symmetric.
+    The computation uses the squares of both halves of each number (Dekker 1971), and the rounding
+    error of their sum (Knuth 1969). The result is the same for (ny, nx), so mirrored impacts stay
+    mirrored to the bit. A simpler form, (nx^2 - 1/2) + (ny^2 - 1/2), left a third of the gain;
+    (nx^2 - 1) + ny^2 isn't symmetric.
     """
     xx, yy = nx * nx, ny * ny
     total = xx + yy
@@ -300,10 +300,10 @@ def bounce_in_corner(
 
     Return the number of bounces, and whether the ball jams in the corner. In a corner of 45 degrees
     it bounces four times. If it reaches both cushions `at_once`, rounding would decide which is
-    first; so it gets the mean of both orders, with the mean of their energies. If both orders give
-    the same velocity, as in a corner whose angle divides two right angles, only the law removes
-    energy. (An earlier version took the mean of two single bounces, which stopped a ball there.)
-    If it reaches only `cushion`, that is the first.
+    first; so the ball gets the mean of the velocities after both orders, with the mean of their
+    energies. If both orders give the same velocity, as in a corner whose angle divides two right
+    angles, only the law removes energy. (An earlier version took the mean of two single bounces,
+    which stopped a ball there.) If it reaches only `cushion`, that is the first.
     """
     if laws.slides:
         keep_spin(balls, i)

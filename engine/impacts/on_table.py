@@ -1,12 +1,12 @@
-"""What the table does to a ball that may fly: it returns its speed downwards, and rubs it.
+"""Response of the table to a ball that may fly: rebound and friction.
 
-The speed downwards is returned `table_restitution` times, with the cloth's friction; at the instant
-of the impact that pushed the ball down, after it (that order is a choice; a joint law would give
-the ball that can't move downwards another mass).
+A ball that moves down with speed v leaves the table with `table_restitution` v. If an impact pushes
+a ball down onto the table, the table responds at the same time, after the impact. This order is a
+choice. A joint law would treat a ball that can't move down like a ball of another mass.
 
-Bounces on the table that would rise less than `LOWEST_BOUNCE` aren't followed one by one. They are
-a geometric series: how long they take, which velocity their friction takes, and how far the ball
-goes meanwhile have closed forms, whether it sticks at one of them or slips through all.
+Bounces that would rise less than `LOWEST_BOUNCE` aren't simulated one by one. They form a geometric
+series: their duration, their effect on the velocity and the displacement of the ball have closed
+forms, whether the ball sticks at one of the bounces or slips at all of them.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.position import impacts_after, slowed_spin
 
 STICKING = 2.0 / 7.0
-"""Impulse over the mass that ends a slip of 1, of a solid sphere."""
+"""Impulse over the mass that ends a slip of 1 m/s, for a solid sphere."""
 
 
 @kernel
 def set_free(balls: Balls, i: int) -> None:
-    """Let ball i keep its angular velocity while an impulse changes its velocity, in flight too."""
+    """Keep the angular velocity of ball i, on the cloth or in flight, while an impulse acts."""
     if balls.state[i].phase != st.FLYING:
         keep_spin(balls, i)
 
 
 @kernel
 def respond_by_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
-    """Let the table respond to ball i, if it lies there: one that is pushed down comes up again.
+    """Apply the response of the table to ball i, if the ball touches it: a rebound, and friction.
 
-    And say how it continues: in the air, in bounces too low to be followed, or on the cloth.
+    The function also sets how the ball continues: in flight, in low bounces, or on the cloth.
     """
     height[i, st.LASTS] = 0.0
     if height[i, st.RISE] > 0.0:
@@ -59,7 +59,7 @@ def respond_by_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> No
 
 @kernel
 def _bounce_on_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
-    """Return a ball's speed downwards, and rub it on the cloth: it slips, or sticks."""
+    """Reverse the downward velocity of a ball, and apply the friction of the cloth."""
     ball = balls.state[i]
     down = -height[i, st.UP_SPEED]
     ux, uy = ball.vx - ball.radius * ball.wy, ball.vy + ball.radius * ball.wx
@@ -72,7 +72,7 @@ def _bounce_on_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> No
 
 @kernel(inline=True)
 def _rub(balls: Balls, i: int, cx: float, cy: float) -> None:
-    """Give ball i an impulse over its mass [m/s] at its lowest point."""
+    """Apply an impulse over the mass [m/s] to ball i at its lowest point."""
     ball = balls.state[i]
     turn = 2.5 / ball.radius
     ball.vx += cx
@@ -85,15 +85,17 @@ def _rub(balls: Balls, i: int, cx: float, cy: float) -> None:
 def _find_end_of_bounces(
     height: FloatArray, balls: Balls, i: int, laws: Laws, up: float, lasts: float
 ) -> None:
-    """Find how bounces that begin with the speed `up` [m/s] end, after `lasts` [s], and where.
+    """Compute low bounces of ball i, with upward speed `up` [m/s] at first and duration `lasts`.
 
-    Impact n, from 1 on, comes at t_n, with e^(n-1) up; what is left then is 2 e^n up / (g (1 - e)).
-    It takes mu (1 + e) e^(n-1) up of the velocity, or the 2/7 of the slip that are left; from there
-    on nothing slips. If none sticks, all of them take mu (1 + e) up / (1 - e), and of the way
+    Impact n = 1, 2, ... has the speed e^(n-1) up, and the bounces after it take 2 e^n up /
+    (g (1 - e)). Friction at this impact changes the velocity by mu (1 + e) e^(n-1) up, or only by
+    the part that ends the slip; from then on the ball doesn't slip. If it never sticks, all impacts
+    together change the velocity by mu (1 + e) up / (1 - e), and the displacement by
     2 mu e up^2 / (g (1 - e)^2).
 
-    The ball goes that way at its mean velocity: so much of the friction acts at once, the rest at
-    the end. So does the air, see `_slow_bounces`.
+    During the bounces, the ball moves uniformly with its mean velocity. So a part of the friction
+    acts at the start, and the rest at the end. The effect of the air is divided likewise, see
+    `_slow_bounces`.
     """
     ball = balls.state[i]
     e, friction = laws.table_restitution, ball.cloth_friction
@@ -129,19 +131,22 @@ def _find_end_of_bounces(
 def _slow_bounces(
     height: FloatArray, balls: Balls, i: int, laws: Laws, up: float, rolls: float, spare: float
 ) -> None:
-    """Let air slow ball i while bounces that begin with the speed `up` [m/s] end.
+    """Apply the effect of air on ball i to low bounces that start with the upward speed `up` [m/s].
 
-    Air slows its way by D = k v^2. Where it goes along far faster than up, air slows its rise by
-    c = k v times its speed there: of a bounce at u that makes 2 u / g (1 - c u / 3g), after which
-    it is slower by 2 c u^2 / 3g, and all together are shorter by c up / 3g (1 - e) of their time L.
-    Straight up and down c is 3/4 k u, and they are shorter by k up^2 (1 + e) / 4g (1 - e^3). In
-    between the root of both squares is as near as doubles can tell.
+    Along the cloth, air decelerates the ball by D = k v^2. If the ball moves along the cloth much
+    faster than `up`, air decelerates its vertical motion by c = k v times the vertical speed. A
+    bounce with speed u then lasts 2 u / g (1 - c u / 3g), and returns with a speed lower by
+    2 c u^2 / 3g. All bounces together are shorter by the fraction c up / 3g (1 - e) of their
+    duration L. For vertical bounces c is 3/4 k u, and the fraction is
+    k up^2 (1 + e) / 4g (1 - e^3). Between the two cases, the root of the sum of their squares is
+    accurate to rounding.
 
-    In the last of L, `rolls` [s], the ball doesn't slip after any impact: the cloth returns 2/7 of
-    what the air takes, each time at the next impact, as far as its friction reaches: `spare` [m/s]
-    is what is left of that. With s = L - `rolls` and f for 2/7, the way is then shorter by D / 2
-    times s^2 + (1 - f) (L^2 - s^2) + f `rolls`^2 (1 - e) / (1 + e). Left out is k times the square
-    of what friction changes meanwhile, and that the slip turns.
+    In the last part of L, `rolls` [s], the ball doesn't slip after any impact. At each impact the
+    cloth then returns 2/7 of the velocity that air has taken since the last impact, as far as its
+    friction allows; `spare` [m/s] is the friction still available. With s = L - `rolls` and
+    f = 2/7, the displacement is shorter by D / 2 times
+    s^2 + (1 - f) (L^2 - s^2) + f `rolls`^2 (1 - e) / (1 + e). Two effects are neglected: k times
+    the square of the velocity change by friction, and the turning of the slip.
     """
     ball, e = balls.state[i], laws.table_restitution
     lasts = height[i, st.LASTS]
@@ -170,11 +175,12 @@ def _slow_bounces(
 
 @kernel
 def land(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
-    """Let ball i, which is advanced to the instant at which it lands, bounce or stay down.
+    """Let ball i, which is advanced to the time at which it lands, bounce or stay down.
 
-    The instant is rounded, and the height there with it: leaving it out changes the energy by as
-    much to either side. Of 3 000 landings of balls that keep their speed, in the first 12 s, one
-    changed it by 1e-15 of it, and all together by -3e-17 (+- 2e-17) a landing.
+    The landing time is rounded, so the computed height isn't exactly 0. Setting it to 0 changes the
+    energy by amounts of either sign. In 3 000 landings of balls that keep their speed, in the first
+    12 s, one landing changed the energy by about 1e-15 of it, and the mean change was
+    -3e-17 (+- 2e-17).
     """
     height[i, st.RISE] = 0.0
     respond_by_table(height, balls, i, laws)
@@ -182,7 +188,7 @@ def land(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
 
 @kernel
 def end_bounces(height: FloatArray, balls: Balls, i: int, t: float) -> None:
-    """Move ball i to where bounces too low to be followed have ended, at the instant t [s]."""
+    """Move ball i to its position after its low bounces, which end at time t [s]."""
     ball = balls.state[i]
     ball.x += (t - ball.epoch) * ball.vx
     ball.y += (t - ball.epoch) * ball.vy

@@ -7,9 +7,9 @@ The normal impulses are (1 + e) times those that would just end every approach, 
 (Moreau 1988). For e = 1 this is one generalised reflection of Smith, Kaufman, Vouga, Tamstorf and
 Grinspun (2012, section 4): energy is conserved, and no contact approaches. Contacts that approach
 because of these impulses, as in a cradle, are the next impacts at the same time. So a row of
-touching balls, along which impacts follow one another, behaves like a row with vanishing gaps. For
-impacts that coincide this doesn't hold: the balls of a touching rack are hit at once, but gaps,
-however small, put the impacts of a rack in an order.
+touching balls, along which impacts follow one another, behaves like a row with vanishing gaps. A
+touching rack behaves differently from a rack with gaps: the balls of a touching rack are hit at
+once, but with gaps, however small, the impacts follow one another.
 
 Friction acts against the mean of the slips before and after the normal impulses, which reverse the
 slip if they throw a ball back. The normal impulses are then computed again, so that every contact

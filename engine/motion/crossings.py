@@ -40,9 +40,9 @@ def first_bent_crossing(
     that the gap doesn't close before then.
 
     Within h seconds jerk s^3 / 6 is at most (jerk h / 3) s^2 / 2. The root with this term is a
-    bound if it comes before h; if not, h is a bound. The best h is the one at which both are equal;
-    the mean of the logarithms of h and of its root is four times nearer to it. If the rate is what
-    closes the gap, nothing can be gained.
+    bound if it comes before h; if not, h is a bound. The best h is equal to its own root; the
+    geometric mean of h and its root is four times nearer to the best h. If the gap closes because
+    of its rate, a better h gains nothing.
     """
     bend = jerk / 3.0
     soonest: float = first_crossing(gap, rate, acceleration - bend * left)

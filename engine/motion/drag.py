@@ -14,8 +14,9 @@ where u is the slip.
 The direction of the slip turns like a power of the remaining slip, so the series of a slide
 converges at most up to its end, and pieces get shorter towards the end (`_PART_OF_SERIES`). The
 last piece starts when the remaining turn changes the position by less than `SLIDE_ERROR`. Then the
-slip ends as with a constant drag, for which the time has a closed form, and v loses what the cloth
-and the air then take. The end of this piece is exact; during the piece the motion is a parabola.
+slip ends as with a constant drag, for which the time has a closed form, and the velocity loses the
+parts that cloth and air take in this time. The end of this piece is exact; during the piece the
+motion is a parabola.
 
 A ball keeps rolling in any air: the code doesn't check whether the cloth's friction is large enough
 to turn the ball so fast, (2/7) k v^2 <= mu_s g. For k and mu_s of a pool ball this holds up to
@@ -278,8 +279,8 @@ def _turn(
 def _extend(row: FloatArray, n: int, drags: bool) -> tuple[float, float]:
     """Compute power n > 0 of the slip's size r and direction e, from u = r e, and of the speed.
 
-    Return that of the speed times the velocity. The four sums are computed in the same loops:
-    each addition waits for the previous one, so four sums take no longer than one.
+    Return power n of the speed times the velocity, x and y. The four sums are computed in the same
+    loops: each addition waits for the previous one, so four sums take no longer than one.
     """
     half = (n + 1) // 2
     slip = row[_UX, 0] * row[_UX, n] + row[_UY, 0] * row[_UY, n]

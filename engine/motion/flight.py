@@ -43,15 +43,15 @@ from ghostball.engine.motion.position import FOR_EVER, jerk_along, whole_motion,
 HIGHEST_AT_BACK = 1.4
 """Largest height of a ball's centre, in radii, at which the edge of a hole keeps it in.
 
-As in pooltool, where it stands for balls that the back of a pocket throws back into it. At the edge
-towards the table there is no back, but the rule is the same, because such a ball would land on the
-lip.
+The value is that of pooltool, which uses it for balls that bounce off the back of a pocket into the
+hole. At the edge towards the table there is no back, but the rule is the same, because such a ball
+would land on the lip.
 """
 
 _BESIDE = 2.0**-30
 """Distance beside a nose, in radii, at which a ball still counts as flying over the nose.
 
-It is larger than rounding, so that no ball escapes between two pieces of an outline.
+This distance is larger than rounding, so that no ball escapes between two pieces of an outline.
 """
 
 
@@ -180,7 +180,7 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
 
 @kernel(inline=True)
 def _way_over(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, float]:
-    """Return the distance to where ball i flies over obstacle k [m], and its rate [m/s].
+    """Return the distance [m] to the place where ball i flies over obstacle k, and its rate [m/s].
 
     The rate is negative; 0: the ball never flies over it. For a hole: to the far edge.
     """

@@ -48,7 +48,7 @@ thousandth only.
 """
 
 _UNSEEN = 64.0
-"""Below the speed that gravity gives in this many roundings of the clock, a piece is a parabola."""
+"""Roundings of the clock in which gravity gives a speed; below that speed a piece is a parabola."""
 
 # Rows of `Balls.series`, each by power of the time: speed along the path, speed upwards, their
 # length, and scratch for roots.
@@ -229,7 +229,10 @@ def _put_piece(
     degree: int,
     duration: float,
 ) -> None:
-    """Store the series of a piece in ball i's motion; air first slows its rise by `slowed`."""
+    """Store the series of a piece in ball i's motion.
+
+    `slowed`: vertical deceleration by air at the start.
+    """
     ball = balls.state[i]
     dx, dy = 0.0, 0.0
     if along > 0.0:

@@ -1,4 +1,4 @@
-"""Find the obstacle that a ball reaches on a table with pockets from where it leaves the frame.
+"""Find the obstacle that a ball reaches on a table with pockets, from its path to the frame.
 
 The frame is the rectangle of the noses. The straight pieces of cushions lie along its sides; jaws,
 facings and holes lie behind them. While a ball is inside the frame, it touches nothing; if it

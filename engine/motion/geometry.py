@@ -1,7 +1,7 @@
 """Tests whether balls are near each other, at rest, or in contact; the tolerances of gaps.
 
-Nothing is moved here. The module also has a length and a reduced mass that are correct for numbers
-of any magnitude.
+Nothing is moved here. The module also computes lengths and reduced masses without over- or
+underflow.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def approach_rounding(balls: Balls, i: int, j: int, t: float) -> float:
 
 @kernel
 def _size(balls: Balls, i: int, t: float) -> float:
-    """Return the largest size of ball i's velocity at the time t so far [m/s], in the 1-norm."""
+    """Return the largest 1-norm of ball i's velocity that it had at the time t so far [m/s]."""
     vx, vy = velocity(balls, i, t)
     size: float = abs(vx) + abs(vy)
     return size if t > balls.state[i].epoch else max(size, balls.state[i].fastest)

@@ -1,7 +1,7 @@
 """Predict the next piece of a ball's motion: slide, roll or rest, and its own next event.
 
-Here with closed forms; `motion.drag` does so for motion in air and `motion.flight` for flight, and
-both are called from here. `motion.position` gives the position of the ball on its piece.
+This module uses closed forms. It calls `motion.drag` for motion in air, and `motion.flight` for
+flight. `motion.position` computes the position of the ball on its piece.
 """
 
 from __future__ import annotations

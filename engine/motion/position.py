@@ -81,7 +81,7 @@ def neither_bends(powers: FloatArray, i: int, j: int) -> bool:
 def bend(balls: Balls, i: int, duration: float) -> tuple[float, float]:
     """Return the largest change of ball i's acceleration within a duration [s] [m/s^2].
 
-    Along x and along y; 0 for a quadratic.
+    The two values are for x and for y; they are 0 for a quadratic.
     """
     return _bend(balls.powers, i, duration)
 
@@ -150,7 +150,8 @@ def _whole_jerk_along(
 def relative_jerk(powers: FloatArray, i: int, j: int, lasts: float) -> float:
     """Return the largest rate of change of the relative acceleration of two balls [m/s^3].
 
-    For balls whose pieces started at the same time, for `lasts` [s] from then on.
+    The pieces of both balls must have started at the same time. The result is valid for `lasts` [s]
+    from that time.
     """
     count_i, count_j = int(powers[i, st.COUNT]), int(powers[j, st.COUNT])
     size = 0.0
@@ -266,7 +267,10 @@ def advance(balls: Balls, i: int, t: float) -> None:
 
 @kernel(inline=True)
 def impacts_after(balls: Balls, i: int, s: float, t: float) -> float:
-    """Return how many impacts of ball i count with one at t [s], s seconds after its epoch."""
+    """Return how many earlier impacts of ball i count as simultaneous with an impact at t [s].
+
+    `s` [s]: time since the ball's epoch.
+    """
     return 0.0 if s > ONE_INSTANT * t else balls.state[i].impacts
 
 
@@ -310,7 +314,7 @@ def _is_free(height: FloatArray | None, balls: Balls, i: int) -> bool:
 
 @kernel(inline=True)
 def _rise_on(height: FloatArray | None, powers: FloatArray | None, i: int, s: float) -> None:
-    """Let ball i rise or fall for s seconds; bounces that it had left are cancelled."""
+    """Let ball i rise or fall for s seconds; its remaining low bounces are cancelled."""
     if height is not None:
         up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
         z, vz, _ = with_rises(powers, i, s, s * (up - 0.5 * fall * s), up - fall * s, -fall)
@@ -340,7 +344,7 @@ def with_rises(
 
 @kernel(inline=True)
 def _turn_on(powers: FloatArray | None, balls: Balls, i: int, s: float) -> None:
-    """Add the terms of their powers beyond the first, after s seconds, to wx and wy."""
+    """Add to wx and wy the terms of their powers beyond the first, after s seconds."""
     if powers is not None:
         wx, wy = _turns(powers[i, st.POWERS :], int(powers[i, st.COUNT]), s)
         balls.state[i].wx += wx

@@ -22,15 +22,15 @@ _STRAIGHT_PART = 2.0**-4
 """Length of a straight piece, in units of a time T.
 
 At every complex time of size below T the speed is at most twice its bound. By Cauchy's estimate
-term n of the series is then at most that times 16^-n, so the truncation error is below 2^-59 of the
-speed.
+term n of the series is then at most this speed times 16^-n, so the truncation error is below 2^-59
+of the speed.
 """
 
 DEGREE = 24
 """Largest degree of the velocity in a turning piece."""
 
 LEFT_OUT = EPS / 64.0
-"""Truncation error of the series of a piece, relative to the speeds; for a position, to it."""
+"""Truncation error of the series of a piece, relative to the speeds or the position."""
 
 PART_OF_SERIES = 0.75
 """Longest turning piece, in units of an estimate of the series' radius of convergence.

@@ -16,7 +16,7 @@ def restitution(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     Returns the ball after the impact [m/s, rad/s].
 
     Contract: no allocation. Two products and a change of sign, so a mirror is exact. The mirror is
-    section 4.2 of the paper.
+        the law in section 4.2 of the paper (docs/paper.md).
     """
     return CushionBounce(
         -cushion.restitution * impact.vn,

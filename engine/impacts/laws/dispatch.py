@@ -28,7 +28,7 @@ _HAN2005 = CUSHION_LAW_NAMES.index("han2005")
 _MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
 _AT_THE_NOSE = tuple(k for k, law in enumerate(CUSHION_LAWS) if "cushion_height" in law.uses)
 
-# These functions compare one law after another, because a kernel can't be passed as an argument.
+# These functions test for one law after another, because a kernel can't be passed as an argument.
 
 
 @kernel(inline=True)

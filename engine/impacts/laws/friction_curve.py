@@ -33,8 +33,9 @@ _INVERSE_FACTORIALS = (
     1.0,
     1.0,
 )
-"""For 15! down to 0!. For arguments up to 1/2 the truncation error of the series is 2e-17, and
-Horner's rule adds less than an ulp."""
+"""Reciprocals of 15! down to 0!, the coefficients of the series. For arguments up to 1/2 the
+truncation error of the series is 2e-17, and Horner's rule adds less than an ulp.
+"""
 
 
 @kernel

@@ -31,12 +31,12 @@ from ghostball.engine.impacts.laws.two_contacts import (
 STILL = 4e-9
 """Slip below which friction is proportional to the slip and holds it.
 
-So no code has to decide when a contact sticks, gives way or slips. A held contact moves by less
-than this.
+With this rule, no code has to decide when a contact sticks or starts to slip. A held contact moves
+by less than this.
 """
 
 _STEP_ERROR = 1e-10  # estimated error of the slips in one step, if one of them is short
-_LONG = 16.0  # factor on it per length of the shorter slip, if neither is near its end
+_LONG = 16.0  # factor on _STEP_ERROR per length of the shorter slip, if neither is near its end
 _ROUNDING = 2.0**-44  # relative to the sum of all speeds: added to `STILL` and `_STEP_ERROR`
 _TURNED = 1e-8  # speed below which compression ends; the error of the work is its square
 _RETURNED = 1e-9  # part of the work to be returned that may be missing
@@ -86,7 +86,7 @@ def _inverse(m: _Matrix) -> _Matrix:
 
 @kernel
 def _stiffness(x: float, y: float, gain: float, held: bool, still: float) -> _Matrix:
-    """Return the derivative, by the slip (x, y), of friction -gain (x, y) / |(x, y)|."""
+    """Return the Jacobian of the friction -gain (x, y) / |(x, y)| of a slip (x, y)."""
     over = per_slip(x, y, held, still)
     gain *= over
     if held:
@@ -97,7 +97,7 @@ def _stiffness(x: float, y: float, gain: float, held: bool, still: float) -> _Ma
 
 @kernel
 def _solver(change: Slips, h: float, held: Held, model: Model) -> _Solver:
-    """Return 1 - h J, factorised; J is the derivative of the rates by the slips."""
+    """Return 1 - h J, factorised; J is the Jacobian of the rates."""
     slips = plus(model.start, 1.0, change)
     share = -model.friction * per_slip(slips.across, slips.along, held.contact, held.still)
     load = max(model.load + model.load_across * share * slips.across, 0.0)

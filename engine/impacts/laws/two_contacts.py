@@ -1,4 +1,4 @@
-"""Equations of an impact with friction at two contacts: that of the collision, and the cloth's.
+"""Equations of an impact with friction at the contact of the collision and at the cloth.
 
 The laws that integrate over the impact share these equations; each law fills in a `Model`. The
 independent variable is the normal impulse p of the collision, divided by a mass. Each contact rubs
@@ -45,12 +45,12 @@ class Model(NamedTuple):
     load_across: float  # load on the cloth per unit of friction across
     restitution: float
     speed: float  # effect of one unit of p on the approach speed; negative
-    speed_across: float  # effect of friction across on it
-    speed_cloth: float  # effect of the cloth's friction along n on it
+    speed_across: float  # effect of friction across on the approach speed
+    speed_cloth: float  # effect of the cloth's friction along n on the approach speed
     push_across: float  # effect of one unit of p on the slip across
     push_n: float  # effect of one unit of p on the cloth's slip along n
     across: float  # effect of friction across on the slip across
-    across_cloth: float  # effect of the cloth's friction along n on it
+    across_cloth: float  # effect of the cloth's friction along n on the slip across
     along_cloth: float  # effect of the cloth's friction along t on the slip along
     n_across: float  # effect of friction across on the cloth's slip along n
     t_along: float  # effect of friction along on the cloth's slip along t
