@@ -13,18 +13,18 @@ from ghostball.reports.page.scene_numbers import counted_rows
 from ghostball.validation.results.store import Results
 
 UNAVAILABLE = "unavailable"
-"""Stands for the settings of an engine that could not run, which has none."""
+"""Text in place of the settings of an engine that could not run."""
 
 _GROUPS: dict[str, tuple[str, ...]] = {
     "Machine": ("cpu", "cores", "os", "python"),
     "Versions": ("versions",),
     "Software and run": ("git", "date", "command", "run", "state"),
 }
-"""Which entries of the environment a table shows; all others but engines are in the last one."""
+"""Entries of the environment in each table, by title. A last table has the remaining entries."""
 
 
 def environment_html(results: Results) -> Markup:
-    """Return where and with what the run was made, as tables."""
+    """Return tables of the machine, versions, options and engine settings of the run."""
     environment = {k: v for k, v in results.environment.items() if k != "engine_settings"}
     if isinstance(environment.get("command"), list):
         environment["command"] = shlex.join(map(str, environment["command"]))
@@ -48,14 +48,15 @@ def environment_html(results: Results) -> Markup:
 
 
 def truth_html(results: Results) -> Markup:
-    """Return what is meant by truth here, and what runs counted beyond exact events."""
+    """Return the kinds of reference result, and the approximations that the runs counted."""
     return render("truth.html", counted=list(counted_rows(results)))
 
 
 def engine_settings(results: Results) -> dict[str, dict[str, Any] | None]:
     """Return the settings of each engine as used, by its label; None where it is unavailable.
 
-    The environment has them as asked for, where a step may be left to the engine.
+    The environment stores the requested settings, in which the time step may be missing because
+    the engine chooses it. The settings of a finished case include the time step.
     """
     used = {case.label: case.settings for case in reversed(results.cases) if case.outcome == "ran"}
     asked: dict[str, dict[str, Any] | None] = results.environment.get("engine_settings", {})
@@ -63,7 +64,7 @@ def engine_settings(results: Results) -> dict[str, dict[str, Any] | None]:
 
 
 def _rows(values: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return a row for each value, for a mapping one for each of its entries."""
+    """Return one row for each value; a mapping gets one row for each of its entries."""
     rows: list[tuple[str, str]] = []
     for key, value in values.items():
         if isinstance(value, Mapping):

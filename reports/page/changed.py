@@ -15,10 +15,10 @@ from ghostball.validation.baselines.regression import SceneChange
 from ghostball.validation.results.store import CaseRecord, Results
 
 Place = tuple[float, float, float]
-"""Of a ball's centre [m]."""
+"""Position of the centre of a ball [m]."""
 
 MOVED = ("wrong collisions", "worse", "changed", "better")
-"""Changes that get a view of their own; of the others, what fails has one."""
+"""Classes of change that always get their own view. Other changes get a view only if they fail."""
 
 
 def changed_html(results: Results, regression: Regression | None) -> Markup:
@@ -46,7 +46,7 @@ def _changed(results: Results, change: SceneChange) -> Markup:
 
 
 def _ends(case: CaseRecord, change: SceneChange) -> dict[str, Any] | None:
-    """Return what a picture of both ends shows: the view, the table, each ball's places [m]."""
+    """Return the picture of both results: the view, the table, and rest positions [m] by ball."""
     if change.rest_base is None or change.rest_head is None:
         return None
     scene = case.load_scene()
@@ -61,7 +61,7 @@ def _ends(case: CaseRecord, change: SceneChange) -> dict[str, Any] | None:
 
 
 def _rests(case: CaseRecord | None, change: SceneChange) -> list[tuple[str, Place, Place, float]]:
-    """Return each ball with its rest positions on both sides, and their distance [m]."""
+    """Return each ball with its rest position in the baseline and now, and their distance [m]."""
     if change.rest_base is None or change.rest_head is None:
         return []
     names = [str(k) for k in range(len(change.rest_head))]

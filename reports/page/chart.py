@@ -1,6 +1,6 @@
 """Charts as inline SVG: small, sharp at any size, in the colours of the page's scheme.
 
-What is drawn is a curve with no more points than can be seen.
+Curves are simplified: points whose removal changes a curve invisibly are removed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Scale = Literal["linear", "log"]
 
 WIDTH, HEIGHT = 560.0, 250.0
 LEFT, RIGHT, TOP, BOTTOM = 80.0, 24.0, 10.0, 36.0
-"""Size of a chart and its margins, in units of its view box, which are pixels at full width.
+"""Size and margins of a chart, in units of its view box; at full width a unit is a pixel.
 
 The last tick of x, such as "100 ms", is centred at the end of the axis.
 """
@@ -30,19 +30,19 @@ DEVIATION = 0.4
 """Largest distance of a simplified curve from the original one [pixels]."""
 
 MOST_DECADES = 6
-"""Largest number of decades with a tick at each; with more, ticks are at every second or so."""
+"""Largest number of decades with a tick at every decade; above it, some decades get no tick."""
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
     """One curve, or points without a line.
 
-    `colour`: as in CSS, such as "var(--engine-0)".
-    `x`, `y` (k,) float64: where y is nan the curve has a gap.
-    `dash`: as SVG's `stroke-dasharray`; "" is a whole line.
-    `broad`: whether it lies beneath the others as a broad band.
-    `marker`: sign at each point; "" draws none.
-    `titles`: what is said of each point; none, or one for each.
+    `colour`: CSS colour, such as "var(--engine-0)".
+    `x`, `y` (k,) float64: points; the curve has a gap at each y that is nan.
+    `dash`: SVG's `stroke-dasharray`; "" draws a solid line.
+    `broad`: draw the curve as a broad band beneath the other curves.
+    `marker`: sign at each point; "" draws no sign.
+    `titles`: tooltip of each point; empty if the points have no tooltips.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Axis:
     ticks: tuple[tuple[float, str], ...] = ()
 
     def place(self, values: FloatArray) -> FloatArray:
-        """Return the positions of values on the axis: 0 and 1 are its ends."""
+        """Return the positions of values along the axis, from 0 (low end) to 1 (high end)."""
         if self.scale == "log":
             with np.errstate(divide="ignore", invalid="ignore"):
                 low, high = math.log10(self.low), math.log10(self.high)
@@ -87,7 +87,7 @@ def linear_axis(label: str, high: float, low: float = 0.0) -> Axis:
 
 
 def log_axis(label: str, low: float, high: float, unit: Literal["m", "s", ""] = "") -> Axis:
-    """Return an axis of whole decades; lengths and times are ticked in the unit that suits them."""
+    """Return an axis of whole decades; ticks of lengths and times have units such as mm and µs."""
     first = math.floor(math.log10(low) + 1e-9)
     last = max(math.ceil(math.log10(high) - 1e-9), first + 1)
     step = math.ceil((last - first) / MOST_DECADES)
@@ -105,9 +105,9 @@ def draw(
 ) -> Markup:
     """Return a chart as SVG.
 
-    `title`: what it shows, for those who don't see it.
-    `series`: what lies outside of the axes is drawn at their edge.
-    `marks`: where an upright line stands, and the word beside it.
+    `title`: description of the chart for screen readers.
+    `series`: curves; points outside the axes are drawn at the edge.
+    `marks`: x value and label of each vertical line.
     """
     wide, high = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
 
@@ -141,13 +141,13 @@ def draw(
 
 
 def thinned(points: FloatArray, deviation: float) -> FloatArray:
-    """Return those of a curve's points that draw it, (m, 2), from its (k, 2).
+    """Return the points (m, 2) of a simplified curve, chosen from its points (k, 2).
 
-    No point that is left out lies farther from the curve that is left than `deviation`.
+    No removed point is farther than `deviation` from the simplified curve.
 
-    Douglas and Peucker (1973), without recursion.
+    Algorithm of Douglas and Peucker (1973), without recursion.
     """
-    across, down = points.T.copy()  # each contiguous: that is what most of the time goes into
+    across, down = points.T.copy()  # contiguous arrays: most of the time is spent on them
     keep = np.zeros(len(points), dtype=bool)
     keep[[0, -1]] = True
     open_spans = [(0, len(points) - 1)]
@@ -171,7 +171,7 @@ def thinned(points: FloatArray, deviation: float) -> FloatArray:
 
 
 def _path(at: FloatArray) -> str:
-    """Return the `d` of a path through points, with gaps where they aren't finite."""
+    """Return the attribute `d` of an SVG path through the points, with a gap at each nan or inf."""
     finite = np.all(np.isfinite(at), axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]]).astype(int)))
     parts = []

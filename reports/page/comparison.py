@@ -26,8 +26,8 @@ WIDTH = 360.0
 class Comparison:
     """The three comparisons of a scene.
 
-    `difference`: by how much its engines differ: the worst accuracy class, then the largest
-        distance of a ball from its reference rest position, over the size of the view.
+    `difference`: how much the engines differ, for sorting scenes: the worst accuracy class, then
+        the largest distance of a ball from its reference rest position over the width of the view.
     """
 
     html: Markup
@@ -97,7 +97,7 @@ def comparison_of(shot: Shot, energy: Markup) -> Comparison | None:
 
 
 def _reference(shot: Shot) -> FloatArray | None:
-    """Return the reference rest positions (n, 3) [m]: Ghostball's own if there are no others."""
+    """Return the reference rest positions (n, 3) [m], else the rest positions of Ghostball."""
     if shot.truth_positions is not None:
         return shot.truth_positions
     own = next((run for run in shot.runs if run.style.ours and run.case is not None), None)
@@ -116,7 +116,10 @@ def _distance(rests: FloatArray, reference: FloatArray) -> float:
 
 
 def _counts(run: Run, true: dict[str, int] | None) -> list[tuple[int, int | None]]:
-    """Return the number of collisions of each kind, and that of the reference, if there is one."""
+    """Return, for each kind of collision, the number of collisions and the reference number.
+
+    The reference number is None without a reference.
+    """
     found = {} if run.case is None else run.case.collision_counts
     return [
         (found.get(kind.label, 0), None if true is None else true.get(kind.label, 0))
@@ -125,9 +128,10 @@ def _counts(run: Run, true: dict[str, int] | None) -> list[tuple[int, int | None
 
 
 def _most(ran: list[Run], shot: Shot) -> int:
-    """Return the largest number of collisions of a kind, at least 1: bars are drawn on its scale.
+    """Return the number of collisions at which a bar has its full length, at least 1.
 
-    An engine with far too many collisions must not flatten the bars of all others.
+    This is the largest number of collisions of a kind, but at most twice the largest reference
+    number: an engine with far too many collisions would make all other bars invisibly short.
     """
     counts = [count for run in ran for count, _ in _counts(run, shot.truth_counts)]
     most = max(counts, default=1)

@@ -53,16 +53,16 @@ def _failures(results: Results, scenes: Mapping[str, ScenePart]) -> Iterator[dic
 
 
 def _rests(case: CaseRecord) -> Iterator[tuple[str, str, str]]:
-    """Yield each ball with the rest position that a repeated run must reach, bit for bit."""
+    """Yield each ball with its rest position x, y [m]; a repeated run must give the same bits."""
     if case.rest_positions is not None:
         for ball, (x, y, _) in zip(case.definition["balls"], case.rest_positions, strict=True):
             yield str(ball["id"]), repr(float(x)), repr(float(y))
 
 
 def explaining(case: CaseRecord) -> str:
-    """Return the command that says where a case leaves the true shot, and why.
+    """Return the command that finds the first wrong collision of a case and its cause.
 
-    "" where our engine, or none, has a run: there is nothing to part from.
+    Return "" if the case did not run or is a case of Ghostball's own engine.
     """
     explains = case.outcome == "ran" and case.engine != OURS
     return commands.explain(case.scene, case.label) if explains else ""

@@ -27,11 +27,11 @@ from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdic
 from ghostball.validation.results.store import CaseRecord, Results
 
 FAILING = {"unchanged": "bit-identical, but its work counters differ or its limits failed"}
-"""Meanings of changes that fail, if they differ from the usual meaning."""
+"""Explanation of a class of change whose scene fails, where it differs from `CHANGES`."""
 
 
 MANY_ROWS = 40
-"""Number of scenes above which the table scrolls in a box, with fixed headings."""
+"""With more scenes than this number, the table scrolls in a box below fixed headings."""
 
 
 def changes_html(results: Results, regression: Regression | None) -> Markup:
@@ -47,7 +47,10 @@ def changes_html(results: Results, regression: Regression | None) -> Markup:
 
 
 def _groups(regression: Regression) -> Iterator[dict[str, Any]]:
-    """Yield the scenes of each class of change: its sign, what it means; `quiet` may be closed."""
+    """Yield the sign, explanation and scenes of each class of change.
+
+    A class with `quiet` may be shown folded.
+    """
     for failing in (True, False):
         for name, (sign, words) in CHANGES.items():
             found = [
@@ -118,7 +121,7 @@ def _cell(case: CaseRecord | None, label: str, scene: str) -> dict[str, Any]:
 
 
 def _reasons(results: Results) -> Iterator[tuple[str, str, list[str]]]:
-    """Yield engine, why, and the scenes of it, for every cell that is no pass."""
+    """Yield engine, reason, and scenes with this reason, for all cells that did not pass."""
     found: dict[tuple[str, str], list[str]] = defaultdict(list)
     for label in results.labels:
         for case in results.cases:

@@ -21,7 +21,7 @@ from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.store import CLOSED_FORM, CaseRecord, Results
 
 SMALLEST_ERROR = 1e-16
-"""Where smaller errors, which are rounding, are drawn on an axis that has no 0 [m]."""
+"""Smaller errors are rounding and are drawn at this value [m]: a log axis has no 0."""
 
 
 def closed_forms_html(results: Results) -> Markup:
@@ -35,7 +35,7 @@ def closed_forms_html(results: Results) -> Markup:
 
 
 def cost_html(results: Results) -> Markup:
-    """Return run time against error of every case of this run."""
+    """Return the chart of run time against error, with a point for every case of this run."""
     series, least, most = [], math.inf, 0.0
     for k, label in enumerate(results.labels):
         points = [
@@ -119,20 +119,20 @@ def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:
 def hashes_html(
     results: Results, scenes: Mapping[str, ScenePart], regression: Regression | None
 ) -> Markup:
-    """Return the hash of what our engine did in each scene, and whether it is that of the base."""
+    """Return the hash of Ghostball's result in each scene, and the hash of the baseline."""
     rows = []
     for case in _ours(results):
         change = None if regression is None else regression.scene(case.scene)
         stored = scenes[case.scene].hashes.get(case.label, "")
         base = "" if change is None else change.base_hash
-        # The comparison may be older than the motion, or of a run that was not kept.
+        # The comparison may be older than the stored motion, or compared a run without one.
         other = "" if change is None or change.head_hash == stored else change.head_hash
         rows.append((case.scene, stored, base, other))
     return render("hashes.html", rows=rows, compared=any(base for _, _, base, _ in rows))
 
 
 def timing_html(results: Results) -> Markup:
-    """Return run times, single samples."""
+    """Return the run time of each case, measured once."""
     single = [(scene, [_timed(case) for case in cases]) for scene, cases in results.by_scene()]
     return render("timing.html", labels=results.labels, single=single)
 

@@ -1,4 +1,4 @@
-"""The whole page: its sections in order, with styles and scripts within."""
+"""The whole page: its sections in order, with all styles and scripts embedded."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a section; one that has an anchor and a heading is folded, unless `opened`."""
+    """A part of a section. A part with an anchor and a heading is folded, unless `opened`."""
 
     make: Callable[[], Markup]
     anchor: str = ""
@@ -64,8 +64,9 @@ def page_text(
     """Return the page as HTML.
 
     `scenes`: the part of each scene, by its name.
-    `regression`: what changed since the baselines, where that was asked.
-    `failed`: sections that could not be made; each says so in its place.
+    `regression`: the comparison with the baselines, or None if the run was not compared.
+    `failed`: list to which the sections that raise an exception are added; the page shows the
+        error in place of each.
     """
 
     def section(anchor: str, name: str, heading: str, *parts: Part) -> Section:
@@ -114,9 +115,7 @@ def page_text(
                 "Ensembles: rest positions from perturbed initial states",
                 opened=True,
             ),
-            Part(
-                lambda: ledgers_html(_ledgers(results, scenes)), "energy", "Where the energy went"
-            ),
+            Part(lambda: ledgers_html(_ledgers(results, scenes)), "energy", "Energy losses"),
             Part(lambda: hashes_html(results, scenes, regression), "hashes", "Determinism"),
             Part(lambda: timing_html(results), "timing", "Run times"),
         ),
@@ -153,7 +152,7 @@ def page_text(
 
 
 def _made(heading: str, make: Callable[[], Markup], failed: list[FailedPart]) -> Markup:
-    """Return the content of a section, or part of it; where it can't be made, what says so."""
+    """Return the content of a section or of a part; if `make` raises, return the error."""
     made = attempt(f'section "{heading}" of report.html', make, failed)
     return render("failed.html", failed=failed[-1]) if made is None else made
 
@@ -177,7 +176,7 @@ def _title(results: Results, regression: Regression | None) -> str:
 
 
 def _worst(results: Results, scene: str) -> tuple[str, str]:
-    """Return the sign that stands before a scene in the list, and its words: the worst of it."""
+    """Return the sign and the words of the worst verdict in a scene, for the list of scenes."""
     verdicts = {verdict_of(case) for case in results.cases if case.scene == scene}
     order = (Verdict.FAIL, Verdict.CRASHED, Verdict.PASS, Verdict.LIMITS_HOLD, Verdict.REFERENCE)
     worst = next((one for one in order if one in verdicts), Verdict.SHOWN)

@@ -1,4 +1,4 @@
-"""Section of the real tables: measurements, and the results of each engine."""
+"""Section about real tables: measurements, and the results of each engine."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.suite.real_tables import load_agreements
 
 SIGNS: Final = ("●", "■")
-"""Signs of measured values, one for each quantity of a family."""
+"""Plot markers of measured values, one for each quantity of a family."""
 
-_UPWARDS: Final = {
+_Y_LABELS: Final = {
     "cushion": "speed after / speed before",
     "rolling-pool": "deceleration [m/s²]",
     "banks-pool": "aim position / target position",
@@ -34,8 +34,8 @@ _UPWARDS: Final = {
 }
 """Labels of the vertical axes, by family."""
 
-_OVER: Final = ("banks-pool", "cushion-snooker")
-"""Families that are nearly proportional to what they are drawn against: they are drawn over it."""
+_DIVIDED_BY_X: Final = ("banks-pool", "cushion-snooker")
+"""Families with values nearly proportional to x: the chart shows value / x against x."""
 
 
 def real_tables_html(results: Results) -> Markup:
@@ -62,7 +62,7 @@ def real_tables_html(results: Results) -> Markup:
 def _table(
     found: Sequence[TableAgreement], *, grades: bool
 ) -> tuple[list[str], list[tuple[str, list[tuple[str, str]]]]]:
-    """Return heads and rows of the families that grade, or of those that don't."""
+    """Return table heads and rows of the families whose `grades` equals the argument."""
     heads = [family.short for family in found[0].families if family.grades == grades]
     rows = [
         (one.label, [(agreement_cell(f), f.lacks) for f in one.families if f.grades == grades])
@@ -74,7 +74,7 @@ def _table(
 def _by_engine(
     found: Sequence[TableAgreement], text_of: Callable[[FigureFamily], str]
 ) -> list[tuple[str, list[tuple[str, str]]]]:
-    """Return what is said of each engine, each text once, with the families that it is said of."""
+    """Return, for each engine, every different text once, after the names of its families."""
     said = []
     for one in found:
         families: dict[str, list[str]] = {}
@@ -105,20 +105,20 @@ def _colour(results: Results, label: str) -> str:
 
 
 def _signs(family: FigureFamily) -> list[tuple[str, str]]:
-    """Return the sign for each quantity of a family with several quantities."""
-    things = list(_of_each(family.figures))
+    """Return the plot marker of each quantity, if the family has several quantities."""
+    things = list(_by_quantity(family.figures))
     return list(zip(SIGNS, things, strict=True)) if len(things) > 1 else []
 
 
 def _chart(results: Results, drawn: Sequence[tuple[str, FigureFamily]]) -> Markup:
-    """Return a chart of the measurements, with bars of two standard errors, and of the engines."""
+    """Return a chart of the measurements, with bars of two standard errors, and the engines."""
     family = drawn[0][1]
     series = [
         _curve(label, _colour(results, label), figures)
         for label, other in drawn
-        for figures in _of_each(_upwards(other)).values()
+        for figures in _by_quantity(_drawn_figures(other)).values()
     ]
-    for sign, measured in zip(SIGNS, _of_each(_upwards(family)).values(), strict=False):
+    for sign, measured in zip(SIGNS, _by_quantity(_drawn_figures(family)).values(), strict=False):
         series += _bars(measured)
         series.append(_points(sign, measured))
     every = np.concatenate([one.y for one in series])
@@ -128,16 +128,16 @@ def _chart(results: Results, drawn: Sequence[tuple[str, FigureFamily]]) -> Marku
         series,
         linear_axis(family.against, 1.05 * max(one.at for one in family.figures)),
         linear_axis(
-            _UPWARDS.get(family.name, family.unit),
+            _Y_LABELS.get(family.name, family.unit),
             float(every.max()) + margin,
             float(every.min()) - margin,
         ),
     )
 
 
-def _upwards(family: FigureFamily) -> Sequence[ComparedFigure]:
-    """Return the figures as they are drawn."""
-    if family.name not in _OVER:
+def _drawn_figures(family: FigureFamily) -> Sequence[ComparedFigure]:
+    """Return the figures as drawn: divided by x if the family is in `_DIVIDED_BY_X`."""
+    if family.name not in _DIVIDED_BY_X:
         return family.figures
     return [
         one.model_copy(
@@ -180,8 +180,11 @@ def _points(sign: str, measured: Sequence[ComparedFigure]) -> Series:
     return Series("measured", "var(--ink)", at, value, marker=sign, line=False, titles=titles)
 
 
-def _of_each(figures: Sequence[ComparedFigure]) -> dict[str, list[ComparedFigure]]:
-    """Return the figures of each thing, the first at each place: those at the smallest angle."""
+def _by_quantity(figures: Sequence[ComparedFigure]) -> dict[str, list[ComparedFigure]]:
+    """Return the figures of each quantity; of several at one x, only the first.
+
+    The first figure at an x is the figure at the smallest angle.
+    """
     found: dict[str, dict[float, ComparedFigure]] = {}
     for one in figures:
         found.setdefault(one.what, {}).setdefault(one.at, one)

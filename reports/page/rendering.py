@@ -1,7 +1,7 @@
-"""How text gets into the page: templates that escape, JSON, stylesheets, engines' colours.
+"""Fill the page's templates: escaping, JSON, stylesheets and scripts, colours of engines.
 
-Titles and reasons come from users' files and from other people's engines. Nothing of them may
-become markup: templates escape what isn't `Markup`, and JSON within a script has no `<`.
+Titles and reasons come from users' files and from other people's engines and must not become
+markup: templates escape every value that isn't `Markup`, and JSON within a script has no `<`.
 
 Each engine has one colour in all figures (`reports.style`); a colour too faint for the page is
 darkened or lightened.
@@ -30,20 +30,23 @@ REPLAY_SCRIPTS = (
     *("replay_timeline.js", "replay_readout.js", "replay_events.js", "replay_help.js"),
     "replay.js",
 )
-"""In the order in which a page runs them: each adds to the global object `Ghostball`."""
+"""Scripts of the replay, in the order of execution: each adds to the global object `Ghostball`."""
 
 
 LIGHT_INK, DARK_INK = "#1a1f24", "#e6eaee"
-"""`--ink` of page.css in both schemes. A test compares them with page.css."""
+"""The colour `--ink` in page.css, in the light and dark scheme. A test compares both files."""
 
 ON_LIGHT = {style.ORANGE: "#c48700", style.SKY: "#4999c6", style.YELLOW: "#9c942b"}
 ON_DARK = {style.BROWN: "#875c1a"}
-"""Colours of engines that are too faint for a line on the page's paper, each mixed with as little
-ink as gives it the contrast of 3 that WCAG 2.2 asks for of what isn't text (1.4.11, level AA)."""
+"""Replacements for colours of engines that are too faint on the page's background.
+
+Each is the original colour mixed with the least ink that gives a contrast of 3, which WCAG 2.2
+requires for graphics (1.4.11, level AA).
+"""
 
 
 def scene_link(scene: str, t: float | None = None, engines: Sequence[str] = ()) -> str:
-    """Return the fragment that opens a scene, at an instant [s] and with these engines shown."""
+    """Return the URL fragment that opens a scene at time t [s] and shows these engines."""
     at = [] if t is None else [("t", repr(t))]
     shown = [("engine", engine) for engine in dict.fromkeys(engines)]
     return "#" + urlencode([("scene", scene), *at, *shown])
@@ -71,7 +74,7 @@ def render(template: str, **values: Any) -> Markup:
 
 
 def asset(name: str) -> Markup:
-    """Return a stylesheet or script of ours, to stand within its element."""
+    """Return a stylesheet or script of this package, as the content of its HTML element."""
     text = files("ghostball.reports.page").joinpath("assets", name).read_text(encoding="utf-8")
     if "</style" in text.lower() or "</script" in text.lower():
         raise ValueError(f"asset {name} holds the end of its own element")
@@ -79,14 +82,14 @@ def asset(name: str) -> Markup:
 
 
 def replay_script() -> Markup:
-    """Return what defines `Ghostball.mountReplay`, for `<script>`."""
+    """Return the script that defines `Ghostball.mountReplay`, as the content of `<script>`."""
     return Markup("\n").join(map(asset, REPLAY_SCRIPTS))
 
 
 def embedded_json(value: Any) -> Markup:
-    """Return JSON for `<script type="application/json">`, which can neither end nor start one.
+    """Return JSON for `<script type="application/json">`.
 
-    Nor can it a comment.
+    The JSON can't start or end an element or a comment.
     """
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     for sign in "<>&\u2028\u2029":
@@ -95,20 +98,20 @@ def embedded_json(value: Any) -> Markup:
 
 
 def label_html(label: str) -> Markup:
-    """Return an engine's label, which may break after its name and between settings."""
+    """Return an engine's label; a line may break after the name and between settings."""
     return Markup("<code>%s</code>") % Markup("<wbr>").join(re.split(r"(?<=[:,])", label))
 
 
 def codes(text: str) -> Markup:
-    """Return a sentence of ours in which what stands between `back quotes` is code."""
+    """Return a sentence of this package as markup: text between `back quotes` becomes code."""
     parts = enumerate(text.split("`"))
     return Markup("").join(Markup("<code>%s</code>") % part if k % 2 else part for k, part in parts)
 
 
 def engine_css(labels: Sequence[str]) -> str:
-    """Return the custom properties `--engine-0`, ... of the engines, for both schemes.
+    """Return the CSS properties `--engine-0`, `--engine-1`, ... for the light and dark scheme.
 
-    Ours is black in figures, so that it has the colour of ink here.
+    Ghostball's engine, black in figures, has the colour `--ink` on the page.
     """
     light, dark = (
         "".join(

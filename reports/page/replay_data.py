@@ -1,8 +1,8 @@
-"""What the replay of one scene shows, as compact plain values for JSON.
+"""The data of one scene's replay, as compact plain values for JSON.
 
-The scene's table and balls, each engine with its look and what became of it, and, in one compressed
-string, the event logs and the motions (`reports.page.replay_tracks`). The scripts that draw it are
-in `assets/`, put together by `reports.page.rendering`.
+The data contain the table and the balls, the style and outcome of each engine, and, in one
+compressed string, the event logs and the motions (`reports.page.replay_tracks`). The scripts that
+draw the replay are in `assets/` and joined by `reports.page.rendering`.
 """
 
 from __future__ import annotations
@@ -31,25 +31,22 @@ from ghostball.reports.shots import Run, Shot
 from ghostball.reports.words import metric_of
 
 SCHEMA: Final = 2
-"""Version of the data; the script refuses another one."""
+"""Version of the data format; the script rejects every other version."""
 
 MAX_EVENTS = 1500
-"""Events kept of an engine's log: more can't be distinguished on a time line, nor stepped to."""
+"""Largest number of events kept from an engine's log: a time line can't show more events."""
 
 FAR_OFF = 2.0
-"""Times the size of what is shown: a ball that ends farther off than this isn't waited for."""
+"""A ball that ends farther away than this multiple of the view's size is left out of the view."""
 
 _LINES: Final = {"-": [], "--": [5.0, 2.5], ":": [1.2, 1.6], "-.": [6.0, 2.0, 1.2, 2.0]}
-"""Dashes of matplotlib's names for lines [pt]; none: solid."""
+"""Lengths of dashes and gaps [pt] of matplotlib's line styles; empty for a solid line."""
 
 
 def scene_data(shot: Shot, *, horizon: float | None = None) -> dict[str, Any]:
-    """Return what the replay of a scene shows, all engines over each other.
+    """Return the data of a scene's replay as plain values, without nan and inf.
 
-    `horizon` [s]: until when double precision can say where the balls are
-    (`Predictability.horizon`).
-
-    Returns plain values: no nan, no inf.
+    `horizon` [s]: the predictability horizon in double precision (`Predictability.horizon`).
     """
     scene, runs, truth = shot.scene, shot.runs, shot.truth_positions
     parts: list[bytes] = []
@@ -77,7 +74,7 @@ def scene_data(shot: Shot, *, horizon: float | None = None) -> dict[str, Any]:
         "spin": SPIN_QUANTUM,
         "highest": _highest(scene, runs),
         "nose": scene.physics.cushion_height if scene.physics.airborne else None,
-        # One at the start says that nothing is known of how errors grow, as in flight.
+        # A horizon of 0 means that the growth of errors is unknown, for example in flight.
         "horizon": _finite(horizon or None),
         "truth": None if truth is None else {"kind": shot.truth, "rest": _points(truth)},
         "engines": engines,
@@ -86,7 +83,7 @@ def scene_data(shot: Shot, *, horizon: float | None = None) -> dict[str, Any]:
 
 
 def _shape_of(table: Table) -> dict[str, Any]:
-    """Return what is drawn of a table besides a plain rectangle; nothing of one that is that."""
+    """Return outline, holes and posts of a table; empty for a rectangle without posts."""
     shape: dict[str, Any] = {}
     if not table.is_rectangle:
         shape["outline"] = [[round(c, 6) for c in point] for point in table.drawn_outline]
@@ -97,7 +94,7 @@ def _shape_of(table: Table) -> dict[str, Any]:
 
 
 def _highest(scene: Scene, runs: Sequence[Run]) -> float:
-    """Return how high over the cloth the lowest point of a ball gets [m]; 0 where none flies."""
+    """Return the largest height of a ball's lowest point above the cloth [m]; 0 without flight."""
     rise = 0.0
     for run in runs:
         if run.motion is not None:
@@ -124,7 +121,7 @@ def _engine(run: Run, radii: FloatArray, parts: list[bytes]) -> dict[str, Any]:
         else "",
         "horizon": None if case is None else _finite(case.horizon),
         "divergence": metric_of(run.case, "first_divergence_time"),
-        # What the distance of its end from the truth is worth: past its horizon it is no error.
+        # Whether the distance from the reference is an error: after the horizon it isn't.
         "standing": run.standing.name.lower(),
         "exact": case is not None and is_exact(case),
         "rest": None,
@@ -150,7 +147,7 @@ def _engine(run: Run, radii: FloatArray, parts: list[bytes]) -> dict[str, Any]:
 
 
 def _kept(events: Events) -> Events:
-    """Return at most `MAX_EVENTS` events with a finite time, evenly chosen."""
+    """Return at most `MAX_EVENTS` events with a finite time, evenly sampled from the log."""
     events = events[np.isfinite(events["t"])]
     if len(events) <= MAX_EVENTS:
         return events
@@ -162,7 +159,8 @@ def _view(scene: Scene, runs: Sequence[Run]) -> tuple[float, float, float, float
     moved = [run for run in runs if run.motion is not None]
     if not moved:
         return view_of(scene)
-    # What our engine says is seen whole; what another one lost far off isn't.
+    # The view contains the whole motion of Ghostball's engine, but not balls that another engine
+    # moved far away.
     ours = next((run.motion for run in moved if run.style.ours), None)
     needed = [scene.positions] if ours is None else [scene.positions, _near(ours.positions)]
     whole = np.concatenate(needed)
@@ -174,13 +172,13 @@ def _view(scene: Scene, runs: Sequence[Run]) -> tuple[float, float, float, float
 
 
 def _near(positions: FloatArray) -> FloatArray:
-    """Return the centres that are anywhere, (m, 3) [m]."""
+    """Return the centres (m, 3) [m] whose coordinates are at most `FARTHEST`."""
     centres = positions.reshape(-1, positions.shape[-1])
     return centres[(np.abs(centres) <= FARTHEST).all(axis=1)]
 
 
 def _points(positions: FloatArray) -> list[list[float] | None]:
-    """Return x and y of each centre [m], or None where it isn't known."""
+    """Return x and y of each centre [m], or None if x or y isn't finite."""
     return [
         [float(x), float(y)] if math.isfinite(x) and math.isfinite(y) else None
         for x, y in positions[:, :2]
@@ -192,6 +190,6 @@ def _finite(value: float | None) -> float | None:
 
 
 def _compressed(content: bytes) -> str:
-    """Return bytes as raw deflate (RFC 1951), which browsers read, in base64."""
+    """Return bytes compressed as raw deflate (RFC 1951, readable by browsers), in base64."""
     deflate = zlib.compressobj(9, zlib.DEFLATED, -15, 9)
     return base64.b64encode(deflate.compress(content) + deflate.flush()).decode("ascii")

@@ -1,11 +1,13 @@
-"""A ball's sampled path as few parabolas, and as bytes: what the replay of a scene is made of.
+"""Paths of balls for the replay of a scene: sampled paths as a few parabolas, written as bytes.
 
-Between its events a ball moves with constant acceleration, or nearly so, and a parabola is drawn
-without loss by any browser. A path is therefore kept as *pieces*: the position where each ends, and
-by how much it bulges from the straight line in its middle; and, so that one sees the ball turn, the
-spin at both its ends, as what it is more than that of a ball which rolls along the piece: mostly 0.
-Numbers are whole: positions in micrometres, times in ticks. `packed` writes them so that small ones
-take one byte; they are then compressed with all others of the scene.
+Between events, the acceleration of a ball is constant or nearly so, and a browser draws a parabola
+without loss. A path is therefore stored as *pieces*. Each piece has its end position and its bulge:
+the distance of the parabola from the chord at mid-time. For the rotation of the ball, each piece
+also has the spin at its start and its end, minus the spin of a ball that rolls along the piece. The
+difference is mostly 0.
+
+All numbers are integers: positions in micrometres, times in ticks. `packed` writes a small integer
+as one byte; the bytes of all balls of a scene are then compressed together.
 """
 
 from __future__ import annotations
@@ -22,39 +24,39 @@ from ghostball.model.arrays import FloatArray, IntArray
 from ghostball.validation.results.records import Motion
 
 TOLERANCE = 1e-5
-"""How far a path may run beside the stored samples [m]: 0.01 mm, a tenth of what is read off."""
+"""Largest distance of a path from the stored samples [m]: a tenth of what a reader can see."""
 
 QUANTUM = 1e-6
 """Unit of positions [m]."""
 
 TICK = 1e-7
-"""Unit of times, at most [s]: a ball at 10 m/s moves a micrometre meanwhile."""
+"""Largest unit of times [s]: a ball at 10 m/s moves by a micrometre in this time."""
 
 FARTHEST = 1e5
-"""A ball farther off than this [m] is lost: an engine that blows up makes numbers without end."""
+"""A ball with a coordinate beyond this value [m] counts as lost, as in an unstable simulation."""
 
 SPIN_QUANTUM = 0.02
-"""Unit of spins [rad/s]: in a piece of a second a ball turns by 0.02 rad more or less, at most."""
+"""Unit of spins [rad/s]: rounding to it changes the rotation in 1 s by at most 0.02 rad."""
 
 TURN_TOLERANCE = 0.1
-"""How far a ball may turn beside its stored spins within a piece [rad]."""
+"""Largest error of the rotation within a piece [rad]."""
 
 UNKNOWN_PHASE = 5
-"""Stands for the phase of a piece whose engine records frames, which have none."""
+"""Phase of a piece from recorded frames, which have no phases."""
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
     """The path of one ball in pieces.
 
-    `samples` (m + 1,) int64: samples at which the pieces begin and end; none where no position is
-        known at all.
-    `ends` (m + 1, 3) int64 [quantum]: where.
-    `bulges` (m, 3) int64 [quantum]: off the chord, in the middle of each piece's time.
-    `spins` (m, 6) int64 [`SPIN_QUANTUM`]: at the start and the end of each piece, over that of a
-        ball which rolls along it.
+    `samples` (m + 1,) int64: indices of the samples at which the pieces start and end; empty if no
+        position is known.
+    `ends` (m + 1, 3) int64 [`QUANTUM`]: positions at these samples.
+    `bulges` (m, 3) int64 [`QUANTUM`]: distance from the chord at the mid-time of each piece.
+    `spins` (m, 6) int64 [`SPIN_QUANTUM`]: spin at the start and at the end of each piece, minus the
+        spin of a ball that rolls along the piece.
     `phases` (m,) int64: `model.trajectory.Phase`, or `UNKNOWN_PHASE`.
-    `lost` [s]: from when on no finite position is known.
+    `lost` [s]: time of the first position that isn't finite or is too far away, or None.
     """
 
     samples: IntArray
@@ -66,23 +68,24 @@ class Track:
 
 
 def tick_of(motion: Motion) -> float:
-    """Return the unit of times of a motion [s]: so short that no ball moves by a quantum in one."""
+    """Return the unit of times of a motion [s]: no ball moves farther than `QUANTUM` in it."""
     speeds = np.abs(motion.velocities)
     speed = np.max(speeds, initial=0.0, where=np.isfinite(speeds) & (speeds < 1e9))
     return float(min(TICK, QUANTUM / speed)) if speed > 0.0 else TICK
 
 
 def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
-    """Return the path of one ball in as few parabolas as keep within `TOLERANCE` of its samples.
+    """Return the path of one ball as parabolas within `TOLERANCE` of its samples.
 
-    `tick` [s].
-    `radius` [m]: of the ball.
+    `tick` [s]: unit of times.
+    `radius` [m]: radius of the ball.
 
-    A piece is tried up to the ball's next event, where its motion changes, and beyond; where that
-    is too long, it is halved until it fits. No piece spans a change of phase.
+    There are few pieces: a piece is tried to the ball's next event and then to later events. If a
+    piece to the next event doesn't fit, a shorter one is found by bisection. No piece contains a
+    change of phase.
     """
     xyz = motion.positions[:, ball]
-    # Of nan, `<=` is false.
+    # `<=` is false for nan.
     bad = np.flatnonzero(~(np.abs(xyz) <= FARTHEST).all(axis=1))
     known = int(bad[0]) if len(bad) else len(xyz)
     lost = None if known == len(xyz) else float(motion.times[known])
@@ -123,9 +126,9 @@ def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
 class _Path(NamedTuple):
     """Samples of one ball.
 
-    `times` (k,) float64 [s], whole ticks.
-    `places` (3, k) float64 [m].
-    `corners` (3, k) float64 [m]: the same in whole quanta: where a piece may begin or end.
+    `times` (k,) float64 [s]: rounded to ticks.
+    `places` (3, k) float64 [m]: positions.
+    `corners` (3, k) float64 [m]: positions rounded to `QUANTUM`, the ends of pieces.
     `spins` (3, k) float64 [rad/s].
     """
 
@@ -135,12 +138,12 @@ class _Path(NamedTuple):
     spins: FloatArray
 
     def before(self, start: int, end: int) -> int:
-        """Return the last sample of a piece that is still before what happens at its end."""
+        """Return the last sample of a piece before the event at its end."""
         return end - 1 if end - 1 > start and self.times[end - 1] == self.times[end] else end
 
 
 def _spins_of(path: _Path, track: Track, radius: float) -> IntArray:
-    """Return the spins at the ends of the pieces, over those of rolling; see `Track.spins`."""
+    """Return the spins at the ends of the pieces minus the spins of rolling; see `Track.spins`."""
     first, last = track.samples[:-1], track.samples[1:]
     before = [path.before(int(i), int(j)) for i, j in zip(first, last, strict=True)]
     dt = (path.times[last] - path.times[first])[:, np.newaxis]
@@ -155,7 +158,7 @@ def _spins_of(path: _Path, track: Track, radius: float) -> IntArray:
 
 
 def _stops(motion: Motion, ball: int, known: int, phases: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the samples where the ball's motion may change, and those where its phase does."""
+    """Return the samples at which the ball's acceleration may change, and those of a new phase."""
     events = motion.events
     own = (events["a"] == ball) | ((events["b"] == ball) & (events["kind"] == 0))
     at = np.searchsorted(motion.times[:known], events["t"][own])
@@ -179,7 +182,7 @@ def _longest_piece(
         step = 2 * step + 1
     if best is not None:
         return best
-    # Neighbours always fit: a piece between two samples has none within.
+    # Bisection starts from the next sample: a piece without samples inside always fits.
     low, high = start + 1, int(ahead[0])
     bulge = np.zeros(3)
     while high - low > 1:
@@ -190,7 +193,7 @@ def _longest_piece(
 
 
 def _fitted(path: _Path, start: int, end: int) -> FloatArray | None:
-    """Return the bulge of the piece between two samples, (3,) [quantum], or None where none fits.
+    """Return the bulge (3,) [`QUANTUM`] of the piece between two samples, or None if none fits.
 
     `start`, `end`: first and last sample of the piece.
     """
@@ -204,14 +207,14 @@ def _fitted(path: _Path, start: int, end: int) -> FloatArray | None:
     first, last = path.corners[:, start : start + 1], path.corners[:, end : end + 1]
     off = path.places[:, start : end + 1] - (first + u * (last - first))
     bow = 4.0 * u * (1.0 - u)
-    # Samples within a tick of an end, such as those just before an event, say nothing of the bow.
+    # Samples within a tick of an end, for example just before an event, don't determine the bulge.
     weight = max(np.add.reduce(bow * bow), 1e-9)
     bulge: FloatArray = np.rint(np.add.reduce(bow * off, axis=1) / weight / QUANTUM)
     off -= bow * (bulge * QUANTUM)[:, np.newaxis]
     off *= off
     if not np.maximum.reduce(off[0] + off[1] + off[2]) <= TOLERANCE**2:
         return None
-    # Its spin goes straight from its start to what it is just before its end.
+    # The replay interpolates the spin linearly from the start to the sample just before the end.
     before = path.before(start, end)
     spins, u = path.spins[:, start : before + 1], u[: before + 1 - start]
     straight = spins[:, :1] + u * (spins[:, -1:] - spins[:, :1])
@@ -221,16 +224,20 @@ def _fitted(path: _Path, start: int, end: int) -> FloatArray | None:
 def packed_motion(
     motion: Motion, events: Events, radii: FloatArray
 ) -> tuple[bytes, float, dict[int, float]]:
-    """Return a motion and its event log as bytes, its tick [s], and when which ball is lost [s].
+    """Return a motion and its event log as bytes, the tick [s], and the time [s] of each lost ball.
 
-    `events`, a structured array (`engine.EVENT_DTYPE`): those of its events that are to be kept.
-    `radii` (n,) float64 [m].
+    `events`, a structured array (`engine.EVENT_DTYPE`): the events to keep.
+    `radii` (n,) float64 [m]: radii of the balls.
 
-    In this order: number of events, the bytes of their times (all first bytes, then all second
-    ones, ...: neighbours are alike), kinds, a, b; number of samples at
-    which a piece of any ball begins or ends, their times in ticks; for each ball how many of them
-    are its own, which, the phases of the pieces between them, ends, bulges and spins. Whole numbers
-    are differences to the one before, except for bulges and spins.
+    The bytes have this order:
+
+    - the number of events; the bytes of their times (first all first bytes, then all second bytes,
+      ..., because similar bytes compress better); their kinds, a and b;
+    - the number of samples at which a piece of any ball starts or ends, and their times in ticks;
+    - for each ball, the number of its own samples and their indices, then the phases, ends, bulges
+      and spins of its pieces.
+
+    Integers are stored as the difference from the integer before, except for bulges and spins.
     """
     tick = tick_of(motion)
     tracks = [track_of(motion, ball, tick, radius) for ball, radius in enumerate(radii.tolist())]
@@ -260,7 +267,7 @@ def packed_motion(
 
 
 def packed(numbers: Iterable[int] | IntArray) -> bytes:
-    """Return whole numbers as bytes: zigzag, then seven bits a byte, the low ones first."""
+    """Return integers as bytes in zigzag code: seven bits in each byte, the lowest bits first."""
     values = np.asarray(numbers, dtype=np.int64)
     folded = ((values << 1) ^ (values >> 63)).view(np.uint64)
     sizes = np.ones(len(folded), dtype=np.int64)
@@ -279,6 +286,6 @@ def packed(numbers: Iterable[int] | IntArray) -> bytes:
 
 
 def _steps(values: NDArray[np.integer]) -> IntArray:
-    """Return the differences to the one before; of the first, to 0."""
+    """Return the difference of each value from the value before; the first value is unchanged."""
     whole = values.astype(np.int64)
     return whole - np.concatenate(([0], whole[:-1]))[: len(whole)]

@@ -1,4 +1,4 @@
-"""What was measured and counted of one scene, engine by engine: collisions, numbers, remarks."""
+"""Measured values, counters and remarks of one scene, for each engine."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ COUNTED = {
 UNSOLVED = ("unsolved_joint_impacts", "unsolved_contact_steps")
 
 SCENES_SHOWN = 8
-"""More scenes than this in a cell of a table are no longer read."""
+"""Largest number of scenes listed in a cell of a table."""
 
 
 @dataclass(frozen=True)
 class Remark:
-    """One thing to say of one engine's run; of a limit that it breaks, the check."""
+    """A remark about one case: a text, or a failed check."""
 
     case: CaseRecord
     text: str
@@ -45,17 +45,17 @@ class Remark:
 
 def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
     """Return the headings of the table of numbers."""
-    # Where a scene ends at its `t_max` nothing rests.
+    # In a scene that ends at `t_max`, balls still move.
     end = "end" if any(case.status == "t-max" for case in cases) else "rest"
     own = (f"{end} error, rms", f"{end} time [s]", "its error", "largest overlap", "run time")
     return [*COMPARISON_HEADS, *own]
 
 
 def number_row(case: CaseRecord) -> list[str]:
-    """Return what was measured of one engine, as `number_heads` says."""
+    """Return the measured values of one case, in the order of `number_heads`."""
     time_error = time_text(case, metric_of(case, "rest_time_error"))
     if rest_error_standing(case) in (RestError.CHAOTIC, RestError.OWN):
-        time_error = rest_error_text(case)  # past prediction as the rest positions are
+        time_error = rest_error_text(case)  # the same words as for the rest positions
     return [
         *(comparison_cells(case) or ["–"] * len(COMPARISON_HEADS)),
         standing_text(case, length_text(case, metric_of(case, "rest_error_rms"))) or "–",
@@ -67,7 +67,7 @@ def number_row(case: CaseRecord) -> list[str]:
 
 
 def remarks(cases: Sequence[CaseRecord]) -> Iterator[Remark]:
-    """Yield why engines did not run, what failed, what they approximate or count."""
+    """Yield remarks: why a case did not run, failed checks, approximations and counters."""
     for case in cases:
         if case.outcome != "ran":
             yield Remark(case, f"{verdict_of(case).words}: {case.reason}")
@@ -83,17 +83,21 @@ def remarks(cases: Sequence[CaseRecord]) -> Iterator[Remark]:
 
 
 def counted_text(case: CaseRecord) -> str:
-    """Return what a run counted beyond exact events, in words; "" where there was nothing."""
+    """Return the counted approximations of a case in words; "" if there are none."""
     return ", ".join(f"{case.work[name]} {words}" for name, words in _present(case))
 
 
 def work_text(case: CaseRecord) -> str:
-    """Return every counter of a run, by its name in `Result.work`."""
+    """Return the name and value of every counter in `Result.work`."""
     return ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in case.work.items())
 
 
 def counted_rows(results: Results) -> Iterator[tuple[str, str, int, list[tuple[str, int]], int]]:
-    """Yield engine, what it counted, how often in all, where most, and in how many scenes more."""
+    """Yield the engine, words, total and scenes of each counter, for the page's table.
+
+    At most `SCENES_SHOWN` scenes are listed, those with the largest counts; the last value is the
+    number of further scenes.
+    """
     for label in results.labels:
         cases = [case for case in results.cases if case.label == label]
         for name, words in COUNTED.items():
@@ -106,7 +110,7 @@ def counted_rows(results: Results) -> Iterator[tuple[str, str, int, list[tuple[s
 
 
 def unsolved(results: Results) -> int:
-    """Return how many joint impacts and contact steps of all runs were left without a solution."""
+    """Return the number of simultaneous impacts and contact steps left unsolved in all cases."""
     return sum(case.work.get(name, 0) for case in results.cases for name in UNSOLVED)
 
 

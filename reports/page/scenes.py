@@ -43,21 +43,21 @@ from ghostball.validation.diagnose.energy_ledger import ENTRIES, EnergyLedger, l
 from ghostball.validation.results.store import INDEPENDENT, CaseRecord
 
 REPLAY_ID = "replay-"
-"""What stands before a scene's name in the id of its replay's data."""
+"""Prefix of the id of an element with a replay's data; the name of the scene follows."""
 
 
 MARKS = 5
-"""Markers of an engine along its curve."""
+"""Number of markers along the curve of an engine."""
 
 
 @dataclass(frozen=True)
 class ScenePart:
-    """What the page holds of one scene, and what sections of all scenes need of its motions.
+    """The part of the page about one scene, and data from its motions for other sections.
 
-    `ledger`: of our engine's run.
-    `hashes`: of the events and rest positions of each run, to the bit, by label.
-    `sheet`: of the picture of it that lies beside the page, relative to that.
-    `comparison`: of its engines; None if fewer than two ran.
+    `ledger`: energy ledger of Ghostball's engine.
+    `hashes`: hash of the exact events and rest positions of each engine, by label.
+    `sheet`: path of the scene's picture, relative to the page.
+    `comparison`: comparison of the engines; None if fewer than two ran.
     """
 
     html: Markup
@@ -70,10 +70,10 @@ class ScenePart:
 def scene_part(
     shot: Shot, change: SceneChange | None = None, sheet: PurePosixPath | None = None
 ) -> ScenePart:
-    """Return a scene's part of the page; it takes its motions, so that the page needs none.
+    """Return the part of the page about a scene; afterwards the page doesn't need the motions.
 
-    `change`: what became of the scene since the baselines.
-    `sheet`: of a picture of it, relative to the page.
+    `change`: change of the scene since the baselines.
+    `sheet`: path of the scene's picture, relative to the page.
     """
     cases = [run.case for run in shot.runs if run.case is not None]
     horizon = next((one.shot_horizon for one in cases if one.shot_horizon is not None), None)
@@ -125,15 +125,12 @@ def scene_part(
 
 
 def failed_scene_part(name: str, failed: FailedPart) -> ScenePart:
-    """Return the part of a scene whose own could not be made: it says so."""
+    """Return a part that shows the error, for a scene whose own part could not be made."""
     return ScenePart(render("failed_scene.html", name=name, failed=failed), None, {})
 
 
 def _limits(cases: Sequence[CaseRecord]) -> dict[tuple[str, str, str], list[tuple[str, ...]]]:
-    """Return what each limit judges: the same reason needs no repeating.
-
-    By metric, limit and reason: sign, label and value of each engine.
-    """
+    """Return sign, label and value of each checked engine, by metric, limit and reason."""
     judged: dict[tuple[str, str, str], list[tuple[str, ...]]] = defaultdict(list)
     for case in cases:
         for check in case.checks:
@@ -154,25 +151,25 @@ def _ledgers(shot: Shot) -> list[tuple[str, EnergyLedger]]:
 
 
 def dash_of(look: style.EngineStyle) -> str:
-    """Return an engine's line as SVG's `stroke-dasharray`; "" is a whole line."""
+    """Return SVG's `stroke-dasharray` of an engine's line; "" for a solid line."""
     return "" if isinstance(look.line, str) else " ".join(f"{part:g}" for part in look.line[1])
 
 
 def swatch_of(shot: Shot, run: Run) -> tuple[str, str, bool, str]:
-    """Return an engine's look in a legend: colour, dashes, whether its line is broad, sign."""
+    """Return the style of an engine in a legend: colour, dashes, True if broad, sign."""
     sign = "" if run.style.ours else style.SIGNS[run.style.marker]
     return colour_of(shot, run), dash_of(run.style), run.style.ours, sign
 
 
 def colour_of(shot: Shot, run: Run) -> str:
-    """Return an engine's colour as CSS: it differs between light and dark."""
+    """Return the CSS colour of an engine, a property that differs in the light and dark scheme."""
     return f"var(--engine-{shot.runs.index(run)})"
 
 
 def marks_on(shot: Shot, run: Run, values: FloatArray) -> Series:
-    """Return an engine's markers along its curve, each engine's at other times.
+    """Return an engine's markers along its curve, at times that differ between engines.
 
-    `values` (k,): of the curve, at the times of the run's motion.
+    `values` (k,): values of the curve at the times of the recorded motion.
     """
     times, place = motion_of_run(run).times, shot.drawn.index(run)
     at = (np.arange(MARKS) + (place + 0.5) / len(shot.drawn)) / MARKS * times[-1]
@@ -187,7 +184,7 @@ def marks_on(shot: Shot, run: Run, values: FloatArray) -> Series:
 
 
 def energy_chart(shot: Shot) -> Markup:
-    """Draw the energy of all balls against time; "" where no engine has a motion."""
+    """Draw the total energy of all balls against time; "" if no engine recorded a motion."""
     if not shot.drawn:
         return Markup()
     unit, name, highest = energy_scale(shot)
@@ -213,9 +210,11 @@ def energy_chart(shot: Shot) -> Markup:
 
 
 def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
-    """Draw how far the balls of each engine are from ours; "" where there is nothing to compare.
+    """Draw the distance of each engine from Ghostball's result against time.
 
-    `horizon` [s]: until when the shot can be predicted.
+    Return "" if there is nothing to compare.
+
+    `horizon` [s]: predictability horizon of the shot.
     """
     curves, most = error_curves(shot)
     if not curves:

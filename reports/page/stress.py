@@ -1,4 +1,4 @@
-"""How engines came through generated shots, where such a run lies beside the results."""
+"""Section about generated shots: results of a run of `ghostball stress` in the same folder."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ghostball.validation.stress.tally import (
 )
 
 FOLDER = "stress"
-"""Where in a results folder a run of `ghostball stress` lies."""
+"""Subfolder of a results folder with a run of `ghostball stress`."""
 
 
 def stress_html(results: Results) -> Markup:
-    """Return how engines came through; "" where no run of stress lies in the results folder."""
+    """Return the results of the stress run; "" if the results folder has no stress run."""
     folder = results.path / FOLDER
     if not (folder.is_dir() and has_results(folder)):
         return Markup()

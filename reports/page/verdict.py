@@ -1,4 +1,4 @@
-"""The first lines of the page: what became of all cases, and how right and fast each engine is."""
+"""The first section of the page: verdict over all cases, and accuracy and speed of each engine."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ VARIANTS = {
     ),
     "config=naive": ("naive", "with the settings that a newcomer types, 60 time steps per second"),
 }
-"""Explanations of settings in the names of engines."""
+"""Words in the names of engines, with explanations, by setting."""
 
 
 def verdict_html(results: Results, regression: Regression | None) -> Markup:
-    """Return the verdict in words and numbers, with what failed by name."""
+    """Return the verdict in words and numbers, with a list of all failures."""
     left = unsolved(results)
     measured = results.environment.get("metrics", list(METRICS))
     left_out = sum(len(case.left_out) for case in results.cases)
@@ -45,14 +45,14 @@ def verdict_html(results: Results, regression: Regression | None) -> Markup:
 
 
 def engines_html(results: Results) -> Markup:
-    """Return a bar for each engine of how right it is, its typical error and its run time."""
+    """Return a table: each engine's scenes by accuracy class, median error and median run time."""
     tallies = [tally(results, label) for label in results.labels]
     labels = " ".join(results.labels)
     return render(
         "engines.html",
         scenes=many(len(results.scene_names), "scene"),
         rows=[(one, style.engine_name(one.label), _parts(one)) for one in tallies],
-        # What became of a scene alone says more than that it is one.
+        # With a single scene, its result says more than the number 1.
         alone={case.label: accuracy_text(case) for case in results.cases}
         if len(results.scene_names) == 1
         else {},
@@ -67,7 +67,7 @@ def engines_html(results: Results) -> Markup:
 
 
 def _excused(results: Results) -> list[tuple[str, str, int, str]]:
-    """Return of whom the common law is not asked: label, metrics, number of scenes, reason."""
+    """Return the engines excused from common limits: label, metrics, number of scenes, reason."""
     found: dict[tuple[str, str], list[CaseRecord]] = {}
     for case in results.cases:
         if case.excused:
@@ -84,7 +84,7 @@ def _excused(results: Results) -> list[tuple[str, str, int, str]]:
 
 
 def _parts(one: Tally) -> list[tuple[str, int, str]]:
-    """Return each part of an engine's bar: its colour's name, how many scenes, what it means."""
+    """Return the parts of an engine's bar: name of the colour, number of scenes, meaning."""
     counted = [
         *((look.slug, one.counts.get(kind, 0), look.meaning) for kind, look in CLASSES.items()),
         ("own", one.compared_with, "no independent reference: other engines are compared with it"),

@@ -42,7 +42,7 @@ PARTS = {
     "closed_forms_html": "Errors in closed-form scenes, in units of rounding",
     "horizons_html": "Predictability horizons",
     "ensembles_html": "Ensembles: rest positions from perturbed initial states",
-    "ledgers_html": "Where the energy went",
+    "ledgers_html": "Energy losses",
     "hashes_html": "Determinism",
     "timing_html": "Run times",
     "stress_html": "Generated shots",

@@ -1,4 +1,4 @@
-// The page around the replays: one scene at a time, found by name, linked by its fragment.
+// The page around the replays: shows one scene at a time, found by name or by the URL fragment.
 "use strict";
 (() => {
   const PREFIX = "#scene=";
@@ -17,7 +17,7 @@
 
   const dataOf = (id) => JSON.parse(document.getElementById(id).textContent);
 
-  // Nothing of a scene's motion is decoded before it comes into view.
+  // The motion of a scene is decoded only when its replay comes into view.
   const whenSeen = (element, act) => {
     const observer = new IntersectionObserver((entries) => {
       if (entries.some((entry) => entry.isIntersecting)) {
@@ -29,7 +29,7 @@
     return observer;
   };
 
-  /** A replay that is read once it comes into view; it looks where it is asked to, and can be closed. */
+  /** A replay that is decoded once it comes into view. It can show a given view, and can be closed. */
   const replayIn = (element, view, options) => {
     const mine = {
       mounted: null,
@@ -53,7 +53,7 @@
     return mine;
   };
 
-  /** What a fragment asks for: a scene, alone or with an instant and the engines to look at. */
+  /** Reads a URL fragment: a scene and, optionally, a time and the engines to show. */
   const asked = () => {
     const whole = decodeURIComponent(location.hash.replace(/%(?![0-9a-f]{2})/gi, "%25"));
     if (!whole.startsWith(PREFIX)) return null;
@@ -69,14 +69,14 @@
     return `#${parts}`;
   };
 
-  /** Puts the link into the address bar, and on the clipboard where there is one. */
+  /** Puts the link into the address bar and, if there is a clipboard, on the clipboard. */
   const share = async (button, name, view) => {
     history.replaceState(null, "", linkTo(name, view));
     let said = "In the address bar";
     try {
       await navigator.clipboard.writeText(location.href);
       said = "Copied";
-    } catch { /* without leave, or over plain HTTP, there is no clipboard */ }
+    } catch { /* without permission, or over plain HTTP, there is no clipboard */ }
     const before = button.textContent;
     button.textContent = said;
     setTimeout(() => { button.textContent = before; }, 1500);
@@ -121,7 +121,7 @@
     found.textContent = `${names.length} of ${links.size} scenes`;
   };
 
-  // A link to a scene gives it the focus; from there, too, the keys of its replay work.
+  // A link to a scene gives the scene the focus, so the keys of its replay work there, too.
   for (const scene of scenes) {
     scene.addEventListener("keydown", (event) => {
       if (event.target === scene && scene === open) replay?.key(event);
@@ -161,7 +161,7 @@
     });
   }
   window.addEventListener("hashchange", follow);
-  // Where no script runs, they lead to the scene alone.
+  // Without a script, these links only lead to the scene.
   for (const link of document.querySelectorAll("a[data-view]")) link.href = link.dataset.view;
 
   if (navigator.clipboard) {
@@ -185,7 +185,7 @@
     folded = [];
   });
 
-  // A link to what is folded, or to something in it, unfolds it.
+  // A link to a folded part, or to an element inside, unfolds the part.
   const unfold = () => {
     const target = location.hash && document.getElementById(location.hash.slice(1));
     if (!target) return;
@@ -199,7 +199,7 @@
   follow();
   unfold();
 
-  // Tables that sort: by size, the least first, and what has no value last; else by their text.
+  // Sortable tables: smallest value first, cells without a value last; columns of text by text.
   for (const table of document.querySelectorAll("table.sortable")) {
     const body = table.tBodies[0];
     [...table.tHead.rows[0].cells].forEach((head, column) => {

@@ -1,5 +1,5 @@
 "use strict";
-// The replay of one scene at any instant: our engine and one other, or as many as are ticked.
+// The replay of one scene at any time: Ghostball's engine and one or more ticked engines.
 globalThis.Ghostball ??= {};
 
 (() => {
@@ -8,11 +8,11 @@ globalThis.Ghostball ??= {};
     legend, make, tick, timeWords,
   } = Ghostball;
   const SPEEDS = [0.01, 0.03, 0.1, 0.25, 0.5, 1, 2, 4];
-  const MANY_BALLS = 5; // from this many balls on, paths of all engines over each other are a scribble
-  const TAIL = 1; // [s]
-  const QUIET = 600; // [ms] that nothing changes before the status is said
-  const READOUT_EVERY = 100; // [ms] while it plays: nobody reads faster
-  const SAID = 4; // events of one instant that are said aloud
+  const MANY_BALLS = 5; // with this many balls or more, full paths of several engines are unreadable
+  const TAIL = 1; // [s] of path behind a ball
+  const QUIET = 600; // [ms] without a change before screen readers get the status
+  const READOUT_EVERY = 100; // [ms] between updates of the table while playing
+  const SAID = 4; // most simultaneous events in the status
   const SCROLLS = [" ", "ArrowLeft", "ArrowRight", "Home", "End"];
 
   class Replay {
@@ -27,7 +27,7 @@ globalThis.Ghostball ??= {};
       this.names = true;
       this.stripes = true;
       this.reference = this.ran.find((engine) => engine.ours) ?? this.ran[0];
-      // Paths of nine engines over each other can't be read: the first beside the reference will do.
+      // Paths of many engines are unreadable: at first only the reference and one more are shown.
       const other = this.ran.find((engine) => engine !== this.reference);
       for (const engine of this.ran) engine.shown = engine === this.reference || engine === other;
       this.build();
@@ -76,8 +76,8 @@ globalThis.Ghostball ??= {};
       this.whole = iconButton("whole", "Whole table", () => this.plate.reset(), "0");
       this.whole.disabled = true;
       return make("div", { className: "gb-zoom" },
-        iconButton("closer", "Closer", () => this.plate.zoom(1.6), "+"),
-        iconButton("farther", "Farther", () => this.plate.zoom(1 / 1.6), "-"),
+        iconButton("closer", "Zoom in", () => this.plate.zoom(1.6), "+"),
+        iconButton("farther", "Zoom out", () => this.plate.zoom(1 / 1.6), "-"),
         this.whole,
         iconButton("ball", "Zoom to the selected ball", () => this.lookAtBall(), "b"));
     }
@@ -118,12 +118,12 @@ globalThis.Ghostball ??= {};
       return button;
     }
 
-    /** What a link says of it. */
+    /** The view that a link stores: time and shown engines. */
     get view() {
       return { t: this.time, engines: this.ran.filter((one) => one.shown).map((one) => one.label) };
     }
 
-    /** Shows these engines, where any is there, at an instant; what isn't said stays as it is. */
+    /** Shows a view: time and engines. Values that are missing or unknown change nothing. */
     look({ t, engines = [] }) {
       if (this.ran.some((one) => engines.includes(one.label))) {
         for (const one of this.ran) this.readout.setShown(one, engines.includes(one.label));
@@ -141,7 +141,7 @@ globalThis.Ghostball ??= {};
       return button;
     }
 
-    /** Buttons to where engines first part from the truth, and to the horizon. */
+    /** Makes buttons that jump to the first wrong collision of each engine, and to the horizon. */
     jumps() {
       const jumps = make("div", { className: "gb-jumps" });
       const parted = this.ran
@@ -228,7 +228,7 @@ globalThis.Ghostball ??= {};
       return list;
     }
 
-    /** Small pictures of lines and signs, in the colours of the moment. */
+    /** Draws the lines and signs of the legend, in the current colours of the page. */
     drawSigns() {
       const { theme } = this.plate;
       for (const [canvas, paint] of this.signs) drawSmall(canvas, 28, theme, paint);
@@ -243,7 +243,7 @@ globalThis.Ghostball ??= {};
         this.timeline.drawMarks();
       }
       const shown = this.ran.filter((engine) => engine.shown);
-      const order = [...shown].sort((p, q) => Number(q.ours) - Number(p.ours)); // ours beneath
+      const order = [...shown].sort((p, q) => Number(q.ours) - Number(p.ours)); // Ghostball's engine first, beneath
       for (const engine of order) {
         if (this.trails === "none" || (this.trails === "one" && engine !== this.reference)) continue;
         plate.drawTrails(engine, this.time, this.trails === "tails" ? this.time - TAIL : 0);
@@ -257,7 +257,7 @@ globalThis.Ghostball ??= {};
       if (this.side) this.paintSide(order, place);
     }
 
-    /** The same from the side, with the path of the chosen ball. */
+    /** Paints the side view, with the path of the selected ball. */
     paintSide(order, place) {
       const { side } = this;
       side.begin(place ? place[0] : side.middle ?? 0);
@@ -282,7 +282,7 @@ globalThis.Ghostball ??= {};
       this.update();
     }
 
-    /** Marks the log, where shown engines part from the truth, and the horizon. */
+    /** Marks events, the first wrong collision of each shown engine, and the horizon. */
     mark() {
       const flags = this.ran
         .filter((engine) => engine.shown && engine.divergence !== null)
@@ -315,7 +315,7 @@ globalThis.Ghostball ??= {};
       this.status.textContent = `t = ${timeWords(this.time)}${what} (${this.events.engine.name})`;
     }
 
-    /** To the next instant with an event of the chosen log, or the one before. */
+    /** Goes to the time of the next (or previous) event in the chosen log. */
     step(direction) {
       const t = this.events.beside(this.time, direction);
       if (t !== undefined) this.player.go(t);
@@ -350,7 +350,7 @@ globalThis.Ghostball ??= {};
         b: () => this.lookAtBall(),
       };
       const act = acts[event.key];
-      // Lists take their keys themselves; a button or a box, its Space; what scrolls, what scrolls it.
+      // Lists handle all keys, buttons and boxes handle Space, scrolling elements the scrolling keys.
       if (!act || typing) return;
       if (SCROLLS.includes(event.key) && event.target.classList.contains("gb-scroll")) return;
       if (event.key === " " && (tag === "BUTTON" || tag === "SUMMARY" || event.target.type === "checkbox")) return;
@@ -369,11 +369,12 @@ globalThis.Ghostball ??= {};
   }
 
   /**
-   * Puts the replay of a scene into an element; decodes its data only now.
+   * Decodes the data of a scene's replay and puts the replay into an element.
    *
-   * `element.ghostball.ready` is kept once it is there: {seek(t), time, positions(label),
-   * orientations(label), engines, duration, look({t, engines}), view, key(event)}. With
-   * `options.share(button, view)` there is a button that asks for a link.
+   * The promise `element.ghostball.ready` is fulfilled once the replay is in the element. Then
+   * `element.ghostball` has {seek(t), time, positions(label), orientations(label), engines,
+   * duration, look({t, engines}), view, key(event)}. If `options.share(button, view)` is given, a
+   * button copies a link.
    */
   Ghostball.mountReplay = function mountReplay(element, data, options = {}) {
     element.classList.add("gb-replay");

@@ -1,10 +1,10 @@
 "use strict";
-// What lies beneath the balls: cloth, cushions, and a bar that says how long a millimetre is.
+// The drawing beneath the balls: cloth, cushions, and a scale bar.
 globalThis.Ghostball ??= {};
 
 (() => {
   const { css } = Ghostball;
-  const CUSHION_DEPTH = 0.045; // [m], as the figures draw them
+  const CUSHION_DEPTH = 0.045; // [m], as in the figures
 
   /** A round length for the scale bar: 1, 2 or 5 times a power of ten. */
   function roundLength(longest) {
@@ -18,7 +18,7 @@ globalThis.Ghostball ??= {};
     return `${Number(value.toPrecision(3))} ${unit}`;
   }
 
-  /** The table with its cushions, or a cloth without end. */
+  /** Draws the table with its cushions, or an infinite cloth. */
   function drawCloth(plate) {
     const { context, theme, width, height } = plate;
     const { table } = plate.scene;
@@ -73,7 +73,7 @@ globalThis.Ghostball ??= {};
     }
   }
 
-  /** A bar of a round length, with that length. */
+  /** Draws a scale bar of a round length, with the length as text. */
   function drawScale(plate) {
     const { context, theme, height, view } = plate;
     const length = roundLength(Math.min(110, 0.3 * plate.width) / view.scale);

@@ -1,11 +1,11 @@
 "use strict";
-// The list of an engine's events, to jump to.
+// The list of an engine's events; choosing an event jumps to its time.
 globalThis.Ghostball ??= {};
 
 (() => {
   const { choice, eventWords, make, timeWords } = Ghostball;
 
-  /** `onchoose(engine)`: another log is wanted; `onjump(t)`: an event was picked. */
+  /** Calls `onchoose(engine)` when another log is chosen, `onjump(t)` when an event is chosen. */
   class EventList {
     constructor(scene, ran, { onchoose, onjump }) {
       this.scene = scene;
@@ -39,7 +39,7 @@ globalThis.Ghostball ??= {};
         : `${of} ${of === 1 ? "event" : "events"}`;
     }
 
-    /** How many events have happened by an instant. */
+    /** Returns the number of events at or before time t. */
     countBy(t) {
       const { log } = this.engine;
       let low = 0;
@@ -52,7 +52,7 @@ globalThis.Ghostball ??= {};
       return low;
     }
 
-    /** Chooses the last event that has happened; of several at one instant, the picked one stays. */
+    /** Selects the last event at or before t; of simultaneous events, a selected one stays. */
     choose(t) {
       const last = this.countBy(t) - 1;
       const picked = this.list.selectedIndex;
@@ -60,7 +60,7 @@ globalThis.Ghostball ??= {};
       if (last < 0 || picked < 0 || times[picked] !== times[last]) this.list.selectedIndex = last;
     }
 
-    /** What happens at exactly this instant. */
+    /** Returns the words of all events at exactly time t. */
     wordsAt(t) {
       const found = [];
       for (let i = this.countBy(t) - 1; i >= 0 && this.engine.log.t[i] === t; i--) {
@@ -69,7 +69,7 @@ globalThis.Ghostball ??= {};
       return found;
     }
 
-    /** The next instant with an event, or the one before; undefined where there is none. */
+    /** Returns the time of the next (or previous) event; undefined if there is none. */
     beside(t, direction) {
       const times = this.engine.log.t;
       if (direction > 0) return times[this.countBy(t)];

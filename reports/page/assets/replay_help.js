@@ -1,5 +1,5 @@
 "use strict";
-// What the signs and lines of a replay mean, its keys, and how exact it is.
+// The legend of a replay, its keys, and its accuracy.
 globalThis.Ghostball ??= {};
 
 (() => {
@@ -17,7 +17,7 @@ globalThis.Ghostball ??= {};
     ["drag, wheel, pinch", "pan and zoom (the wheel works once the replay has focus)"],
   ];
 
-  /** The list of signs, and what draws each: [canvas, paint]. As many kinds of events as lanes. */
+  /** Returns the legend and its signs as [canvas, paint]. `lanes`: number of kinds of events. */
   function legend(engines, truth, lanes) {
     const signs = [];
     const list = make("ul", { className: "gb-legend" });
@@ -38,8 +38,8 @@ globalThis.Ghostball ??= {};
         context.lineTo(26, 8);
         context.stroke();
       };
-      add(stroke(4.5, 0.3), "rolls (ours)");
-      add(stroke(7, 0.6), "slides (ours)");
+      add(stroke(4.5, 0.3), "rolls (Ghostball)");
+      add(stroke(7, 0.6), "slides (Ghostball)");
     }
     if (truth) {
       add((context, theme) => {

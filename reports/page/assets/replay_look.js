@@ -3,7 +3,7 @@
 globalThis.Ghostball ??= {};
 
 (() => {
-  const BLACK = "#000000"; // ours on white paper; on any other it is the ink
+  const BLACK = "#000000"; // Ghostball's engine in figures on white; on the page it is the ink
   const FALLBACKS = {
     "--cloth": "#f1f5f2",
     "--cushion": "#8c9a91",
@@ -13,7 +13,7 @@ globalThis.Ghostball ??= {};
     "--accent": "#0b57d0",
   };
 
-  /** Colours of the page as they are now, light or dark, as [red, green, blue]. */
+  /** Returns the current colours of the page, light or dark, as [red, green, blue]. */
   function readTheme(element) {
     const probe = document.createElement("span");
     const pixel = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
@@ -45,7 +45,7 @@ globalThis.Ghostball ??= {};
     return (high + 0.05) / (low + 0.05);
   }
 
-  /** A colour ("#rrggbb") brought nearer to the ink until it stands out from the cloth. */
+  /** Returns a colour ("#rrggbb") mixed with ink until its contrast with the cloth is enough. */
   function engineColour(hex, theme) {
     if (hex === BLACK) return theme.ink;
     const own = [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
@@ -55,7 +55,7 @@ globalThis.Ghostball ??= {};
     }
   }
 
-  /** Draws the sign of an engine; each family has another one, so that colour isn't needed. */
+  /** Draws the sign of an engine. Signs differ between families, so colour isn't needed. */
   function drawMarker(context, marker, x, y, size) {
     const polygon = (corners, turn, wide = 1) => {
       context.beginPath();

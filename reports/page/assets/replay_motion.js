@@ -1,5 +1,5 @@
 "use strict";
-// Reads what `reports/page/replay_tracks.py` packed: event logs, and the balls' paths as parabolas.
+// Reads the bytes from `reports/page/replay_tracks.py`: event logs, and paths as parabolas.
 globalThis.Ghostball ??= {};
 
 (() => {
@@ -18,14 +18,14 @@ globalThis.Ghostball ??= {};
     return new Uint8Array(await new Response(stream).arrayBuffer());
   }
 
-  /** Reads the packed bytes from the first to the last. */
+  /** Reads the packed bytes in order. */
   class Reader {
     constructor(bytes) {
       this.bytes = bytes;
       this.at = 0;
     }
 
-    /** One whole number, up to 2^53: no bit operations, they end at 2^31. */
+    /** Reads an integer up to 2^53, without bit operations, because they are limited to 2^31. */
     number() {
       let value = 0;
       let weight = 1;
@@ -43,7 +43,7 @@ globalThis.Ghostball ??= {};
       return Float64Array.from({ length: count }, () => this.number());
     }
 
-    /** Differences to the one before, added up. */
+    /** Reads integers stored as differences from the integer before. */
     sums(count) {
       let sum = 0;
       return Float64Array.from({ length: count }, () => (sum += this.number()));
@@ -56,7 +56,7 @@ globalThis.Ghostball ??= {};
       return part;
     }
 
-    /** Doubles, whose first bytes come first, then all second ones ... */
+    /** Reads doubles: first all first bytes, then all second bytes, ... */
     doubles(count) {
       const planes = this.raw(8 * count);
       const view = new DataView(new ArrayBuffer(8));
@@ -90,11 +90,11 @@ globalThis.Ghostball ??= {};
       [this.bowX, this.bowY, this.bowZ] = [0, 1, 2].map(() => scaled(reader.numbers(pieces), quantum));
       this.more = [0, 1, 2, 3, 4, 5].map(() => scaled(reader.numbers(pieces), spin));
       this.radius = radius;
-      this.turns = [IDENTITY]; // at the start of each piece, as far as it was asked for
+      this.turns = [IDENTITY]; // orientations at the start of each piece, computed when needed
       this.lost = Infinity;
     }
 
-    /** The piece that holds an instant: the last that begins at it or before. */
+    /** Returns the piece at time t: the last that starts at or before t. */
     piece(t) {
       let low = 0;
       let high = this.phase.length - 1;
@@ -106,7 +106,7 @@ globalThis.Ghostball ??= {};
       return low;
     }
 
-    /** [x, y, z] in metres; null where the ball is lost. It stays where its motion ends. */
+    /** Returns [x, y, z] in metres, null if the ball is lost. After its end the motion stands still. */
     at(t) {
       const points = this.t.length;
       if (points === 0 || t >= this.lost) return null;
@@ -119,7 +119,7 @@ globalThis.Ghostball ??= {};
       return ends.map((end, k) => end[i] + u * (end[i + 1] - end[i]) + bow * bows[k][i]);
     }
 
-    /** The spins at both ends of a piece [rad/s]: rolling along it, and what the ball has more. */
+    /** Returns the spins at both ends of a piece [rad/s]: spin of rolling plus stored difference. */
     spins(i) {
       const dt = this.t[i + 1] - this.t[i];
       return [1, -1].map((sign, end) => {
@@ -130,7 +130,7 @@ globalThis.Ghostball ??= {};
       });
     }
 
-    /** How the ball is turned, as a quaternion [w, x, y, z]: as the shot starts, not at all. */
+    /** Returns the orientation as a quaternion [w, x, y, z]; at the start it is the identity. */
     orientation(t) {
       const pieces = this.phase.length;
       if (pieces === 0) return IDENTITY;
@@ -144,7 +144,7 @@ globalThis.Ghostball ??= {};
       return turned(this.turns[last], ...this.spins(last), dt, part);
     }
 
-    /** How the ball moves; UNKNOWN where the engine doesn't say. */
+    /** Returns the phase of the motion; UNKNOWN if the engine doesn't record phases. */
     phaseAt(t) {
       if (this.t.length === 0 || t >= this.lost) return PHASE.ABSENT;
       if (this.phase.length === 0) return PHASE.UNKNOWN;
@@ -152,7 +152,7 @@ globalThis.Ghostball ??= {};
     }
   }
 
-  /** One engine of a scene, with its motion where it ran. */
+  /** One engine of a scene, with its motion if the engine recorded one. */
   class Engine {
     constructor(said, reader, data) {
       Object.assign(this, said);
@@ -172,7 +172,7 @@ globalThis.Ghostball ??= {};
     }
   }
 
-  /** Decodes a scene's data; counts how often that was done. */
+  /** Decodes the data of a scene; counts the calls. */
   async function decode(data) {
     if (data.schema !== SCHEMA) {
       throw new Error(`the data have version ${data.schema}, but this page reads version ${SCHEMA}`);

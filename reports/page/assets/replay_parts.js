@@ -1,10 +1,10 @@
 "use strict";
-// Small things that every part of the replay is made of: elements, icons, words for times.
+// Helpers for all parts of the replay: elements, icons, words for times.
 globalThis.Ghostball ??= {};
 
 (() => {
   const SVG = "http://www.w3.org/2000/svg";
-  // Drawn, not written: fonts differ in which arrows they have. 16 by 16.
+  // Icons of 16 by 16, drawn as paths, because some fonts lack these arrows.
   const ICONS = {
     start: "M3 2h2v12H3zM14 2v12L6 8z",
     back: "M11 2v12L3 8zM12 2h2v12h-2z",
@@ -18,7 +18,7 @@ globalThis.Ghostball ??= {};
     ball: "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 2a5 5 0 1 1 0 10A5 5 0 0 1 8 3zm0 3a2 2 0 1 0 0 4 2 2 0 0 0 0-4z",
   };
 
-  /** Makes an element with properties and children; text stays text. */
+  /** Makes an element with properties and children; strings become text, never markup. */
   function make(tag, properties = {}, ...children) {
     const element = document.createElement(tag);
     for (const [name, value] of Object.entries(properties)) {
@@ -39,7 +39,7 @@ globalThis.Ghostball ??= {};
     return picture;
   }
 
-  /** A button with an icon, whose label says what it does, and by which key. */
+  /** Makes a button with an icon; its label names the action, its tooltip also the key. */
   function iconButton(name, label, act, key = "") {
     const button = make("button", { type: "button", className: "gb-icon" }, icon(name));
     relabel(button, label, key);
@@ -58,7 +58,7 @@ globalThis.Ghostball ??= {};
     return make("label", { className: "gb-tick" }, box, text);
   }
 
-  /** A list to choose from: [[value, text], ...]. */
+  /** Makes a drop-down list of [[value, text], ...]. */
   function choice(label, options, chosen, act) {
     const select = make("select", {}, ...options.map(([value, text]) =>
       make("option", { value, textContent: text })));
@@ -67,7 +67,7 @@ globalThis.Ghostball ??= {};
     return [make("label", { className: "gb-choice" }, `${label} `, select), select];
   }
 
-  /** Draws on a small canvas, sharp on every screen. */
+  /** Draws on a small canvas with the resolution of the screen. */
   function drawSmall(canvas, width, theme, paint) {
     const ratio = globalThis.devicePixelRatio || 1;
     canvas.width = width * ratio;

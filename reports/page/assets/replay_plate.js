@@ -1,19 +1,19 @@
 "use strict";
-// The table seen from above, on a canvas: what is where at an instant, and how to look closer.
+// The table seen from above, on a canvas: balls and paths at a given time, zoom and pan.
 globalThis.Ghostball ??= {};
 
 (() => {
   const {
     FROM_ABOVE, PHASE, contrast, css, drawCloth, drawMarker, drawScale, drawStripe, engineColour, readTheme,
   } = Ghostball;
-  const CLOSEST = 2e5; // pixels per metre: what paths are good for, 0.01 mm, is 2 pixels
-  const SMALLEST_BALL = 3.5; // [px]: on a large cloth a ball to scale would be a speck
-  const MARGIN = 20; // [px]: around the plate, so that the ends of lines stay outside
+  const CLOSEST = 2e5; // [px/m]: the accuracy of paths, 0.01 mm, is 2 pixels
+  const SMALLEST_BALL = 3.5; // [px]: a ball to scale would be invisible on a large cloth
+  const MARGIN = 20; // [px]: around the canvas, so that the ends of cut lines are invisible
   const LONGEST = 4000; // [px]: longer curves are drawn in parts
   const TRUTH_ARM = 6; // [px]
-  const SUN = 0.6; // how far a shadow lies to the right of a ball, and below it, over its height
-  const STRIPED = 7; // [px]: the radius from which on a stripe is seen
-  /** A canvas over the cloth with its view; `paint(plate)` draws what is on it. */
+  const SUN = 0.6; // offset of a shadow to the right and downwards, over the height of the ball
+  const STRIPED = 7; // [px]: least radius of a ball with a visible stripe
+  /** A canvas with the cloth and a view; `paint(plate)` draws on it. */
   class Plate {
     constructor(host, scene, paint) {
       this.scene = scene;
@@ -41,14 +41,15 @@ globalThis.Ghostball ??= {};
       matchMedia("print").addEventListener("change", refresh, { signal });
       const canvas = this.canvas;
       canvas.addEventListener("wheel", (event) => {
-        // A page that scrolls past a replay must not be held up by it.
+        // The wheel must scroll the page past a replay unless the replay has the focus.
         if (!event.ctrlKey && !this.host.contains(document.activeElement)) return;
         event.preventDefault();
         this.zoom(Math.exp(-0.002 * event.deltaY), this.placeOf(event));
       }, { signal, passive: false });
       canvas.addEventListener("pointerdown", (event) => {
         if (event.pointerType !== "mouse" && this.fitted && this.pointers.size === 0) {
-          // One finger on the whole table scrolls the page; two fingers, or a closer view, are ours.
+          // One finger on the whole table scrolls the page. Two fingers, or one finger on a
+          // zoomed view, move the view.
           this.pointers.set(event.pointerId, event);
           return;
         }
@@ -109,7 +110,7 @@ globalThis.Ghostball ??= {};
       this.refresh();
     }
 
-    /** The view that shows everything: its centre [m] and its pixels per metre. */
+    /** Returns the view of the whole table: centre [m] and pixels per metre. */
     whole() {
       const [left, right, bottom, top] = this.scene.view;
       return {
@@ -125,7 +126,7 @@ globalThis.Ghostball ??= {};
       this.moved();
     }
 
-    /** Looks closer by a factor, with the given pixel staying where it is. */
+    /** Zooms by a factor; the point at the given pixel stays in place. */
     zoom(factor, place = [this.width / 2, this.height / 2]) {
       if (!this.view) return;
       const [x, y] = this.toMetres(...place);
@@ -138,14 +139,14 @@ globalThis.Ghostball ??= {};
       this.moved();
     }
 
-    /** Looks at a place [m], so close that a length [m] fills the plate. */
+    /** Centres the view at a point [m]; the length `span` [m] fills the canvas. */
     lookAt([x, y], span) {
       this.view = { x, y, scale: Math.min(Math.min(this.width, this.height) / span, CLOSEST) };
       this.fitted = false;
       this.moved();
     }
 
-    /** What length fills the plate now [m]. */
+    /** The length [m] that now fills the canvas. */
     get span() {
       return Math.min(this.width, this.height) / this.view.scale;
     }
@@ -166,7 +167,7 @@ globalThis.Ghostball ??= {};
       return [x + (px - this.width / 2) / scale, y - (py - this.height / 2) / scale];
     }
 
-    /** Reads the page's colours anew, and draws. */
+    /** Reads the colours of the page again, and draws. */
     refresh() {
       if (!this.width) return;
       this.theme = readTheme(this.host);
@@ -181,7 +182,7 @@ globalThis.Ghostball ??= {};
       return this.colours.get(engine.colour);
     }
 
-    /** Draws before the next frame, however often it is asked to. */
+    /** Draws once before the next frame, for any number of calls. */
     draw() {
       if (this.pending || !this.width) return;
       this.pending = requestAnimationFrame(() => {
@@ -198,7 +199,7 @@ globalThis.Ghostball ??= {};
       drawScale(this);
     }
 
-    /** The path of a ball from one instant to another; its sliding parts, or all others. */
+    /** Adds the path of a ball between two times: only the sliding parts, or only the other parts. */
     path(track, since, t, sliding) {
       const until = Math.min(t, track.lost);
       this.context.beginPath();
@@ -215,11 +216,11 @@ globalThis.Ghostball ??= {};
       }
     }
 
-    /** A part of one piece. What isn't seen is left out: dashes of a line of kilometres take seconds. */
+    /** Adds a part of one piece, without invisible parts: long dashed lines take seconds to draw. */
     curve({ x, y, bowX, bowY }, i, from, to) {
       const place = (ends, bow, u) => ends[i] + u * (ends[i + 1] - ends[i]) + 4 * u * (1 - u) * bow[i];
       const slope = (ends, bow, u) => ends[i + 1] - ends[i] + 4 * (1 - 2 * u) * bow[i];
-      // A parabola in time is a Bezier curve: its tangents meet in the middle of its time.
+      // A parabola in time is a Bezier curve. The tangents at its ends meet at mid-time.
       const draw = (u0, u1) => {
         const [startX, startY] = [place(x, bowX, u0), place(y, bowY, u0)];
         const half = (u1 - u0) / 2;
@@ -245,7 +246,7 @@ globalThis.Ghostball ??= {};
       draw(from, to);
     }
 
-    /** Paths of all balls of an engine up to an instant: sliding ones wider and darker. */
+    /** Draws the paths of all balls of an engine up to time t; sliding parts wider and darker. */
     drawTrails(engine, t, since = 0) {
       const { context } = this;
       const colour = this.colourOf(engine);
@@ -267,14 +268,14 @@ globalThis.Ghostball ??= {};
       return Math.max(this.scene.balls[ball].radius * this.view.scale, SMALLEST_BALL);
     }
 
-    /** Balls where an engine has them: ours filled, others as outlines with their sign. */
+    /** Draws the balls of an engine: Ghostball's filled, others as outlines with the engine's sign. */
     drawBalls(engine, t, { names = true, stripes = false, filled = engine.ours } = {}) {
       const colour = this.colourOf(engine);
       engine.positions(t).forEach((place, ball) => {
         if (!place) return;
         const [x, y] = this.toPixels(...place);
         const radius = this.pixelRadius(ball);
-        // So close that its edge is out of sight: what differs is where its centre is.
+        // Here the edge of the ball is outside the canvas, and only its centre shows differences.
         const close = radius > Math.min(this.width, this.height) / 3;
         if (radius < LONGEST) this.drawDisc(engine, x, y, radius, filled, close);
         if (stripes && !close && radius > STRIPED) {
@@ -303,7 +304,7 @@ globalThis.Ghostball ??= {};
       context.setLineDash([]);
     }
 
-    /** The shadows of the balls that fly: as far from them as they are high. */
+    /** Draws the shadows of flying balls, at a distance proportional to the height. */
     drawShadows(engine, t, filled = engine.ours) {
       if (this.scene.highest === 0) return;
       const { context } = this;
@@ -319,7 +320,7 @@ globalThis.Ghostball ??= {};
       });
     }
 
-    /** The stripe of a ball where an engine has it turned; `seen` says from where one looks. */
+    /** Draws the stripe of a ball in its orientation; `seen` projects directions (see drawStripe). */
     drawStripeOf(context, engine, ball, t, x, y, radius, seen) {
       const colour = this.colourOf(engine);
       const { ink, paper } = this.theme;
@@ -329,7 +330,7 @@ globalThis.Ghostball ??= {};
       drawStripe(context, engine.tracks[ball].orientation(t), x, y, radius, seen);
     }
 
-    /** Each engine's sign at its own hour of the clock: where all agree, every one is still seen. */
+    /** Draws an engine's sign at its own angle on the edge, so signs of equal balls don't overlap. */
     drawSign(engine, x, y, radius) {
       const { context } = this;
       const { engines } = this.scene;
@@ -340,7 +341,7 @@ globalThis.Ghostball ??= {};
       drawMarker(context, engine.marker, x + dx, y + dy, Math.min(4.5, 0.4 * radius));
     }
 
-    /** The centre of a ball: ours as a ring with a cross through it, others as their sign. */
+    /** Draws the centre of a ball: Ghostball's as a ring with a cross, others as the engine's sign. */
     drawCentre(engine, x, y, filled) {
       const { context } = this;
       context.strokeStyle = context.fillStyle = css(this.colourOf(engine));
@@ -371,7 +372,7 @@ globalThis.Ghostball ??= {};
       context.fillText(name, x, y);
     }
 
-    /** Where the balls rest in truth: crosses, thin enough to see a tenth of a millimetre. */
+    /** Draws reference rest positions as crosses, thin enough to show 0.1 mm. */
     drawTruth(rest) {
       const { context, theme } = this;
       context.strokeStyle = css(theme.accent);
@@ -388,7 +389,7 @@ globalThis.Ghostball ??= {};
       context.stroke();
     }
 
-    /** A ring around the ball whose numbers are read out. */
+    /** Draws a ring around the selected ball, whose numbers the table shows. */
     drawChosen(place, ball) {
       if (this.pixelRadius(ball) > LONGEST) return;
       const { context, theme } = this;

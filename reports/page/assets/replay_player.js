@@ -1,11 +1,11 @@
 "use strict";
-// The clock of a replay: where it is, whether it runs, how fast.
+// The clock of a replay: its time, whether it runs, and its speed.
 globalThis.Ghostball ??= {};
 
 (() => {
   const { icon, iconButton, relabel } = Ghostball;
 
-  /** `onchange()` is called whenever the time, or whether it plays, has changed. */
+  /** Calls `onchange()` whenever the time changes and whenever playing starts or stops. */
   class Player {
     constructor(duration, onchange) {
       this.duration = duration;
@@ -17,13 +17,13 @@ globalThis.Ghostball ??= {};
       this.button.classList.add("gb-play");
     }
 
-    /** Goes to an instant [s]; what plays continues from there. */
+    /** Goes to time t [s]; a playing replay continues from there. */
     seek(t) {
       this.time = Math.min(Math.max(Number(t) || 0, 0), this.duration);
       this.onchange();
     }
 
-    /** Goes to an instant as somebody asked for it: what plays stops. */
+    /** Goes to time t at the user's request: a playing replay stops. */
     go(t) {
       this.stop();
       this.seek(t);

@@ -1,5 +1,5 @@
 "use strict";
-// The engines of a scene: which are shown, where each has a ball, and how far from the reference.
+// The table of engines: which are shown, position of the selected ball, distance from the reference.
 globalThis.Ghostball ??= {};
 
 (() => {
@@ -13,13 +13,13 @@ globalThis.Ghostball ??= {};
     [PHASE.UNKNOWN]: "–",
     [PHASE.ABSENT]: "lost",
   };
-  const FLAT = ["off [mm]", "x [mm]", "y [mm]", "moves"];
-  const HIGH = ["off [mm]", "x [mm]", "y [mm]", "z [mm]", "moves"]; // where a ball leaves the cloth
+  const FLAT = ["distance [mm]", "x [mm]", "y [mm]", "motion"];
+  const HIGH = ["distance [mm]", "x [mm]", "y [mm]", "z [mm]", "motion"]; // if a ball leaves the cloth
   const WORDS = ["rest error", "first wrong collision"];
 
   const millimetres = (metres) => (1e3 * metres).toFixed(2);
 
-  /** A distance with a unit that suits it, to three digits. */
+  /** Formats a distance with a suitable unit and three digits. */
   function distanceWords(metres) {
     if (metres === 0) return "0";
     if (metres < 1e-12) return `${metres.toExponential(1)} m`;
@@ -29,7 +29,7 @@ globalThis.Ghostball ??= {};
     return `${Number((metres / size).toPrecision(3))} ${unit}`;
   }
 
-  /** The distance of an end from the truth, as every table shows it. */
+  /** Formats a rest error in the form of all tables. */
   function standingWords({ standing, exact }, metres) {
     const words = exact ? "rounding" : distanceWords(metres);
     switch (standing) {
@@ -40,7 +40,7 @@ globalThis.Ghostball ??= {};
     }
   }
 
-  /** A table with a row for each engine; `onshow(engine, shown)` is called as one is ticked. */
+  /** A table with a row for each engine; ticking an engine calls `onshow(engine, shown)`. */
   class Readout {
     constructor(scene, onshow) {
       this.scene = scene;
@@ -57,7 +57,7 @@ globalThis.Ghostball ??= {};
         this.caption, make("thead", {}, make("tr", {}, ...heads)), body);
     }
 
-    /** Its numbers; and below them, where there is something to say, what became of it. */
+    /** Makes the row of an engine and, if there are remarks, a row below with its outcome. */
     rowsOf(engine, onshow) {
       const swatch = make("canvas", { className: "gb-swatch" });
       swatch.setAttribute("aria-hidden", "true");
@@ -95,7 +95,7 @@ globalThis.Ghostball ??= {};
       return [engine.outcome.replaceAll("-", " "), engine.reason].filter(Boolean).join(": ");
     }
 
-    /** What became of an engine that ran. */
+    /** Returns the outcome of an engine that ran, in words. */
     fateWords(engine) {
       const words = [];
       if (engine.verdict) words.push(engine.verdict);
@@ -108,7 +108,7 @@ globalThis.Ghostball ??= {};
       return words.join("; ");
     }
 
-    /** Both paths may run beside their samples by the tolerance: less than that says nothing. */
+    /** Formats a distance. Each path has an error up to the tolerance, so smaller values are "<". */
     offWords(metres) {
       const least = 2 * this.scene.tolerance;
       return metres < least ? `< ${millimetres(least)}` : millimetres(metres);
@@ -148,7 +148,7 @@ globalThis.Ghostball ??= {};
       }
     }
 
-    /** The line and the sign of each engine, in the colours of the moment. */
+    /** Draws the line and the sign of each engine, in the current colours of the page. */
     drawSwatches(plate, draw) {
       for (const [canvas, engine] of this.swatches) {
         draw(canvas, 40, (context) => {

@@ -1,13 +1,13 @@
 "use strict";
-// Balls seen from the side, as they fly: x goes right and z up, around the ball that is chosen.
+// Side view of flying balls: x to the right and z up, around the selected ball.
 globalThis.Ghostball ??= {};
 
 (() => {
   const { FROM_THE_SIDE, css, drawMarker, drawStripe, lengthWords } = Ghostball;
   const HIGH = 130; // [px]
   const FLOOR = 22; // [px]: below the cloth, for its scale
-  const TAIL = 1; // [s] of the path
-  const CORNERS = 160; // of it
+  const TAIL = 1; // [s] of path behind a ball
+  const CORNERS = 160; // points of the path
 
   class SideView {
     constructor(host, plate) {
@@ -22,7 +22,7 @@ globalThis.Ghostball ??= {};
       host.append(this.canvas);
     }
 
-    /** Fits the canvas to the page, so that the highest flight fits in; clears it. */
+    /** Fits the canvas to the page and its scale to the highest flight, and clears the canvas. */
     begin(middle) {
       const { scene, plate, canvas, context } = this;
       const largest = Math.max(...scene.balls.map((ball) => ball.radius));
@@ -41,7 +41,7 @@ globalThis.Ghostball ??= {};
       return [this.width / 2 + (x - this.middle) * this.scale, HIGH - FLOOR - z * this.scale];
     }
 
-    /** The cloth with a mark every 10 cm, and the noses of the cushions at its ends. */
+    /** Draws the cloth with a mark every 10 cm, and the noses of the cushions at its ends. */
     drawCloth() {
       const { context, plate, scene, width } = this;
       const { theme } = plate;
@@ -81,7 +81,7 @@ globalThis.Ghostball ??= {};
       context.fillText(`side view; up to ${lengthWords(scene.highest)} above the cloth`, 8, 14);
     }
 
-    /** The last second of a ball's path. */
+    /** Draws the last second of a ball's path. */
     drawTrail(engine, ball, t) {
       const { context, plate } = this;
       const track = engine.tracks[ball];
@@ -98,7 +98,7 @@ globalThis.Ghostball ??= {};
       context.setLineDash([]);
     }
 
-    /** The balls, those behind first. */
+    /** Draws the balls, the farthest first. */
     drawBalls(engine, t, stripes) {
       const { context, plate, scene } = this;
       const colour = plate.colourOf(engine);

@@ -1,15 +1,15 @@
 "use strict";
-// The time line: a native slider under a strip of marks, one shape for each kind of event.
+// The time line: a native slider under a strip of marks, with one shape for each kind of event.
 globalThis.Ghostball ??= {};
 
 (() => {
   const { css, drawMarker, timeWords } = Ghostball;
-  const INSET = 8; // [px], half the slider's thumb: its middle is where the time is
+  const INSET = 8; // [px], half the slider's thumb: the middle of the thumb marks the time
   const LANES = ["ball-ball", "ball-cushion", "slide-to-roll", "roll-to-rest", "ball-cloth"];
-  const ON_CLOTH = 4; // lanes of a scene in which no ball flies
+  const ON_CLOTH = 4; // number of lanes if no ball flies
   const LANE_HEIGHT = 11; // [px]
   const FLAGS_HEIGHT = 16; // [px]
-  const LEAST_DISTANCE = 3; // [px]: marks nearer than this are one
+  const LEAST_DISTANCE = 3; // [px]: marks closer together are drawn as one mark
 
   /** Draws the sign of a kind of event. */
   function drawKind(context, lane, x, y) {
@@ -31,7 +31,7 @@ globalThis.Ghostball ??= {};
     context.fill();
   }
 
-  /** Slider and marks; `onseek(t)` is called as it is dragged. */
+  /** Slider and marks; dragging the slider calls `onseek(t)`. */
   class Timeline {
     constructor(host, plate, duration, onseek) {
       this.plate = plate;
@@ -43,9 +43,9 @@ globalThis.Ghostball ??= {};
       this.flags = [];
       this.canvas = document.createElement("canvas");
       this.canvas.className = "gb-marks";
-      this.marks = document.createElement("canvas"); // up to thousands, drawn once
+      this.marks = document.createElement("canvas"); // thousands of marks, drawn only once
       [this.marks.width, this.marks.height] = [0, 0];
-      this.canvas.setAttribute("aria-hidden", "true"); // the list of events says it in words
+      this.canvas.setAttribute("aria-hidden", "true"); // the list of events has the same in words
       this.slider = document.createElement("input");
       Object.assign(this.slider, { type: "range", min: 0, max: duration, step: "any", value: 0 });
       this.slider.className = "gb-slider";
@@ -77,7 +77,7 @@ globalThis.Ghostball ??= {};
       return Math.min(Math.max(part, 0), 1) * this.duration;
     }
 
-    /** Which log is marked, and which instants have a flag: [{t, engine, text}]. */
+    /** Shows the events of a log, and flags at some times: [{t, engine, text}]. */
     show(kinds, log, flags) {
       Object.assign(this, { kinds, log, flags });
       this.drawMarks();
@@ -89,13 +89,13 @@ globalThis.Ghostball ??= {};
       this.draw();
     }
 
-    /** Says the time to who doesn't see it: not at each frame. */
+    /** Tells screen readers the time; not called for each frame. */
     say() {
       this.slider.setAttribute(
         "aria-valuetext", `${timeWords(this.time, 3)} of ${timeWords(this.duration, 3)}`);
     }
 
-    /** Puts the line of now over the marks, which stay as they were drawn. */
+    /** Draws the line at the current time over the marks, which are not drawn again. */
     draw() {
       const { canvas, marks } = this;
       if (!marks.width || canvas.width !== marks.width) return;
@@ -156,7 +156,7 @@ globalThis.Ghostball ??= {};
       }
     }
 
-    /** A flag with the sign of its engine, or dashed where it is of none, and its name. */
+    /** Draws a flag with the sign of its engine, or a dashed flag without an engine, and its text. */
     drawFlag(context, { t, engine, text }, height) {
       const x = this.placeOf(t);
       const colour = engine ? this.plate.colourOf(engine) : this.plate.theme.ink;

@@ -1,11 +1,11 @@
 "use strict";
-// How balls turn: quaternions [w, x, y, z] from spins that go straight from one end of a piece to
-// the other, and the stripe and the spot by which one sees it.
+// Rotation of balls: orientations as quaternions [w, x, y, z], from spins that change linearly
+// within a piece, and the stripe and spot that make the rotation visible.
 globalThis.Ghostball ??= {};
 
 (() => {
-  const LONGEST_TURN = 0.5; // [rad]: of a step with an axis that moves
-  const CORNERS = 48; // of the stripe
+  const LONGEST_TURN = 0.5; // [rad]: largest rotation in a step if the axis changes
+  const CORNERS = 48; // points of the stripe
   const IDENTITY = [1, 0, 0, 0];
 
   const cross = ([ax, ay, az], [bx, by, bz]) =>
@@ -20,9 +20,9 @@ globalThis.Ghostball ??= {};
     ];
   }
 
-  /** Turned further by a spin that goes straight from one to another in a time h [s]. */
+  /** Rotates by a spin that changes linearly from `from` to `to` in a time h [s]. */
   function step(orientation, from, to, h) {
-    // Magnus' expansion to the fourth order: the mean, and what the moving axis adds.
+    // Magnus expansion to fourth order: the mean spin, and a correction for the changing axis.
     const twist = cross(to, from);
     const [x, y, z] = from.map((w, k) => (h * (w + to[k])) / 2 + (h * h * twist[k]) / 12);
     const angle = Math.hypot(x, y, z);
@@ -31,7 +31,7 @@ globalThis.Ghostball ??= {};
     return product([Math.cos(angle / 2), sine * x, sine * y, sine * z], orientation);
   }
 
-  /** Turned further by the first `part` of a piece of a time dt [s]. */
+  /** Rotates through the fraction `part` of a piece of duration dt [s]. */
   function turned(orientation, from, to, dt, part) {
     const at = (u) => from.map((w, k) => w + u * (to[k] - w));
     const end = at(part);
@@ -47,7 +47,7 @@ globalThis.Ghostball ??= {};
     return now;
   }
 
-  /** A direction of the ball, as it is now. */
+  /** Returns a direction fixed in the ball, rotated to its orientation. */
   function direction([w, x, y, z], own) {
     const axis = [x, y, z];
     const twice = cross(axis, own).map((part) => 2 * part);
@@ -55,7 +55,7 @@ globalThis.Ghostball ??= {};
     return own.map((part, k) => part + w * twice[k] + more[k]);
   }
 
-  // Tilted, so that a ball that hasn't turned yet shows it from above and from the side.
+  // The stripe is tilted, so it is visible from above and from the side at the start of a shot.
   const [ALONG, ACROSS, POLE] = [[0.8, -0.6, 0], [0.48, 0.64, -0.6], [0.36, 0.48, 0.8]];
   const STRIPE = Array.from({ length: CORNERS + 1 }, (_, k) => {
     const [cosine, sine] = [Math.cos, Math.sin].map((of) => of((2 * Math.PI * k) / CORNERS));
@@ -63,8 +63,8 @@ globalThis.Ghostball ??= {};
   });
 
   /**
-   * Draws the stripe around a ball, and a spot at one of its poles. `seen(direction)` gives right,
-   * up, and towards who looks.
+   * Draws the stripe around a ball, and a spot at one of its poles. `seen(direction)` returns the
+   * components to the right, upwards, and towards the viewer.
    */
   function drawStripe(context, orientation, x, y, radius, seen) {
     context.beginPath();
