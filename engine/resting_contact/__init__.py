@@ -1,4 +1,4 @@
-"""Resting contact: balls that friction holds together, the forces between them, their steps.
+"""Resting contact: balls that friction holds together, and the forces between them.
 
 `step` has the main code. Balls in contact form an island (`islands`); the balls are its members.
 While all contacts push, the motion of an island is integrated with high order (`continuation`,

@@ -1,7 +1,7 @@
 """Remove the approach that remains at the start of a contact step, by inelastic impulses.
 
-Inelastic: the balls don't part. A ball at rest stays at rest if the cloth would stop it again
-immediately.
+After these impulses the balls don't separate. A ball at rest stays at rest if the cloth would stop
+it again immediately.
 """
 
 from __future__ import annotations
@@ -30,13 +30,15 @@ from ghostball.engine.resting_contact.cloth_response import effective_mass
 from ghostball.engine.resting_contact.gaps import gap_now
 
 _RESIDUE = 2.0**-20
-"""Bounce, relative to a negligible one, that is left to the contact force: 1/1000 of its speed."""
+"""Height of a bounce that is left to the contact force, relative to a negligible one. Its speed is
+1/1000 of the speed of a negligible bounce.
+"""
 
 _AS_ONE = 1.0 - 2.0**-32
 """Cosine between the normals of two obstacles above which they push a touching ball as one.
 
-It is an angle of 2e-5: twice the angle between a cushion and the jaw at its end for a ball within
-the reach of a contact with both.
+The angle is 2e-5: twice the angle between the normals of a cushion and of the jaw at its end, for a
+ball that is in contact with both.
 """
 
 
@@ -51,7 +53,8 @@ def stop_approach(world: World, members: int, count: int, held: bool) -> bool:
     balls, contacts = world.balls, world.contacts
     for m in range(members):
         k = contacts.member[m]
-        # Here: whether the ball moves. It may have been stopped at this time already.
+        # Until the impulses are applied, `stopped` means that the ball moves, or was stopped at
+        # this time.
         contacts.stopped[k] = contacts.stopped[k] or not at_rest(balls, k)
     approaches = _approaches(world, count, held)
     if approaches and _stop_wedged(world, count):
@@ -122,7 +125,8 @@ def wedge_pushes(
 ) -> tuple[float, float, float]:
     """Return the components of the vector (x, y) along the normals of two contacts of a ball.
 
-    First the sine of the angle between the normals, then both components, times the sine squared.
+    The first result is the sine of the angle between the normals. The other two are the components,
+    multiplied by the square of this sine.
     """
     across = first.nx * second.ny - first.ny * second.nx
     return (

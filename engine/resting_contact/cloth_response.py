@@ -1,4 +1,4 @@
-"""The acceleration of an island's ball by the forces on it and the cloth's friction, in one step.
+"""Acceleration of an island's ball by contact forces and the cloth's friction, in one step.
 
 A rolling member gets the friction with which it keeps rolling, so that it responds with 7/5 of its
 mass, as long as this friction is within the limit of sliding friction (or of rolling friction, if
@@ -33,8 +33,9 @@ _LEFT_OVER = 2.0**-6
 
 _BEYOND_INTEGRATION = 2.0**-10
 """Distance, relative to `STOP_DISTANCE`, in which the cloth can end a slip that is integrated no
-further. The effect of contacts during this time is neglected; along a cushion it was 1e-5 of the
-speeds."""
+further. The effect of contacts during this distance is neglected; along a cushion it was 1e-5 of
+the speeds.
+"""
 
 _TURN = 0.125
 """Largest relative change, in a step, of the velocity that gives friction its direction."""
@@ -59,8 +60,8 @@ def accelerate(world: World, k: int, duration: float) -> None:
     gx = 2.5 * contacts.motion[k].twist_x / (mass * radius)
     gy = 2.5 * contacts.motion[k].twist_y / (mass * radius)
     ux, uy = slip(balls, k)
-    # Without the cloth the slip would change at this rate [m/s^2]; the cloth's friction over the
-    # mass changes the slip by 7/2 of itself.
+    # Rate of change of the slip without the cloth [m/s^2]. A friction F of the cloth changes this
+    # rate by 7/2 F / m.
     dux, duy = fx - radius * gy, fy + radius * gx
     cx, cy = -(ux / duration + dux) / 3.5, -(uy / duration + duy) / 3.5
     size = speed_of(cx, cy)
@@ -174,7 +175,7 @@ def slip_ends(world: World, k: int) -> bool:
 def end_slip(world: World, k: int) -> bool:
     """End ball k's slip now if `slip_ends`; return whether it has ended.
 
-    As by the cloth, the velocity loses 2/7 of the slip.
+    The velocity loses 2/7 of the slip, as by the friction of the cloth.
     """
     balls = world.balls
     if not slip_ends(world, k):
@@ -188,7 +189,7 @@ def end_slip(world: World, k: int) -> bool:
 
 @kernel
 def time_to_change(balls: Balls, k: int) -> float:
-    """Return the longest step [s] in which the cloth takes at most half of k's slip, or speed."""
+    """Return the longest step in which the cloth takes at most half of k's slip or speed [s]."""
     ux, uy = slip(balls, k)
     size = speed_of(ux, uy)
     if size > 0.0:

@@ -1,4 +1,4 @@
-"""The end of an inelastic collapse: one set of impulses replaces its endless impacts."""
+"""End an inelastic collapse: one set of impulses replaces its endless impacts."""
 
 from __future__ import annotations
 

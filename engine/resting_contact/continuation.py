@@ -24,7 +24,8 @@ from ghostball.engine.scheduling.time_of_impact import holds
 _NEARLY = 1.9
 """Longest integration, relative to the time in which the cloth takes half of some slip or speed.
 
-It goes nearly to the end of the slip or speed, if the error of the motion permits.
+The integration continues nearly to the end of the slip or speed, if the error of the motion
+permits.
 """
 
 _LEAST_INTEGRATED = 2.0**-11
@@ -47,9 +48,9 @@ _SHORTEST = 2.0**-26
 """Shortest step, relative to the time in which the cloth can move a ball by one radius.
 
 About 2 ns for pool balls. A contact with large friction between very different masses may jam: then
-no forces, only shocks, are a solution. Shorter steps only increase the forces, and the work that
-they do on the rounding errors of the gaps. Such a step neglects the friction of the contacts, and
-is counted in `work["unsolved_contact_steps"]`.
+no forces, only shocks, are a solution. Shorter steps only increase the forces, and the work of the
+forces on the rounding errors of the gaps. Such a step neglects the friction of the contacts, and is
+counted in `work["unsolved_contact_steps"]`.
 """
 
 

@@ -34,9 +34,9 @@ from ghostball.engine.resting_contact.gaps import (
 SWEEPS = 192
 """Largest number of rounds of all normal forces, then all friction; ten are usually enough.
 
-If they aren't enough, the step is halved: in a short step, gaps hardly change, and little is left
-to solve. With at most 24 rounds, balls that stick to each other between a cushion and a spinning
-ball took twelve times as many steps.
+If they aren't enough, the step is halved: in a short step, gaps hardly change, and small forces are
+enough. With at most 24 rounds, balls that stick to each other between a cushion and a spinning ball
+took twelve times as many steps.
 """
 
 _LED_UNTIL = 96
@@ -101,11 +101,11 @@ def solve(world: World, members: int, count: int, duration: float, rubs: bool) -
 def _is_still(contacts: Contacts, count: int, rubs: bool) -> bool:
     """Return whether a round changed no force at all.
 
-    If no acceleration has changed either, in two rounds (in the first of them, friction was
-    computed with earlier accelerations), every later round does the same. Mixing a round without
-    changes with others gives that round (`extrapolate`), except for an ulp of friction at its
-    limit. No force closes the remaining gaps then. This happens in most steps that are tried while
-    balls hop on each other.
+    If no acceleration has changed in two rounds either, every later round gives the same forces.
+    (One round isn't enough, because its friction was computed with earlier accelerations.) Mixing a
+    round without changes with others gives that round (`extrapolate`), except for an ulp of
+    friction at its limit. No force closes the remaining gaps then. This happens in most steps that
+    are tried while balls hop on each other.
     """
     for c in range(count):
         one = contacts.forces[c]

@@ -48,7 +48,7 @@ def rub_all(world: World, count: int, duration: float) -> bool:
 
 @kernel(inline=True)
 def _size(balls: Balls, k: int) -> float:
-    """Return the size of ball k's velocity [m/s], in the 1-norm."""
+    """Return the 1-norm of ball k's velocity [m/s]."""
     size: float = abs(balls.state[k].vx) + abs(balls.state[k].vy)
     return size
 

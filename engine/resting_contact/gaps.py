@@ -1,4 +1,4 @@
-"""Gaps of contacts: where they are now, where they are after a while, where a step aims at."""
+"""Gaps of contacts: now, after some time, and the gap that a step aims at."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from ghostball.engine.motion.position import displacement, pair_reach
 from ghostball.engine.resting_contact.cloth_response import permitted_gap, stopping
 
 LARGE_OVERLAP = 0.75
-"""Overlap, in tolerances, from which two balls at rest are pushed apart, gently."""
+"""Overlap, in tolerances, from which two balls at rest are pushed apart slowly."""
 
 _WITHIN = 29.0 / 32.0
-"""Part of the tolerance that a gap may reach where it is looked at, each eighth of the step: a
-cubic that is closed at the end goes at most 6.8 % beyond the largest of what it has there."""
+"""Part of the tolerance that a gap may reach at the times at which it is checked, every eighth of
+the step. A cubic that is closed at the end exceeds its largest value at these times by at most
+6.8 %."""
 
 
 @kernel(inline=True)
@@ -27,7 +28,7 @@ def gap_between(
 ) -> tuple[float, float, float]:
     """Return the normal, outward from ball a, and the gap [m], if a is at (x, y).
 
-    To ball b at (to_x, to_y), or where b is -1 minus an obstacle's row to that.
+    The other body is ball b at (to_x, to_y), or an obstacle if b is -1 minus the obstacle's row.
     """
     if b < 0:
         inward_x, inward_y, distance = facing(laws, -1 - b, x, y)
@@ -39,7 +40,7 @@ def gap_between(
 
 @kernel
 def gap_now(world: World, c: int) -> tuple[float, float, float]:
-    """Return contact c's normal, outward from its first ball, and its gap [m], now."""
+    """Return contact c's normal, outward from its first ball, and its present gap [m]."""
     balls = world.balls
     a, b = world.contacts.ends[c, st.FIRST], world.contacts.ends[c, st.SECOND]
     ball, other = balls.state[a], balls.state[max(b, 0)]
@@ -49,7 +50,7 @@ def gap_now(world: World, c: int) -> tuple[float, float, float]:
 
 @kernel
 def normal_after(world: World, c: int, s: float) -> tuple[float, float]:
-    """Return contact c's normal in s seconds, by the accelerations that a step gives its balls."""
+    """Return contact c's normal in s seconds, with the accelerations that the step sets."""
     balls = world.balls
     a, b = world.contacts.ends[c, st.FIRST], world.contacts.ends[c, st.SECOND]
     x, y = _displacement_of(world, a, s)
@@ -64,10 +65,11 @@ def normal_after(world: World, c: int, s: float) -> tuple[float, float]:
 
 @kernel
 def gap_after(world: World, c: int, s: float) -> float:
-    """Return contact c's gap [m] in s seconds, as `normal_after`; GAP is what it is now.
+    """Return contact c's gap [m] in s seconds, like `normal_after`; GAP is the present gap.
 
-    What changes it is found from the balls' displacements, not from their places: over a short step
-    the rounding of those, another one for every force tried, was more than what forces do.
+    The change of the gap is computed from the displacements of the balls, not from their positions.
+    Over a short step, the rounding of positions was larger than the effect of the forces, and
+    different for every force that was tried.
     """
     laws, contacts = world.laws, world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
@@ -94,18 +96,18 @@ def gap_after(world: World, c: int, s: float) -> float:
 
 @kernel(inline=True)
 def _displacement_of(world: World, k: int, s: float) -> tuple[float, float]:
-    """Return how far ball k goes in s seconds by the acceleration that the step gives it [m]."""
+    """Return ball k's displacement in s seconds, with the acceleration that the step sets [m]."""
     ball, new = world.balls.state[k], world.contacts.motion
     return displacement(ball.vx, new[k].new_ax, s), displacement(ball.vy, new[k].new_ay, s)
 
 
 @kernel
 def _aim(balls: Balls, a: int, b: int, now: float, duration: float) -> float:
-    """Return the gap [m] that a step aims at, between members a and b, or a and a cushion: b is a.
+    """Return the gap [m] that a step aims at, between members a and b; for a cushion, b is a.
 
-    A closed one; but an overlap that rounding or an earlier step left is not pushed apart faster
-    than friction would do it. Two balls that the cloth brings to rest keep the gap that they have:
-    to close it, one of them would have to move until it pushes the next.
+    The aim is a closed gap. But an overlap left by rounding or by an earlier step is removed no
+    faster than friction would remove it. Two balls that the cloth brings to rest keep their gap: to
+    close it, one of them would have to move, until it pushes the next ball.
     """
     tolerance = contact_tolerance(balls, a, b)
     push = 0.25 * max(friction_limit(balls, a), friction_limit(balls, b)) * duration * duration
@@ -118,7 +120,7 @@ def _aim(balls: Balls, a: int, b: int, now: float, duration: float) -> float:
 
 @kernel
 def excess(world: World, c: int, duration: float) -> float:
-    """Return how far the gap of contact c [m] ends above what the step aims at."""
+    """Return by how much [m] the gap of contact c at the end exceeds the aim of the step."""
     a, b = balls_of(world.contacts, c)
     aim = _aim(world.balls, a, b, world.contacts.forces[c].gap, duration)
     return gap_after(world, c, duration) - aim
@@ -126,9 +128,9 @@ def excess(world: World, c: int, duration: float) -> float:
 
 @kernel
 def permitted_error(world: World, c: int, duration: float) -> float:
-    """Return how far the gap of contact c [m] may end from what the step aims at.
+    """Return the permitted difference [m] between the gap of contact c at the end and the aim.
 
-    The larger the overlap already is, the less it may grow: many steps must not add up.
+    The larger the present overlap, the less it may grow, so that errors of many steps don't add up.
     """
     balls = world.balls
     a, b = balls_of(world.contacts, c)
@@ -138,7 +140,10 @@ def permitted_error(world: World, c: int, duration: float) -> float:
 
 @kernel
 def overlap_to_end(world: World, count: int, duration: float) -> tuple[float, float]:
-    """Return the most by which a step aims to end an overlap [m]; and the least permitted error."""
+    """Return the largest overlap that a step aims to remove, and the least permitted error.
+
+    Both are in [m].
+    """
     most, least = 0.0, math.inf
     for c in range(count):
         a, b = balls_of(world.contacts, c)
@@ -150,9 +155,9 @@ def overlap_to_end(world: World, count: int, duration: float) -> tuple[float, fl
 
 @kernel
 def gaps_are_closed(world: World, count: int, duration: float, jammed: float) -> bool:
-    """Whether every force holds its gap as the step aims at, and no gap without force closes.
+    """Return whether all gaps with forces reach their aims, and no gap without force overlaps.
 
-    `jammed` [m] is how much of the overlaps no forces can end.
+    `jammed` [m] is the part of the overlaps that no forces can remove.
     """
     balls, contacts = world.balls, world.contacts
     for c in range(count):
@@ -161,7 +166,7 @@ def gaps_are_closed(world: World, count: int, duration: float, jammed: float) ->
         left = permitted_error(world, c, duration)
         over = excess(world, c, duration)
         if compliance_of(contacts, c) == 0.0 and over < 0.0:
-            # An overlap between two that the cloth holds, which no force pushes apart.
+            # The cloth holds both balls, so no force can remove their overlap.
             over = min(0.0, over + _aim(balls, a, b, now, duration) - now)
         if over < 0.0:
             over = min(0.0, over + jammed)
@@ -172,16 +177,16 @@ def gaps_are_closed(world: World, count: int, duration: float, jammed: float) ->
 
 @kernel
 def stays_closed(world: World, count: int, duration: float) -> bool:
-    """Whether no gap leaves the tolerance within the step.
+    """Return whether every gap stays within its tolerance during the step.
 
-    Looked at seven times. A step is so short that a gap is all but a cubic of time, closed at the
-    end; where the overlap is largest depends on whether it opens first. A cubic that is within
-    `_WITHIN` of the tolerance at these places, and at the start, is within it everywhere. Of a
-    contact that doesn't push, which opens, the way out has no bound.
+    Each gap is checked at seven times. Within a step a gap is nearly a cubic in time that is closed
+    at the end. The time of its largest overlap depends on whether it opens first. A cubic that is
+    within `_WITHIN` of the tolerance at the start and at these times is within the tolerance
+    everywhere. Gaps of contacts without a force may open without limit.
 
-    And looked at where a ball passes an end of a segment: a cubic before and another one after, for
-    the normal begins to turn there. A ball driven into a rail was past the rail's end, and off it,
-    before the first of the seven.
+    A gap is also checked when the ball passes either end of a segment. The normal starts to turn
+    there, so the gap is one cubic before, and another cubic after. (A ball driven into a rail once
+    passed the end of the rail, and left it, before the first of the seven times.)
     """
     contacts = world.contacts
     for c in range(count):
@@ -201,9 +206,10 @@ def stays_closed(world: World, count: int, duration: float) -> bool:
 
 @kernel
 def _time_to_end(world: World, c: int, far: bool) -> float:
-    """Return in how long contact c comes to its segment's start, or far end [s]; inf if it doesn't.
+    """Return when the ball of contact c passes the start of its segment, or the far end [s].
 
-    As `normal_after`; from either side.
+    The result is inf if the ball doesn't pass this end, from either side. The motion is that of
+    `normal_after`.
     """
     a, row = world.contacts.ends[c, st.FIRST], -1 - world.contacts.ends[c, st.SECOND]
     if row < 0 or world.laws.obstacles[row].kind != st.SEGMENT:
@@ -220,7 +226,7 @@ def _time_to_end(world: World, c: int, far: bool) -> float:
 
 @kernel
 def compliance_of(contacts: Contacts, c: int) -> float:
-    """Acceleration of the gap of contact c over its force [1/kg], as the members respond now."""
+    """Return the acceleration of contact c's gap per force [1/kg], with the present responses."""
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     both: float = contacts.motion[a].compliance
     if b >= 0:

@@ -212,7 +212,8 @@ def _fifth_root(x: float) -> float:
 def _least_force(world: World, count: int) -> float:
     """Return the smallest force relative to the friction of the cloth; inf if all balls rest.
 
-    Without friction of the cloth, relative to the force that keeps balls on a circle of one radius.
+    Without friction of the cloth, the reference is the force that keeps balls on a circle of one
+    radius.
     """
     balls, contacts = world.balls, world.contacts
     least = math.inf
@@ -266,9 +267,9 @@ def _keep_slopes(contacts: Contacts, members: int, stage: int) -> None:
 
 @kernel
 def _try(world: World, members: int, count: int, duration: float) -> float:
-    """Compute the motion over a step of `duration` [s]; return its error, relative to that allowed.
+    """Compute the motion over a step of `duration` [s]; return its error.
 
-    The result is inf if the motion isn't smooth.
+    The error is relative to the allowed error. It is inf if the motion isn't smooth.
     """
     contacts = world.contacts
     for step in range(1, STAGES):

@@ -1,4 +1,4 @@
-"""Islands: which balls are in contact with each other, and where; and how they are set free."""
+"""Islands of balls in resting contact: find their balls and contacts, and release them."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from ghostball.engine.motion.position import advance
 
 @kernel
 def release(world: World, i: int, t: float) -> None:
-    """Take the contact forces off every ball of i's island at the instant t [s].
+    """Release every ball of i's island from its contact forces at time t [s].
 
-    Contract: all of them are advanced to t, predicted anew and marked in `balls.changed`.
+    Contract: each ball is then advanced to t, predicted again and marked in `balls.changed`.
     """
     balls, contacts = world.balls, world.contacts
     if contacts.island[i] == st.FREE:
@@ -40,7 +40,7 @@ def release(world: World, i: int, t: float) -> None:
 
 @kernel
 def _hold_to(contacts: Contacts, i: int, j: int) -> None:
-    """Note that a contact step holds ball i to ball j."""
+    """Store that a contact step holds ball i to ball j."""
     row = contacts.free[contacts.free[0]]
     contacts.free[0] -= 1
     contacts.held[row, st.PARTNER] = j
@@ -50,7 +50,7 @@ def _hold_to(contacts: Contacts, i: int, j: int) -> None:
 
 @kernel
 def _let_go(contacts: Contacts, i: int) -> None:
-    """Note that no contact step holds ball i to another."""
+    """Store that no contact step holds ball i to another ball."""
     row = contacts.first_held[i]
     while row != st.NOWHERE:
         contacts.free[0] += 1
@@ -61,7 +61,7 @@ def _let_go(contacts: Contacts, i: int) -> None:
 
 @kernel
 def mark_again(contacts: Contacts, k: int) -> None:
-    """Note that ball k's island begins a new step."""
+    """Mark ball k, because its island starts a new step."""
     if not contacts.again[k]:
         contacts.again[k] = True
         contacts.waiting[0] += 1
@@ -70,9 +70,10 @@ def mark_again(contacts: Contacts, k: int) -> None:
 
 @kernel
 def gather_members(world: World, i: int, listed: int, t: float) -> int:
-    """Put in `contacts.member` ball i and all in contact with a member; return how many.
+    """Put in `contacts.member` ball i and all balls connected to it by contacts.
 
-    The first `listed` rows of `balls.touching` are contacts, close or not.
+    The first `listed` rows of `balls.touching` count as contacts, whatever their gap. Return the
+    number of members.
     """
     balls, contacts = world.balls, world.contacts
     release(world, i, t)
@@ -97,7 +98,10 @@ def gather_members(world: World, i: int, listed: int, t: float) -> int:
 
 @kernel
 def _is_listed(balls: Balls, listed: int, i: int, j: int) -> bool:
-    """Whether ball i and j, a ball or -1 minus an obstacle's row, are in `balls.touching`."""
+    """Return whether the contact of i and j is in the first `listed` rows of `balls.touching`.
+
+    i is a ball; j is a ball, or -1 minus the row of an obstacle.
+    """
     for c in range(listed):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
         if (a == i and b == j) or (a == j and b == i):
@@ -107,7 +111,7 @@ def _is_listed(balls: Balls, listed: int, i: int, j: int) -> bool:
 
 @kernel
 def sort_by_position(world: World, members: int) -> None:
-    """Put the members in the order of their places, so that their numbering doesn't matter."""
+    """Sort the members by position, so that results don't depend on the numbering of the balls."""
     contacts = world.contacts
     for m in range(1, members):
         k, index = contacts.member[m], m
@@ -131,9 +135,9 @@ def _join(world: World, k: int, label: int, t: float) -> None:
 
 @kernel
 def gather_contacts(world: World, members: int, listed: int, t: float) -> int:
-    """List the contacts of the members with each other and with cushions; return how many.
+    """List the contacts of the members with each other and with cushions; return their number.
 
-    Where there are more than `contacts` has room for, NO_ROOM says so.
+    If there are more than fit in `contacts`, NO_ROOM is set.
     """
     balls, contacts = world.balls, world.contacts
     count = 0
@@ -162,9 +166,9 @@ def gather_contacts(world: World, members: int, listed: int, t: float) -> int:
 
 @kernel
 def _has_room(world: World, count: int) -> bool:
-    """Whether `contacts` takes one more than `count` contacts of an island, which holds two balls.
+    """Return whether `contacts` has room for one more than `count` contacts of an island.
 
-    Where it doesn't, NO_ROOM says so, and the loop ends the run.
+    If it hasn't, NO_ROOM is set, and the loop ends the run.
     """
     if count < world.contacts.ends.shape[0] and world.contacts.free[0] >= 2:
         return True

@@ -24,10 +24,12 @@ _SHARE_OF_GAP = 0.25
 is corrected, and along the polynomial."""
 
 _SHARE_OF_PIECES = 0.625
-"""The same for the pieces along the polynomial."""
+"""Allowed error of a gap from the pieces along the polynomial, relative to the rest of its
+tolerance.
+"""
 
 _LOOKED_AT = 0.9
-"""The same for two pieces at the times where they are checked: a third, a half and two thirds.
+"""The same error at the times at which two pieces are checked: a third, a half and two thirds.
 
 At other times the error is at most 11 % larger, if the rate of change of the acceleration changes
 uniformly.
@@ -252,7 +254,7 @@ def start_piece(world: World, k: int) -> None:
     square of a short time.)
     """
     balls, contacts = world.balls, world.contacts
-    straighten(balls, k)  # its piece before, alone in air, may have had a higher degree
+    straighten(balls, k)  # its previous piece, alone in air, may have a higher degree
     ball, row = balls.state[k], contacts.motion[k]
     pieces, time = row.pieces, row.piece_time
     done = pieces - row.pieces_left

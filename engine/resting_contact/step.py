@@ -1,26 +1,27 @@
-"""Resting contact, the whole of it: balls that friction holds in contact move as one island.
+"""Steps of resting contact: balls that friction holds in contact move as one island.
 
-Two balls that roll side by side in contact, in slightly different directions, are slowed along
-different lines, and so may stay in contact. Bouncing, they would meet again and again with
-vanishing speed: without end for a restitution below 1. Instead a contact force holds each gap of
-the island closed for as long as it has to push.
+Two balls that roll side by side in contact, in slightly different directions, decelerate along
+different lines, and so may stay in contact. If the engine let them bounce, they would collide again
+and again with decreasing speed, endlessly for a restitution below 1. Instead, a contact force keeps
+each gap of the island closed while the force has to push.
 
-That motion isn't polynomial, because the line of centres and the direction of friction turn. While
-every contact pushes and no slip ends, it is integrated far, to high order
-(`resting_contact.integrate`). What happens between, where a contact parts or sticks, a ball stops
-or starts to slip, is taken across in steps of constant acceleration, each as long as keeps every
-gap within `CONTACT_TOLERANCE` diameters (4e-13 m for pool balls), checked on the very polynomials
-that the balls then follow, at the step's end and seven times within. Normals and friction are taken
-at the middle of the step, so that its error is third order in its length. The forces come from the
-one solver of contacts (`impacts.contact_solver`), on the gaps at the end of the step. No ball is
-displaced. Impulses are inelastic, and a force works on a gap that stays within the tolerance: what
-energy that could add is far below what friction takes in the same step.
+The motion of an island isn't polynomial, because the lines of centres and the directions of
+friction turn. While every contact pushes and no slip ends, the motion is integrated over long steps
+with high order (`resting_contact.integrate`). When a contact parts or sticks, or a ball stops or
+starts to slip, the island moves in short steps with constant accelerations. Such a step is as long
+as possible with every gap within `CONTACT_TOLERANCE` diameters (4e-13 m for pool balls). The gaps
+are checked along the polynomials that the balls follow, at the end of the step and at seven times
+within it. Normals and friction are those at mid-step, so the error of a step is third order in its
+length. The forces are computed by `impacts.contact_solver` from the gaps at the end of the step.
+The method never shifts a ball. Impulses are inelastic, and a contact force acts on a gap that stays
+within the tolerance: the energy that this force could add is far below the energy that friction
+takes in the same step.
 
 A ball so slow that the cloth would stop it within `CAPTURE_HEIGHT` is brought to rest by the end of
-its step, unless it is pushed harder than mu m g.
+its step, unless a force above mu m g pushes it.
 
-Each step is counted in `work["contact_steps"]`. A motion that is integrated goes along its step in
-pieces, for which no force is sought: those after the first are counted in `work["contact_pieces"]`.
+`work["contact_steps"]` counts the steps. An integrated motion is divided into pieces, for which no
+forces are computed; `work["contact_pieces"]` counts the pieces after the first of each step.
 """
 
 from __future__ import annotations
@@ -62,20 +63,20 @@ from ghostball.engine.resting_contact.islands import (
 from ghostball.engine.resting_contact.paths import held_obstacles
 
 _GROWTH = 1.25
-"""Next step tried, in units of the last good one; a longer one would mostly be tried in vain."""
+"""Length of the next step tried, in units of the last successful one. Longer steps mostly fail."""
 
 
 _FACING = -1.0 + 2.0**-8
 """Cosine between the normals of two obstacles below which a ball between them is wedged.
 
-They are within 5 degrees of facing each other. The steps that forces and friction there ask for
-become ever shorter the smaller the angle is.
+The two obstacles face each other within 5 degrees. The smaller this angle, the shorter the steps
+that forces and friction need.
 """
 
 
 @kernel
 def end_step(contacts: Contacts, i: int) -> None:
-    """Mark in `contacts.again` every ball of ball i's island, whose contact step ends."""
+    """Mark in `contacts.again` every ball of ball i's island, because the contact step ends."""
     k = i
     while True:
         mark_again(contacts, k)
@@ -86,17 +87,18 @@ def end_step(contacts: Contacts, i: int) -> None:
 
 @kernel
 def start_steps(world: World, listed: int, t: float) -> None:
-    """End the contact steps of all balls marked in `contacts.again`; start others if they push.
+    """End the contact steps of all balls marked in `contacts.again`; start new steps if balls push.
 
-    And start those of the first `listed` contacts of `balls.touching`, whether they push or not:
-    FIRST is a ball, SECOND a ball or -1 minus the row of an obstacle.
+    Also start steps for the first `listed` contacts of `balls.touching`, whether they push or not.
+    In these rows FIRST is a ball, and SECOND is a ball or -1 minus the row of an obstacle.
 
-    Islands are judged as wholes, and all of them that an event changed at once: in a chain, the
-    ball behind may be all that pushes the two in front together, so that no pair of free balls
-    would show it; and of two balls that hit each other, both may belong to an island. What one
-    island does may bring another in contact: so they are interleaved by place, not by number.
+    Only whole islands are checked, and all islands that an event changed are checked together. In a
+    chain, only the ball behind may push the two balls in front together, so checking pairs of free
+    balls isn't enough. If two balls collide, both may belong to islands. A step of one island may
+    bring another island in contact, so islands are handled in the order of positions, not of
+    indices.
 
-    Contract: as `_start_step`, for every ball that is marked or listed.
+    Contract: as for `_start_step`, for every ball that is marked or listed.
     """
     balls, contacts = world.balls, world.contacts
     for c in range(listed):
@@ -132,15 +134,15 @@ def start_steps(world: World, listed: int, t: float) -> None:
 
 @kernel
 def _start_step(world: World, i: int, listed: int, t: float) -> None:
-    """Start a contact step, at the instant t [s], for the island that ball i belongs to.
+    """Start a contact step at time t [s] for the island that contains ball i.
 
-    The first `listed` contacts of `balls.touching` are held, close or not. Where the island has
-    none of them, and no force turns out to be needed, or nothing moves, the balls are free again.
+    The first `listed` contacts of `balls.touching` are held, whatever their gap. The balls are
+    released if nothing moves, or if no force is needed and the island has no listed contact.
 
-    Contract: every member is advanced to t, given its accelerations and an own event no later than
-    the step's end, marked in `balls.changed` and unmarked in `contacts.again`; one whose slip or
-    speed ends here because what is left of it is negligible is marked in `contacts.rolled` or
-    `contacts.stopped`. No allocation: `contacts` has room.
+    Contract: every member is advanced to t, has its accelerations and an own event no later than
+    the end of the step, is marked in `balls.changed` and unmarked in `contacts.again`. A member
+    whose remaining slip or speed is negligible, so that it ends here, is marked in
+    `contacts.rolled` or `contacts.stopped`. No allocation: `contacts` has room.
     """
     balls, laws, contacts = world.balls, world.laws, world.contacts
     world.log.counters[st.CONTACT_STEPS] += 1
@@ -154,7 +156,7 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
         return
     _end_slips(world, members)
     stopped = stop_approach(world, members, count, True)
-    # An impulse may leave so little slip that the cloth ends it at once, which changes velocities.
+    # An impulse may leave a negligible slip; ending it changes the velocities again.
     for _ in range(members):
         if not _end_slips(world, members):
             break
@@ -167,7 +169,7 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
     if stopped and start_motion(world, members, count, t):
         return
     own_time = own_time_of(world, members)
-    if own_time == math.inf:  # nothing moves, and no cloth could move it
+    if own_time == math.inf:  # nothing moves, and the cloth can't move anything
         release(world, i, t)
         return
     fresh = FIRST_STEP * own_time
@@ -185,7 +187,7 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
         paused = contacts.motion[k].ahead < 0.0
         contacts.motion[k].ahead = contacts.motion[k].ahead + 1.0 if paused else 0.0
     if not found:
-        solve(world, members, 0, duration, False)  # no forces at all
+        solve(world, members, 0, duration, False)  # without any forces
     if duration < longest:
         step = duration
     if not (solved and stopped):
@@ -217,10 +219,11 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
 
 @kernel
 def _hold_wedged(world: World, count: int) -> bool:
-    """Hold the one member where it slips between two obstacles that all but face each other.
+    """Hold the only member if it slips between two obstacles that nearly face each other.
 
-    Applies if the cloth's friction pushes the ball into the wedge: contact forces can balance any
-    such push. The ball stays there until the cloth has ended its slip. Return whether it does.
+    This applies if the cloth's friction pushes the ball into the wedge, because contact forces can
+    then balance any such push. The ball stays there until the cloth has ended its slip. Return
+    whether the ball is held.
     """
     balls, contacts = world.balls, world.contacts
     k = contacts.member[0]
@@ -253,19 +256,22 @@ def _hold_wedged(world: World, count: int) -> bool:
 def _halve(
     world: World, members: int, count: int, longest: float, shortest: float, rubs: bool
 ) -> tuple[bool, float]:
-    """Halve a step until it is solved, or too short; return whether it is solved, and the step."""
+    """Halve a step until forces are found or it is too short; return whether found, and the step.
+
+    "Too short" means at most `shortest` [s].
+    """
     duration = longest
     while True:
         if solve(world, members, count, duration, rubs):
             return True, duration
-        if not duration > shortest:  # nor where one of both is NaN
+        if not duration > shortest:  # also ends if a value is NaN
             return False, duration
         duration *= 0.5
 
 
 @kernel
 def _end_slips(world: World, members: int) -> bool:
-    """End the slips that the cloth ends at once; mark whose; return whether there was any."""
+    """End every negligible slip and mark its ball; return whether there was any."""
     found = False
     for m in range(members):
         k = world.contacts.member[m]
@@ -278,7 +284,7 @@ def _end_slips(world: World, members: int) -> bool:
 
 @kernel
 def _holds_listed(world: World, i: int, listed: int) -> bool:
-    """Whether one of the first `listed` contacts of `balls.touching` is of ball i's island."""
+    """Return whether ball i's island has one of the first `listed` contacts of `balls.touching`."""
     for c in range(listed):
         if world.contacts.island[world.balls.touching[c, st.FIRST]] == world.contacts.island[i]:
             return True
@@ -287,7 +293,7 @@ def _holds_listed(world: World, i: int, listed: int) -> bool:
 
 @kernel
 def _moves(world: World, members: int) -> bool:
-    """Whether any member moves: what rests may be under pressure, but nothing comes of it."""
+    """Return whether any member moves; forces on balls at rest have no effect."""
     contacts = world.contacts
     for m in range(members):
         k = contacts.member[m]
@@ -307,7 +313,7 @@ def _any_force(contacts: Contacts, count: int) -> bool:
 
 @kernel
 def _twist(world: World, k: int, duration: float) -> None:
-    """Turn member k about the vertical: what its contacts do, and the cloth against that."""
+    """Set member k's acceleration about the vertical, by its contacts and by the cloth."""
     balls = world.balls
     spin = balls.state[k].wz
     slowed = duration * balls.state[k].spin_slowing
@@ -320,10 +326,10 @@ def _twist(world: World, k: int, duration: float) -> None:
 
 @kernel
 def _comes_to_rest(balls: Balls, k: int, duration: float) -> bool:
-    """Whether member k moves, and its acceleration takes just that velocity in `duration`."""
+    """Return whether member k moves, and its acceleration stops it exactly after `duration` [s]."""
     left_x = balls.state[k].vx + duration * balls.state[k].ax
     left_y = balls.state[k].vy + duration * balls.state[k].ay
     speed = speed_of(balls.state[k].vx, balls.state[k].vy)
     if balls.state[k].phase == st.SLIDING:
-        return False  # it rolls first
+        return False  # it must roll first
     return speed > 0.0 and speed_of(left_x, left_y) <= 4.0 * EPS * speed
