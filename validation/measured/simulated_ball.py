@@ -32,9 +32,9 @@ class BallSize(NamedTuple):
     mass: float  # [kg]
 
 
-CAROM_BALL: Final = BallSize(**Table.BALLS["carom-10ft"])
+CAROM_BALL: Final = BallSize(**Physics.BALLS["carom"])
 POOL_BALL: Final = BallSize(POOL_BALL_RADIUS, POOL_BALL_MASS)
-SNOOKER_BALL: Final = BallSize(**Table.BALLS["snooker-12ft"])
+SNOOKER_BALL: Final = BallSize(**Physics.BALLS["snooker"])
 
 
 def rolling_deceleration(physics: Physics, speed: float) -> float:

@@ -6,7 +6,7 @@ The values that a field may have are defined in `scene.fields`.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Final, Self
 
 import numpy as np
 from pydantic import (
@@ -32,14 +32,22 @@ from ghostball.model.scene.strike import Strike, Vector, stroke_of
 POOL_BALL_RADIUS = 0.028575  # [m]
 POOL_BALL_MASS = 0.170097  # [kg]
 
+POOL_BALL: Final = {"radius": POOL_BALL_RADIUS, "mass": POOL_BALL_MASS}
+
+SNOOKER_BALL: Final = {"radius": 0.02625, "mass": 0.1406}
+"""Mathavan, Jackson and Parkin 2014."""
+
+CAROM_BALL: Final = {"radius": 0.03075, "mass": 0.21}
+"""Within the range that the rules of the Union Mondiale de Billard permit."""
+
 
 class Ball(ScenePart):
     """One ball. The cloth friction is the scene's, unless the ball has its own coefficients.
 
     `position` and `velocity` are given with 2 or 3 components and stored with 3. A ball with a
     `strike` has the velocities that the cue gives it. If the scene is airborne, the scene also
-    applies the reaction of the table to the stroke. A ball without a radius or a mass is a pool
-    ball, unless the table preset of its scene has different balls.
+    applies the reaction of the table to the stroke. A ball without a radius or a mass has the
+    values of its scene's presets (`usual_ball` in `scene.contents`), or those of a pool ball.
     """
 
     id: Annotated[Text, Field(min_length=1, max_length=64)] = Field(
@@ -56,10 +64,10 @@ class Ball(ScenePart):
         default=None, description="stroke of a cue, instead of `velocity` and `angular_velocity`"
     )
     radius: Positive = Field(
-        default=POOL_BALL_RADIUS, description="[m]; default: from the table's preset"
+        default=POOL_BALL_RADIUS, description="[m]; default: from the preset of table or physics"
     )
     mass: Positive = Field(
-        default=POOL_BALL_MASS, description="[kg]; default: from the table's preset"
+        default=POOL_BALL_MASS, description="[kg]; default: from the preset of table or physics"
     )
     rolling_friction: NonNegative | None = Field(
         default=None, description="coefficient of rolling friction [1]; default: the scene's"

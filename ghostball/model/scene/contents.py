@@ -13,8 +13,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.rounding import EPS
-from ghostball.model.scene.ball import Ball, rolling_angular_velocity
-from ghostball.model.scene.fields import Positive, SceneName, Text, whole_number
+from ghostball.model.scene.ball import POOL_BALL, Ball, rolling_angular_velocity
+from ghostball.model.scene.fields import Positive, SceneName, Text, problem, whole_number
 from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.physics import Physics
 from ghostball.model.scene.table import Table
@@ -39,19 +39,23 @@ class SceneContents(ScenePart):
 
     @model_validator(mode="before")
     @classmethod
-    def _with_balls_of_table(cls, data: Any) -> Any:
-        """Give each ball without a radius or a mass the values of the table's preset."""
+    def _with_usual_balls(cls, data: Any) -> Any:
+        """Give each ball without a radius or a mass the values of `usual_ball`."""
         if not isinstance(data, dict):
             return data
         balls, table = data.get("balls"), data.get("table")
         if not isinstance(balls, Iterable) or isinstance(balls, str | bytes | Mapping):
             return data
-        preset = table.get("preset") if isinstance(table, dict) else table
-        preset = table.preset if isinstance(table, Table) else preset
-        own = Table.BALLS.get(preset) if isinstance(preset, str) else None
-        if own is None:
-            return data
-        return {**data, "balls": [_with_fields(ball, own) for ball in balls]}
+        preset = table if isinstance(table, str) else _preset_in(table)
+        physics = _preset_in(data.get("physics"))
+        usual = usual_ball(preset, physics)
+        if usual == POOL_BALL:
+            return data  # the defaults of `Ball`
+        balls = list(balls)
+        if usual is None:
+            _check_sizes(balls, f'the table "{preset}"', f'the physics "{physics}"')
+            return data | {"balls": balls}
+        return data | {"balls": [_with_fields(ball, usual) for ball in balls]}
 
     @property
     def positions(self) -> FloatArray:
@@ -137,6 +141,43 @@ def rolls_alone(v: Sequence[float], w: Sequence[float], radius: float) -> bool:
     if max(abs(x), abs(y)) > 2.0 * ROLLING_ULPS * EPS * speeds:
         return False
     return bool(rolling(np.array(v), np.array(w), np.array(radius)))
+
+
+def usual_ball(table: str | None, physics: str | None) -> Mapping[str, float] | None:
+    """Return the radius [m] and mass [kg] of balls for which a scene gives none.
+
+    `table` and `physics` are the presets of the scene's table and physics, or None. Each may belong
+    to a game, which has its own balls; without one, balls are pool balls. None: the presets belong
+    to different games.
+    """
+    on_table = Table.BALLS.get(table or "")
+    measured = Physics.BALLS.get(physics or "")
+    if on_table is None or measured is None:
+        return on_table or measured or POOL_BALL
+    return on_table if on_table == measured else None
+
+
+def _preset_in(part: Any) -> str | None:
+    """Return the name of the preset in a part of a scene, which may be invalid."""
+    preset = part.get("preset") if isinstance(part, dict) else getattr(part, "preset", None)
+    return preset if isinstance(preset, str) else None
+
+
+def _check_sizes(balls: list[Any], table: str, physics: str) -> None:
+    """Reject a ball without its own radius or mass: the presets have different balls."""
+    for i, ball in enumerate(balls):
+        if not isinstance(ball, Ball | dict):
+            continue  # rejected later
+        given = ball.model_fields_set if isinstance(ball, Ball) else ball
+        missing = [name for name in POOL_BALL if name not in given]
+        if missing:
+            raise problem(
+                "no_usual_ball",
+                f"`balls[{i}].{missing[0]}` must be given, because {table} and {physics} have "
+                "different balls. Give `radius` and `mass` of each ball, or choose presets of one "
+                "game",
+                at=("balls", i),
+            )
 
 
 def _with_fields(ball: Any, fields: Mapping[str, float]) -> Any:

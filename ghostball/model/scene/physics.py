@@ -16,6 +16,7 @@ from pydantic import (
 )
 
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS, LawEntry
+from ghostball.model.scene.ball import CAROM_BALL, SNOOKER_BALL
 from ghostball.model.scene.fields import (
     BallLaw,
     CushionLaw,
@@ -39,8 +40,8 @@ class Physics(ScenePart):
     Sources: the paper's model ("paper": sections 4.2 and 5.2, mu = 0.02, elastic collisions);
     Alciatore's table of pool constants ("pool"); the same with constant restitution and friction
     coefficients, as in game engines ("pool-coulomb"); a heated table for three-cushion billiards
-    ("carom") and a snooker table ("snooker"), both mostly from measurements, see
-    `docs/real-tables.md`.
+    ("carom") and a snooker table ("snooker"), both mostly from measurements and with balls of
+    their own, see `docs/real-tables.md`.
     """
 
     PRESETS: ClassVar[dict[str, dict[str, Any]]] = {
@@ -89,6 +90,9 @@ class Physics(ScenePart):
             "cushion_height": 0.03675,
         },
     }
+
+    BALLS: ClassVar[dict[str, dict[str, float]]] = {"carom": CAROM_BALL, "snooker": SNOOKER_BALL}
+    """Radius [m] and mass [kg] of the balls of presets that describe one game."""
 
     preset: Literal["paper", "pool", "pool-coulomb", "carom", "snooker"] = "paper"
     gravity: Positive = Field(default=9.81, description="acceleration of free fall [m/s^2]")

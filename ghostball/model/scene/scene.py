@@ -102,7 +102,7 @@ class Scene(SceneContents):
         ids : sequence of n str
             None: "ball-0", "ball-1", ...
         radii, masses : (n,) float64 [m, kg], or one number for all
-            None: the value of the table's preset, or the value of pool balls without a preset.
+            None: the values of the presets of table and physics, or those of pool balls.
         strikes : dict of int to Strike
             By index of the ball, instead of `velocities` and `angular_velocities`; default: none.
         **fields

@@ -14,7 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from ghostball.model.scene.ball import POOL_BALL_MASS, POOL_BALL_RADIUS
+from ghostball.model.scene.ball import CAROM_BALL, POOL_BALL, SNOOKER_BALL
 from ghostball.model.scene.fields import LARGEST, SMALLEST, Positive, Real, problem
 from ghostball.model.scene.obstacles import (
     FIRST_POST,
@@ -142,14 +142,13 @@ class Table(ScenePart):
     }
 
     BALLS: ClassVar[dict[str, dict[str, float]]] = {
-        "snooker-12ft": {"radius": 0.02625, "mass": 0.1406},
-        "carom-10ft": {"radius": 0.03075, "mass": 0.21},
+        "wpa-9ft": POOL_BALL,
+        "wpa-8ft": POOL_BALL,
+        "bar-7ft": POOL_BALL,
+        "snooker-12ft": SNOOKER_BALL,
+        "carom-10ft": CAROM_BALL,
     }
-    """Radius [m] and mass [kg] of the balls of presets whose balls aren't pool balls.
-
-    Snooker balls are as in Mathavan, Jackson and Parkin 2014. Carom balls are 61.5 mm wide and
-    weigh 210 g, within the range that the rules of the Union Mondiale de Billard permit.
-    """
+    """Radius [m] and mass [kg] of the balls of each preset."""
 
     preset: Literal["wpa-9ft", "wpa-8ft", "bar-7ft", "snooker-12ft", "carom-10ft"] | None = Field(
         default=None,
@@ -341,9 +340,3 @@ def _size_of(vertices: Any) -> dict[str, float]:
         return {"length": 1.0, "width": 1.0}
     sizes = {"length": max(xs), "width": max(ys)}
     return {name: size if SMALLEST <= size <= LARGEST else 1.0 for name, size in sizes.items()}
-
-
-def ball_size_of(table: Table | None) -> dict[str, float]:
-    """Return the radius [m] and mass [kg] of balls on a table for which the scene gives none."""
-    own = {} if table is None or table.preset is None else Table.BALLS.get(table.preset, {})
-    return {"radius": POOL_BALL_RADIUS, "mass": POOL_BALL_MASS, **own}

@@ -14,10 +14,10 @@ from uuid import uuid4
 import tomli_w
 
 from ghostball.model.scene.ball import Ball
-from ghostball.model.scene.contents import SceneContents
+from ghostball.model.scene.contents import SceneContents, usual_ball
 from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.part import ScenePart
-from ghostball.model.scene.table import Table, ball_size_of
+from ghostball.model.scene.table import Table
 from ghostball.model.text_files import read_bytes
 
 LARGEST_FILE = 2**26
@@ -117,7 +117,9 @@ def dumps(scene: SceneContents) -> str:
     }
     if scene.table is not None:
         data["table"] = _table_fields(scene.table)
-    data["balls"] = [_ball_fields(ball, ball_size_of(scene.table)) for ball in scene.balls]
+    table = scene.table.preset if scene.table is not None else None
+    usual = usual_ball(table, scene.physics.preset) or {}
+    data["balls"] = [_ball_fields(ball, usual) for ball in scene.balls]
     return tomli_w.dumps(data, multiline_strings=False)
 
 
@@ -153,8 +155,8 @@ def _table_fields(table: Table) -> dict[str, Any]:
 
 
 def _ball_fields(ball: Ball, usual: Mapping[str, float]) -> dict[str, Any]:
-    """Return a ball's fields, without values equal to the `usual` values of its table."""
-    fields = _differing(ball, keep=("id", "position", *usual))
+    """Return a ball's fields, without values equal to the `usual` values in its scene."""
+    fields = _differing(ball, keep=("id", "position", "radius", "mass"))
     for name, value in usual.items():
         if fields[name] == value:
             del fields[name]

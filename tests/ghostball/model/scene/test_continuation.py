@@ -53,7 +53,7 @@ def places_touching(chance, table):
             step = 2.0 * R * np.array([math.cos(angle), math.sin(angle)])
             centres.append(centres[chance.integers(len(centres))] + step)
         try:
-            return Scene.from_arrays(centres, name="cluster", table=table, masses=0.17)
+            return Scene.from_arrays(centres, name="cluster", table=table, radii=R, masses=0.17)
         except SceneError:
             continue
 

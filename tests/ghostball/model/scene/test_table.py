@@ -15,6 +15,7 @@ from ghostball.model import (
     Ball,
     Disc,
     Hole,
+    Physics,
     Scene,
     SceneError,
     Segment,
@@ -230,6 +231,33 @@ class TestTheBallsOfAPreset:
             scene = Scene.model_validate({**fields, "balls": [ball]})
             assert scene == expected
             assert scene.without_strikes().velocities.tolist() == scene.velocities.tolist()
+
+    @pytest.mark.parametrize("table", [None, {"length": 2.0, "width": 1.0}])
+    @pytest.mark.parametrize(("physics", "radius"), [("carom", 0.03075), ("snooker", 0.02625)])
+    def test_without_a_standard_table_balls_are_those_of_the_physics(
+        self, physics, radius, table, tmp_path
+    ):
+        fields = {"name": "a", "table": table, "balls": [Ball(id="a", position=(0.5, 0.5))]}
+        scene = Scene(**fields, physics={"preset": physics})
+        assert scene == Scene(**fields, physics=Physics(preset=physics))
+        assert (scene.balls[0].radius, scene.balls[0].position) == (radius, (0.5, 0.5, radius))
+        scene.save(tmp_path / "scene.toml")
+        assert "radius" not in (tmp_path / "scene.toml").read_text()
+        assert Scene.load(tmp_path / "scene.toml") == scene
+
+    def test_table_and_physics_of_different_games_need_sizes(self, tmp_path):
+        fields = {"name": "a", "table": "wpa-9ft", "physics": Physics(preset="snooker")}
+        place = {"id": "a", "position": (0.5, 0.5)}
+        for ball in (place, Ball(**place), {**place, "radius": 0.03}):
+            missing = "mass" if "radius" in ball else "radius"
+            expected = rf'`balls\[0\]\.{missing}` must be given, because the table "wpa-9ft" and'
+            with pytest.raises(SceneError, match=expected):
+                Scene(**fields, balls=[ball])
+        with pytest.raises(SceneError, match=r"^`balls\[0\]` must be a table of fields, got 1\.$"):
+            Scene(**fields, balls=[1])
+        scene = Scene(**fields, balls=[Ball(**place, radius=POOL_BALL_RADIUS, mass=0.1406)])
+        scene.save(tmp_path / "scene.toml")
+        assert Scene.load(tmp_path / "scene.toml") == scene
 
     def test_a_size_that_is_given_stays(self, tmp_path):
         ball = {"id": "a", "position": (0.5, 0.5), "radius": POOL_BALL_RADIUS, "mass": 0.2}
