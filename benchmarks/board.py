@@ -14,7 +14,7 @@ from rich.console import RenderableType
 
 from benchmarks.commands import benchmark, with_progress
 from benchmarks.measurements import BenchmarkMeasurement, committed, table_of
-from ghostball.reports.accuracy import CLASSES
+from ghostball.reports.accuracy import CLASSES, median_error, median_text
 from ghostball.reports.style import format_length, format_time
 from ghostball.validation.results.measurement import MeasurementError, Record
 from ghostball.validation.results.records import AccuracyKind
@@ -80,12 +80,12 @@ class BoardMeasurement(BenchmarkMeasurement):
                 continue
             cases = self.of(label).values()
             counts = Counter(one.kind for one in cases)
-            errors = [one.error for one in cases if one.kind and one.error is not None]
+            error, is_exact = median_error((one.error, one.kind) for one in cases if one.kind)
             times = [one.seconds for one in cases if one.kind and one.seconds is not None]
             yield (
                 label,
                 *(str(counts[kind]) for kind in (*CLASSES, None)),
-                format_length(median(errors) if errors else None),
+                median_text(error, is_exact=is_exact),
                 format_time(median(times) if times else None),
             )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from statistics import median
 from unittest.mock import patch
 
@@ -17,11 +18,17 @@ from benchmarks.rebounds import ReboundsMeasurement
 from docs.recipes import pymunk_recipe
 from docs.tables import table
 from ghostball import find_scene, simulate
+from ghostball.model.arrays import FloatArray
+from ghostball.reports.accuracy import median_error, median_text
 from ghostball.reports.precision import is_finest
 from ghostball.reports.style import format_length, format_time
+from ghostball.validation.checks.accuracy import kind_of
+from ghostball.validation.grading.tolerances import EPS, ROUNDINGS
 from ghostball.validation.parallel.sources import PACKAGE_OF
 from ghostball.validation.precision.points import PrecisionMeasurement, PrecisionPoint, knee_of
+from ghostball.validation.results.records import AccuracyKind
 from ghostball.validation.scenes.library import BOARD, select
+from ghostball.validation.truth.scene_truth import truth_of
 
 USES = (
     ("game rules, an AI that tries many shots, reference results", "ghostball"),
@@ -79,12 +86,16 @@ def choice() -> str:
     rows = []
     for use, label in USES:
         points = [one for one in stored.points if one.label == label]
-        errors = [one.error for one in points]
+        errors = sorted((one.error, _class_of(one)) for one in points)
+        middle, is_middle_exact = median_error(errors)
+        most, most_class = errors[-1]
+        middle_text = median_text(middle, is_exact=is_middle_exact)
+        most_text = median_text(most, is_exact=most_class == "exact")
         rows.append(
             (
                 use,
                 f"`{_shortened(label)}`",
-                f"{format_length(median(errors))} ({format_length(max(errors))})",
+                middle_text if middle_text == most_text else f"{middle_text} ({most_text})",
                 format_time(median(one.call_seconds for one in points)),
             )
         )
@@ -92,6 +103,21 @@ def choice() -> str:
     scenes = ", ".join(f"`{name}`" for name in sorted({one.scene for one in stored.points}))
     said = f"Scenes, if the engine supports them: {scenes}. Measured on {stored.where}."
     return f"{table(heads, rows)}\n\n{said}"
+
+
+def _class_of(point: PrecisionPoint) -> AccuracyKind:
+    """Return the accuracy class of the error of a point in a scene with a closed form."""
+    conditioning = _conditioning(point.scene)
+    rounding = ROUNDINGS * EPS * float(np.max(conditioning))
+    return "exact" if point.error <= rounding else kind_of(point.error)
+
+
+@cache
+def _conditioning(scene: str) -> FloatArray:
+    """Return `Truth.conditioning` of a shipped scene."""
+    found = truth_of(find_scene(scene), parts={"rest", "conditioning"}).conditioning
+    assert found is not None  # each measured scene has a closed form
+    return found
 
 
 def _shortened(label: str) -> str:

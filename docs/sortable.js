@@ -5,10 +5,10 @@ const UNITS = {
   ns: 1e-9, "µs": 1e-6, ms: 1e-3, s: 1, min: 60,
 };
 
-// "exact" comes before all numbers, other words after them.
+// "exact" and "rounding" come before all numbers, other words after them.
 function valueOf(cell) {
   const text = cell.textContent.trim();
-  if (text.startsWith("exact")) return 0;
+  if (text.startsWith("exact") || text.startsWith("rounding")) return 0;
   const found = text.match(/^([\d.]+(?:e[+-]?\d+)?)\s*(fm|pm|nm|µm|mm|cm|min|ms|ns|µs|m|s)?\b/);
   return found ? found[1] * (UNITS[found[2]] ?? 1) : NaN;
 }

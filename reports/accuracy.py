@@ -89,21 +89,16 @@ LARGE: Final = ("millimetres", "centimetres")
 """Classes with large errors: if such a case passes, the limit that allows the error is shown."""
 
 
-def is_exact(case: CaseRecord) -> bool:
-    """Return True if the final positions of a case are right up to rounding."""
-    return case.accuracy is not None and case.accuracy.kind == "exact" and case.accuracy.at is None
-
-
 def length_text(case: CaseRecord | None, error: float | None) -> str:
     """Return an error of a case's final positions, or an overlap [m], as tables show it."""
-    if error is not None and case is not None and is_exact(case):
+    if error is not None and case is not None and case.is_exact:
         return UP_TO_ROUNDING
     return style.format_length(error)
 
 
 def time_text(case: CaseRecord | None, error: float | None) -> str:
     """Return an error of a case's rest time [s] as tables show it."""
-    if error is not None and case is not None and is_exact(case) and error < LEAST_TIME:
+    if error is not None and case is not None and case.is_exact and error < LEAST_TIME:
         return UP_TO_ROUNDING
     return style.format_time(error)
 
@@ -234,7 +229,7 @@ class Tally:
     @property
     def typical_text(self) -> str:
         """The median error as tables show it."""
-        return UP_TO_ROUNDING if self.is_typical_exact else style.format_length(self.typical)
+        return median_text(self.typical, is_exact=self.is_typical_exact)
 
     @property
     def rank(self) -> float | None:
@@ -250,8 +245,7 @@ def tally(results: Results, label: str) -> Tally:
     verdicts = [verdict_of(case) for case in cases]
     found = [case.accuracy for case in cases if case.accuracy is not None]
     kinds = Counter(one.kind for one in found)
-    errors = sorted((one.error, one.kind) for one in found if one.error is not None)
-    middle = errors[(len(errors) - 1) // 2 : len(errors) // 2 + 1]
+    typical, is_typical_exact = median_error((one.error, one.kind) for one in found)
     times = [case.wall_time for case in cases if case.wall_time is not None]
     return Tally(
         label,
@@ -261,10 +255,31 @@ def tally(results: Results, label: str) -> Tally:
         verdicts.count(Verdict.NOT_REPRESENTABLE) + verdicts.count(Verdict.UNAVAILABLE),
         sum(case.outcome == "failed" for case in cases),
         sum(case.accuracy is None and case.is_own_measure for case in cases),
-        median(error for error, _ in errors) if errors else None,
+        typical,
         median(times) if times else None,
-        bool(middle) and all(kind == "exact" for _, kind in middle),
+        is_typical_exact,
     )
+
+
+def median_error(
+    found: Iterable[tuple[float | None, AccuracyKind]],
+) -> tuple[float | None, bool]:
+    """Return the median of errors [m], and True if the median is no larger than rounding.
+
+    `found`: the error of each run, if it is known, and the accuracy class of the run.
+
+    Without any known error the median is None.
+    """
+    errors = sorted((error, kind) for error, kind in found if error is not None)
+    if not errors:
+        return None, False
+    middle = errors[(len(errors) - 1) // 2 : len(errors) // 2 + 1]
+    return median(error for error, _ in errors), all(kind == "exact" for _, kind in middle)
+
+
+def median_text(error: float | None, *, is_exact: bool) -> str:
+    """Return a median error [m], from `median_error`, as tables show it."""
+    return UP_TO_ROUNDING if is_exact else style.format_length(error)
 
 
 def kinds_of(cases: Iterable[CaseRecord]) -> tuple[AccuracyKind, ...]:

@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 
 from ghostball.reports import style
+from ghostball.reports.accuracy import UP_TO_ROUNDING
 from ghostball.validation.baselines.regression import Regression, SceneChange
 
 WIDTH = 48
@@ -27,7 +28,8 @@ def error_text(change: SceneChange) -> str:
     """Return the rest error: "3.4 mm -> 28 mm", or "28 mm" if both read the same; "" if unknown."""
     if change.base_error is None or change.head_error is None:
         return ""
-    before, now = (style.format_length(one) for one in (change.base_error, change.head_error))
+    before = UP_TO_ROUNDING if change.base_is_exact else style.format_length(change.base_error)
+    now = UP_TO_ROUNDING if change.head_is_exact else style.format_length(change.head_error)
     return now if before == now else f"{before} -> {now}"
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from ghostball.model import CUSHIONS, POCKETS, EventKind, Events, Scene, Table
 from ghostball.model.arrays import FloatArray
-from ghostball.reports.accuracy import accuracy_text, is_exact
+from ghostball.reports.accuracy import accuracy_text
 from ghostball.reports.figures._table import view_of
 from ghostball.reports.figures.heights import FLIES_FROM
 from ghostball.reports.page.replay_tracks import (
@@ -123,7 +123,7 @@ def _engine(run: Run, radii: FloatArray, parts: list[bytes]) -> dict[str, Any]:
         "divergence": metric_of(run.case, "first_divergence_time"),
         # Whether the distance from the reference is an error: after the horizon it isn't.
         "standing": run.standing.name.lower(),
-        "exact": case is not None and is_exact(case),
+        "exact": case is not None and case.is_exact,
         "rest": None,
         "motion": None,
     }

@@ -38,6 +38,7 @@ def test_a_run_gives_its_cases_and_what_is_committed_of_other_engines(results, m
     rows = {row[0]: row[1:] for row in found.rows()}
     assert set(rows) == set(results.labels)
     assert all(sum(map(int, row[:-2])) == 1 for row in rows.values())
+    assert rows["ghostball"][-2] == "rounding"
     assert "command" not in found.environment
 
 

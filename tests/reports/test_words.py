@@ -149,6 +149,8 @@ def test_what_got_worse_by_most_comes_first_and_what_did_not_move_is_left_out() 
     found = shifted(regression(better, same, worse(), lost, unchanged()))
     assert [one.scene for one in found] == ["break-7", "better"]
     assert [error_text(one) for one in (better, same, lost)] == ["1 mm -> 100 µm", "1 mm", ""]
+    exact = worse(base_is_exact=True)
+    assert error_text(exact) == "rounding -> 3 mm"
     assert growth(worse()) > 0.0 > growth(better)
     assert growth(lost) == growth(same) == 0.0
 

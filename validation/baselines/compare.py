@@ -219,6 +219,8 @@ def _numbers(one: CaseRecord, two: CaseRecord) -> dict[str, Any]:
         "counters": tuple(found for row in counters if (found := _moved(*row)) is not None),
         "base_error": errors[0],
         "head_error": errors[1],
+        "base_is_exact": one.is_exact,
+        "head_is_exact": two.is_exact,
         "rest_base": _places(one),
         "rest_head": _places(two),
     }

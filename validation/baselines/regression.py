@@ -23,7 +23,7 @@ from ghostball.validation.results.database import (
 )
 from ghostball.validation.results.fields import EnvironmentValues
 
-SCHEMA: Final = 11
+SCHEMA: Final = 12
 """Version of a stored comparison."""
 
 Answer = Literal["unchanged", "rounding", "better", "changed", "worse", "wrong collisions"]
@@ -89,6 +89,7 @@ class SceneChange(StrictModel):
     `horizon` [s]: time up to which the two can be compared; None: to the end.
     `first_difference`: None if all events are equal, times included.
     `base_error`, `head_error` [m]: largest rest position error; None if unknown.
+    `base_is_exact`, `head_is_exact`: whether this error is no larger than rounding.
     `metrics`: metrics that differ, without run times; `counters`: work counters that differ.
     `base_hash`, `head_hash`: of events and rest positions, to the bit; "" if there is no result.
     `rest_base`, `rest_head` ((x, y, z), ...) [m] or None: rest positions, in the order of the
@@ -107,6 +108,8 @@ class SceneChange(StrictModel):
     first_difference: FirstDifference | None = None
     base_error: float | None = None
     head_error: float | None = None
+    base_is_exact: bool = False
+    head_is_exact: bool = False
     metrics: tuple[ValueChange, ...] = ()
     counters: tuple[ValueChange, ...] = ()
     base_hash: str = ""
@@ -160,7 +163,7 @@ class Regression(StrictModel):
     `warnings`: facts that a user should know but that don't fail the comparison, a sentence each.
     """
 
-    schema_version: Literal[11] = Field(default=SCHEMA, alias="schema")
+    schema_version: Literal[12] = Field(default=SCHEMA, alias="schema")
     kind: Literal["regression"] = "regression"
     label: str = "ghostball"
     engine: str = "ghostball"

@@ -174,6 +174,8 @@ class Accuracy:
                 f"wrong collisions: the first {self.agree} of {self.of} are right; first wrong "
                 f"collision{at}"
             )
+        if self.kind == "exact":
+            return f"exact: position error no larger than rounding{at}"
         return f"{self.kind}: position error {number_with_unit(self.error, 'm')}{at}"
 
 
@@ -276,6 +278,12 @@ class CaseRecord:
         wall_time = self.metrics.get("wall_time")
         if wall_time is not None and not 0.0 <= wall_time < math.inf:
             raise ValueError(f"`metrics.wall_time` must be seconds, at least 0, got {wall_time}")
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the final positions are right to rounding."""
+        found = self.accuracy
+        return found is not None and found.kind == "exact" and found.at is None
 
     @property
     def is_own_measure(self) -> bool:

@@ -33,7 +33,7 @@ def test_a_comparison_reads_back_equal(tmp_path):
     save_regressions([REGRESSION], tmp_path)
     assert load_regression(tmp_path) == REGRESSION
     printed = json.loads(REGRESSION.model_dump_json(by_alias=True))
-    assert (printed["schema"], printed["kind"]) == (11, "regression")
+    assert (printed["schema"], printed["kind"]) == (12, "regression")
     assert [row["scene"] for row in rows_of(tmp_path, "changes")] == ["cut", "cut"]
     assert CHANGE.first_difference is not None
 
@@ -60,6 +60,6 @@ def test_no_comparison_is_none(tmp_path):
 
 def test_what_somebody_edited_is_refused(tmp_path):
     with writing(tmp_path) as database, transaction(database):
-        put_document(database, "regression", '[{"schema": 11, "outcome": 3}]')
+        put_document(database, "regression", '[{"schema": 12, "outcome": 3}]')
     with pytest.raises(ResultsError, match=r"its comparison is damaged: `\[0\]\.head` is missing"):
         load_regression(tmp_path)

@@ -39,7 +39,7 @@ def test_what_moved_is_reported_and_fails(accepted, planted):
     result = regress("--rerun")
     assert result.exit_code == 1, result.output
     assert re.search(
-        r"cut +worse +\S+ fm -> 1\.\d+ nm +exact: .* -> nanometres: position error 1\.\d+ nm",
+        r"cut +worse +rounding -> 1\.\d+ nm +exact: .* -> nanometres: position error 1\.\d+ nm",
         result.stdout,
     )
     assert result.stdout.splitlines()[-1].startswith("failed: 1 worse, 1 unchanged")
