@@ -20,7 +20,7 @@ from ghostball.model.events import Status
 from ghostball.model.rounding import position_rounding
 
 STATUSES = tuple(Status)
-"""The meaning of the numbers in `Batch.status`, which are indices of this tuple."""
+"""Meaning of the numbers in `Batch.status`, which are indices of this tuple."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ def simulate_many(
 
 
 def batch_of(shots: Shots, smallest: NDArray[np.float64] | float) -> Batch:
-    """Return the results of shots that have been played.
+    """Return the results of shots that have been simulated.
 
     `smallest` [m]: the smallest radius in each shot, (k,), or one number for all.
     """

@@ -34,4 +34,4 @@ CAPABILITIES: Capabilities = {
     Feature.QUADRATIC_ROLLING: EXACT,
     Feature.FLIGHT: EXACT,
 }
-"""Our own engine's support, feature by feature: a feature that isn't named isn't supported."""
+"""Support of each feature by our own engine; features that aren't listed are unsupported."""

@@ -1,6 +1,6 @@
-"""The kernels that given scenes need, so that they can be compiled before any shot is played.
+"""Kernels that given scenes need, so that they can be compiled before any shot is simulated.
 
-Each scene needs one of two kernels (`running.variants`), which can be compiled side by side. A
+Each scene needs one of two kernels (`running.variants`), which can be compiled at the same time. A
 kernel that is still missing when a shot needs it is compiled then.
 """
 

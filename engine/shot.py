@@ -37,13 +37,13 @@ def simulate(
     ----------
     scene : Scene
     record : "rest", "events" or "trajectory"
-        "rest" keeps only the end. "events" keeps every event with its states, from which the motion
-        can be sampled at any time; "trajectory" is the same for this engine.
+        "rest" keeps only the final state. "events" keeps every event with its states, from which
+        the motion can be sampled at any time; "trajectory" is the same for this engine.
     max_events : int
         Limit of events and contact steps, after which the run stops; `status` then says so.
     max_work : int
         Limit of work, after which the run stops: iterations of all loops, in units of about 6 ns.
-        So every run ends, whatever delays it.
+        With this limit every run ends.
     no_skip : collection of str
         Skips that are switched off; `engine.running.skips` has their names. The result is the same.
 
@@ -73,8 +73,8 @@ def simulate(
     that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in
     `work["joint_impacts"]`.
 
-    The run ends when the last centre rests and the last spin about the vertical has decayed; a
-    spin that no friction slows isn't waited for.
+    The run ends when the last centre rests and the last spin about the vertical has decayed; a spin
+    that no friction slows doesn't prolong the run.
     """
     check_request(scene, record, max_events, max_work)
     off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)

@@ -1,4 +1,4 @@
-"""Simulation of one scene from many initial states, in which all balls may start differently."""
+"""Simulation of one scene from many initial states of its balls."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _AT_ONCE = 2**18
 
 
 class Given(NamedTuple):
-    """Initial states of m balls in each of k shots, (k, m, 3); others start as in the scene.
+    """Initial states of m balls in each of k shots, (k, m, 3); other balls start as in the scene.
 
     The m balls are consecutive, and the first of them is ball `who`.
     """
@@ -103,7 +103,7 @@ def simulate_starts(
 
 
 def play_starts(scene: Scene, given: Given, limits: Limits, threads: int) -> Batch:
-    """Play a scene from each of k initial states, after checking all of them.
+    """Simulate a scene from each of k initial states, after checking all of them.
 
     Raises `SceneError` if a scene with one of these initial states would be invalid.
     """
@@ -183,7 +183,7 @@ def _check(scene: Scene, given: Given, first: int) -> None:
     This checks the range of single numbers; the rules of scenes check the rest.
     """
     k, m = given.positions.shape[:2]
-    with np.errstate(over="ignore", invalid="ignore"):  # infinite numbers are refused below
+    with np.errstate(over="ignore", invalid="ignore"):  # infinite numbers are rejected below
         rolling, spins = given.rolling_and_spins(scene)
     everyone = np.ones(m, dtype=np.bool_)
     for name, vectors, asked in (
@@ -191,7 +191,7 @@ def _check(scene: Scene, given: Given, first: int) -> None:
         ("velocity", given.velocities, everyone),
         ("angular_velocity", spins, given.given),
     ):
-        # Written so that NaN is refused, too.
+        # The comparison is written so that NaN is rejected, too.
         for j, i, c in np.argwhere(~(np.abs(vectors) <= LARGEST) & asked[:, None])[:1]:
             raise refusal(
                 f"`balls[{given.who + i}].{name}` in shot {first + j} must be finite and at most "

@@ -31,9 +31,9 @@ def simulate_sweep(
     Parameters
     ----------
     scene : Scene
-        Its ball `ball` is shot. If this ball has an angular velocity of its own, or is struck by a
-        cue, its spin is rotated with the direction and scaled with the speed, as if the tip hit the
-        same spot; otherwise it rolls. An upward velocity is scaled with the speed, too.
+        The shot moves its ball `ball`. If this ball has an angular velocity of its own, or is
+        struck by a cue, its spin is rotated with the direction and scaled with the speed, as if the
+        tip hit the same spot; otherwise it rolls. An upward velocity is scaled with the speed, too.
     speeds : (k,) float64 [m/s], or one number for all; more than 0
         Speeds of the ball over the cloth.
     angles : (k,) float64 [rad], or one number for all; from the x axis, counterclockwise
@@ -50,11 +50,12 @@ def simulate_sweep(
     Raises
     ------
     UnsupportedSceneError, GhostballError
-        If the scene, or an argument, is invalid; SceneError if a scene with such a shot would be.
+        If the scene, or an argument, is invalid; SceneError if a scene with such a shot would be
+        invalid.
     """
     workers = workers_of(threads)
     check_request(scene, "rest", max_events, max_work)
-    with np.errstate(over="ignore", invalid="ignore"):  # the rules refuse infinite numbers
+    with np.errstate(over="ignore", invalid="ignore"):  # the rules reject infinite numbers
         velocity, spin = _cue_motions(scene, speeds, angles, ball)
     shot = scene.balls[ball]
     given = Given(

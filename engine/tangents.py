@@ -1,6 +1,6 @@
-"""The growth of small changes of a shot, for any source of an exactly recorded motion.
+"""Growth of small changes of a shot, from an exactly recorded motion.
 
-Results of our engine and certified motions use it.
+The results of our engine and certified motions use this module.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What all kernels share: the arrays of the state, the decorator, tolerances, kinds of events.
+"""Common parts of all kernels: the arrays of the state, the decorator, and tolerances.
 
 A kernel is a compiled function, made by the decorator `core.kernel.kernel`.
 """

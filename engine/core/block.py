@@ -1,8 +1,9 @@
 """All arrays of one shot in one block of memory: the initial state, and working memory.
 
 A block is packed once from the arrays of a scene. Each shot starts with a copy of the whole first
-part, so no array can be forgotten: not when a sweep plays one shot after another, and not when an
-array is added. The second part is scratch: nothing in it is read before it is written. In kernels,
+part, so no array can be forgotten, neither when a sweep simulates one shot after another nor when
+an array is added. The second part is scratch: nothing in it is read before it is written. In
+kernels,
 `event_loop.unpack` splits a block into arrays again.
 """
 
@@ -61,7 +62,7 @@ class Block:
         n = len(balls.own_kind)
         marks, integers = no_contacts(n, contacts)
         members = n * MEMBER_COLUMNS
-        # An array, or a number of doubles. From SCRATCH on only the size is used.
+        # Each part is an array, or a number of doubles. From SCRATCH on only the size is used.
         parts: list[NDArray[Any] | int | None] = [
             balls.state,
             balls.own_kind,

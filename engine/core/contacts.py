@@ -1,4 +1,4 @@
-"""The three arrays in which all arrays of `Contacts` are stored, and how they are split."""
+"""Three arrays in which all arrays of `Contacts` are stored, and how they are split."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ _AT_ONCE = MOST_DIRECT * (
 def no_contacts(n: int, m: int) -> tuple[BoolArray, IntArray]:
     """Return the marks and integers of n balls without contacts, with memory for m contacts.
 
-    (3 n,) bool and (5 n + 8 m + 3,) int64; calls share the arrays, so don't write to them.
+    Their shapes are (3 n,) bool and (5 n + 8 m + 3,) int64. Calls share the arrays: don't modify
+    them.
     """
     none, free = np.zeros(n, dtype=np.int64), np.arange(2 * m)
     kept = (np.full(n, FREE), np.arange(n), [0], none, none, np.full(n, NOWHERE), [2 * m], free)

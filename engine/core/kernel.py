@@ -1,4 +1,4 @@
-"""The decorator of all kernels."""
+"""Decorator of all kernels."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ def kernel(*, inline: bool = ...) -> Callable[[Function], Function]: ...
 @overload
 def kernel(*, entry: bool) -> Callable[[Any], Entry]: ...
 def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -> Any:
-    """Return `function` as a kernel: it is compiled together with the kernels that call it.
+    """Return `function` as a kernel, which is compiled together with the kernels that call it.
 
     A kernel does not allocate and does not raise; it returns a status instead. Numbers that affect
     the dynamics are computed with + - * / and square roots only.
 
-    `inline`: insert the code into every caller. For kernels that every event runs: a call passes
-        each array of a named tuple as seven words or more, which costs more than most kernels do.
+    `inline`: insert the code into every caller. This is for kernels that every event runs: a call
+        passes each array of a named tuple as seven words or more, which takes longer than most
+        kernels.
     `entry`: whether Python calls the compiled kernel. The annotation gives the type of its result.
 
     If Python calls a kernel that is no entry, it runs as ordinary Python.

@@ -1,4 +1,4 @@
-"""Rows of named numbers: each field is named in one place, with its unit.
+"""Rows of numbers with names: this module defines each field once, with its unit.
 
 Kernels see rows as records, `rows[k].field`. In memory the columns are in the order in which the
 fields are listed here. Code that loops over the numbers of a row sees the same memory as a matrix;
@@ -88,7 +88,7 @@ class BallRow(Row):
     cloth_friction: float  # coefficient of sliding friction, for impacts with the cloth
     moved: float  # 1: it has moved since it last came to rest; very slow motion is ignored
     fastest: float  # largest size of its velocity at `epoch`, before the impulses then [m/s]
-    impacts: float  # number since the ball last moved for longer than `ONE_INSTANT`
+    impacts: float  # number of impacts since the ball last moved for longer than `ONE_INSTANT`
 
 
 STATE_COLUMNS = 24
@@ -105,7 +105,7 @@ class ObstacleRow(Row):
     y: float
     nx: float  # line: unit normal into the table; segment: the other end [m]; disc: unit normal if
     ny: float  # balls reach it from one side only, for example a jaw, otherwise 0
-    radius: float  # of the disc, or of the nose around a segment [m]
+    radius: float  # radius of the disc, or of the nose around a segment [m]
     law: float  # index of its law in `impact_laws.CUSHION_LAWS`, or TAKES_OUT
     index: float  # number in the recorded events, see `model.scene.obstacles`
     turns: float  # 1: its law changes the spin; see `impact_laws.LawEntry`
@@ -113,7 +113,7 @@ class ObstacleRow(Row):
     loss: float  # c in that formula [sqrt(s/m)]
     tangential: float  # factor on the tangential velocity
     friction: float
-    height: float  # of its nose above the cloth [m]
+    height: float  # height of its nose above the cloth [m]
 
 
 OBSTACLE = dtype_of(ObstacleRow)
@@ -145,7 +145,7 @@ class MemberRow(_ContactRow):
     new_by: float
     compliance: float  # acceleration per force on it [1/kg]; 0: the cloth holds it
     overlaps: float  # 1: it overlaps another by most of the tolerance
-    effective_mass: float  # with which it responds to an impulse [kg]; inf: it doesn't move
+    effective_mass: float  # mass with which it responds to an impulse [kg]; inf: it doesn't move
     impulse_x: float  # large part of the sum of impulses [N s], or of forces [N], on it
     impulse_y: float
     small_x: float  # small part of the sum, which rounding would lose in the large part
@@ -154,7 +154,7 @@ class MemberRow(_ContactRow):
     pieces_left: float  # pieces still to come of the motion in `Contacts.paths` of its island
     piece_time: float  # duration of each piece [s]
     whole_time: float  # duration of the whole motion [s]
-    held_off: float  # obstacles that a contact step holds it off, one bit each: MOST_OBSTACLES
+    held_off: float  # obstacles that a contact step keeps it off, one bit each: MOST_OBSTACLES
     pieces: float  # number of pieces of the whole motion
     ahead: float  # longest duration of the next whole motion [s]
 
@@ -178,7 +178,7 @@ class ContactRow(_ContactRow):
     along: float  # friction of a resting contact, along t = (-ny, nx), and up
     up: float
     active: float  # 1: a contact that pushes; used by `impacts.contact_solver`
-    residual: float  # this and the next five numbers: work of `impacts.contact_solver`
+    residual: float  # this and the next five numbers: scratch of `impacts.contact_solver`
     scaled: float
     direction: float
     product: float
@@ -199,8 +199,8 @@ CONTACT_COLUMNS = len(CONTACT)
 REMEMBERED = 4
 """Rounds before the last one that `resting_contact.extrapolation` uses.
 
-With two or three, a third and a tenth more rounds are needed; with six or eight, more rounds, too:
-contacts that start or stop to push in between make older rounds useless.
+With two, a third more rounds are needed, and with three, a tenth. Six or eight need more rounds,
+too: contacts that start or stop to push in between make older rounds useless.
 """
 
 PER_ROUND = 6
@@ -228,7 +228,7 @@ class StageRow(_ContactRow):
     hold_y: float
     sense: float  # sign of its vertical spin, which the cloth slows: 1 or -1; 0: spin held at 0
     twist: float  # rate of change of that spin by contacts alone [rad/s^2]
-    twist_from: float  # its value at the start of the step
+    twist_from: float  # the spin at the start of the step
     is_still: float  # 1: it rests, and the cloth holds it
 
 

@@ -9,11 +9,11 @@ approximations in the engine. `work["contact_steps"]` tells whether a run used r
 The tolerances down to `SLIP_ROUNDING` are derived from the rounding of double precision and only
 decide when a computed sign is noise. Free balls have no speed below which they rest, no distance
 below which they touch, and no time below which events are simultaneous. `SLIDE_ERROR` is for slides
-in air, which have no closed form. Three tolerances leave out bounces: bounces of a ball that has
-too many to end at one instant (`ONE_INSTANT`), bounces between balls that friction pushes together
-or of which one was at rest (`CAPTURE_HEIGHT`), and bounces on the table (`LOWEST_BOUNCE`). The
-others are for balls in resting contact. The constants that choose their steps are not tolerances;
-they are in `resting_contact`, where they are used.
+in air, which have no closed form. Three tolerances leave out bounces: those of a ball with too many
+bounces at one time (`ONE_INSTANT`), those between balls that friction pushes together or of which
+one was at rest (`CAPTURE_HEIGHT`), and those on the table (`LOWEST_BOUNCE`). The others are for
+balls in resting contact. The constants that choose their steps are not tolerances; they are in
+`resting_contact`, where they are used.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ GAP_ROUNDING = EPS
 TIME_ROUNDING = EPS
 """Time step, relative to the time, that a clock in double precision can't resolve.
 
-Conservative advancement has arrived when it no longer moves the clock. Without this rule about 1 in
-2 000 random breaks repeats the same step indefinitely.
+Conservative advancement ends when it no longer moves the clock. Without this rule about 1 in 2 000
+random breaks repeats the same step indefinitely.
 """
 
 APPROACH_ROUNDING = 8.0 * EPS
@@ -50,16 +50,17 @@ of their common path, which is as far as the rounding of their velocities moves 
 """
 
 LEAST_SPEED = 2.0**-500
-"""Speed [m/s] below which a ball that rebounds, or is in contact, rests; its square is a double.
+"""Speed [m/s] below which a ball that rebounds, or is in contact, counts as at rest.
 
-Two balls that approach more slowly don't collide.
+Two balls that approach more slowly don't collide. The square of this speed doesn't underflow.
 
-0.85 times the smallest double is rounded to the smallest double again, so bounces would never end.
-And on a cloth without friction each inelastic impulse leaves a ball in a corner 1e-16 of its speed.
+Without this limit, bounces would never end: 0.85 times the smallest double is rounded to the
+smallest double again. In a corner on a cloth without friction, each inelastic impulse leaves a ball
+1e-16 of its speed, so its speed would decrease to the smallest doubles.
 """
 
 SLIP_ROUNDING = 4.0 * EPS
-"""Slip, relative to the speeds whose difference it is, that counts as rounding."""
+"""Slip that counts as rounding, relative to the speeds of which it is the difference."""
 
 SLIDE_ERROR = 2.0**-42
 """Error of the velocity that a piece of a turning slide in air may have, relative to the speeds.
@@ -118,13 +119,14 @@ LOWEST_BOUNCE = 2.0**-24
 """Height of a bounce on the table, in diameters, below which bounces are not followed one by one.
 
 3e-9 m for pool balls. All further bounces are one motion, whose end is exact; during the motion the
-ball is on the cloth, too low by at most this height. From 1 m/s, a table that returns half of the
-speed takes 12 bounces to reach it, a table that returns 9/10 takes 78.
+ball is on the cloth, too low by at most this height. From 1 m/s, a ball reaches this height after
+12 bounces on a table that returns half of the speed, and after 78 on a table that returns 9/10.
 
 Also the allowed overlap of two balls in flight, if one lies on the other. No force holds a contact
 there: each bounce is an impact that returns the approach speed. Balls that gravity has pulled
 together over this distance bounce to the same height. A tenth of a second on top of another ball
-therefore takes about a thousand impacts, instead of one for each rounding of a speed.
+therefore takes about a thousand impacts; without this rule, each rounding of a speed would cause
+one.
 """
 
 STOP_DISTANCE = 2.0**-28
@@ -141,9 +143,9 @@ CONTACT_REACH = 4.0
 MOTION_ERROR = 2.0**-26
 """Error of the velocities, relative to the fastest, that a step of a resting contact may make.
 
-1.5e-8: fifty steps with this error each are then off by less than 1e-6. Of 2^-33, 2^-28, 2^-26 and
-2^-24 this is the value from which on the work hardly decreases: 195, 120, 94 and 85 steps for a
-break. A ball along a cushion ends within 1e-6 of its speed with all of them.
+1.5e-8: fifty steps with this error each are then off by less than 1e-6. With 2^-33, 2^-28, 2^-26
+and 2^-24 a break takes 195, 120, 94 and 85 steps: larger errors than this value hardly save work.
+With all four values, the speed of a ball along a cushion is exact to 1e-6 at the end.
 """
 
 

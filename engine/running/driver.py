@@ -42,7 +42,7 @@ _MOTION = {
 
 @cache
 def warm_up(variant: Variant) -> None:
-    """Compile or load a variant of the kernels, so that no `wall_time` includes this."""
+    """Compile or load a variant of the kernels, so that no `wall_time` includes this time."""
     needed(variant).load()
 
 
@@ -118,7 +118,7 @@ class Run:
         self._check_resolved()
 
     def _say_why(self, code: int) -> None:
-        """Set the reason why a run stopped early."""
+        """Set `reason`: why the run stopped early."""
         now = float(self._clock[st.NOW])
         if self.status in (Status.EVENT_LIMIT, Status.WORK_LIMIT):
             self.reason = f"{self._done()} by t = {now:.9g} s"
@@ -143,7 +143,7 @@ class Run:
         )
 
     def _done(self) -> str:
-        """Return what a run did until its limit, for a message."""
+        """Return what a run has done so far, for a message."""
         done = self._counters
         return (
             f"{done[st.EVENTS]} events, {done[st.CONTACT_STEPS]} contact steps, "
@@ -196,7 +196,7 @@ class Run:
             self.wall_time += time.perf_counter() - started
 
     def _check_resolved(self) -> None:
-        """Fail if a ball went so far that doubles can't resolve a collision there."""
+        """Fail if a ball is so far away that double precision can't resolve a collision there."""
         farthest, smallest = float(self._clock[st.FARTHEST]), self._layout.smallest_radius
         if self.status is not Status.FAILED and not position_rounding(farthest) < smallest:
             self.status = Status.FAILED

@@ -1,6 +1,7 @@
 """Convert a scene to the arrays that the kernels work on: once per scene, and copied for each run.
 
-Balls, laws, and memory for schedulers, contacts and the log; `obstacle_rows` makes the obstacles.
+The arrays are balls, laws, and memory for schedulers, contacts and the log. `obstacle_rows` makes
+the obstacles.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class Layout:
     obstacles: FloatArray
     radii: FloatArray
     smallest_radius: float
-    variant: Variant  # of the kernels
+    variant: Variant  # which kernel
     columns: int  # number of columns of `Log.motion`
 
     @cached_property
@@ -105,7 +106,7 @@ def admit(scene: Scene) -> None:
 
 
 _LACKS = any(not has_feature(CAPABILITIES, feature) for feature in Feature)
-"""Whether there is a feature that this engine lacks."""
+"""Whether any feature is unsupported by this engine."""
 
 
 def _check_count(scene: Scene, obstacles: int) -> None:
@@ -173,7 +174,7 @@ def _blank_block(n: int, variant: Variant) -> Block:
 
 _COLUMNS = {
     Variant.LEAN: st.SEGMENT_COLUMNS,
-    # RISE, UP_SPEED and FALL; then the powers.
+    # The additional columns are RISE, UP_SPEED and FALL, then the powers.
     Variant.FULL: st.SEGMENT_COLUMNS + 3 + PER_POWER * st.MOST_POWERS,
 }
 """Number of columns of `Log.motion`."""

@@ -1,4 +1,4 @@
-"""The only calls of the kernels: `Room` holds the memory in which a thread plays shots of a scene.
+"""Calls of the kernels: a `Room` holds the memory in which a thread simulates shots of a scene.
 
 A single shot, a batch and a sweep use the same code; they differ in how they make the shots.
 """
@@ -31,7 +31,7 @@ STATUS = {
     st.RUN_STANDSTILL: Status.ENDLESS,
     st.RUN_NO_ROOM: Status.FAILED,
 }
-"""The status of a shot for each final value of the counter STATUS."""
+"""Status of a shot for each final value of the counter STATUS."""
 
 
 class Limits(NamedTuple):
@@ -69,7 +69,7 @@ NO_LOG: Log = log_of(0, 0)
 
 
 class Room:
-    """Memory in which shots are played one after the other, of one scene at a time.
+    """Memory in which shots are simulated one after the other, of one scene at a time.
 
     `numbers` (m,) float64: the block of arrays of the current shot; see `core.block`.
     """
@@ -79,12 +79,12 @@ class Room:
         self._layout = layout
 
     def fits(self, layout: Layout) -> bool:
-        """Return whether another scene has as many balls, and blocks of this size."""
+        """Return whether another scene has as many balls, and blocks of the same size."""
         same = layout.count == self._layout.count
         return same and layout.block.offsets[END] == len(self.numbers)
 
     def turn_to(self, layout: Layout) -> None:
-        """From now on, play shots of another scene, for which `fits` is True."""
+        """Simulate shots of another scene from now on; `fits` must be True for this scene."""
         self._layout = layout
 
     def play(
@@ -99,7 +99,7 @@ class Room:
         who: int = 0,
         budget: int = WORK_AT_ONCE,
     ) -> int:
-        """Play shots, see `event_loop.play.play`; return which element of `which` is next."""
+        """Simulate shots, see `event_loop.play.play`; return the index of the next in `which`."""
         arrays = (which, *shots, *log, self.numbers)
         numbers = (first, continues, who, *limits, budget)
         if not COMPILED:
@@ -115,11 +115,11 @@ class Room:
         who: int = 0,
         stop: Event | None = None,
     ) -> None:
-        """Play the shots `which` to their ends, without a log, and put the results in `shots`.
+        """Simulate the shots `which` to their ends, without a log, and put the results in `shots`.
 
         `who`: the ball to which the first of `shots.starts` belongs.
         `stop`: when another thread sets this event, the loop ends after its next return from the
-            kernel, and the remaining shots aren't played.
+            kernel, and the remaining shots aren't simulated.
         """
         first, continues = 0, False
         while first < len(which) and not (stop is not None and stop.is_set()):
@@ -131,7 +131,7 @@ class Room:
 
 
 def needed(layout: Layout, name: str) -> Needed:
-    """Return the kernel that shots of a scene need, for compiling; messages call it `name`."""
+    """Return the kernel that shots of a scene need, for compiling, with its `name` in messages."""
     arrays = (
         _NO_INTEGERS,
         _NO_STARTS,

@@ -1,9 +1,9 @@
-"""The skips: work that the engine omits if a scene doesn't need it, by name and with a reason.
+"""Skips: work that the engine omits if a scene doesn't need it, with names and reasons.
 
 A skip saves work and changes no result: with any skip switched off, a shot is bit-identical.
 `ADVANCEMENT` is the exception, because it replaces a search for the contact time by the root of a
-quadratic. Contact times then agree within rounding, after which grazing impacts, and impacts that
-are simultaneous except for rounding, may differ.
+quadratic. With and without it, contact times agree within rounding. Grazing impacts, and impacts
+that are simultaneous within rounding, may then differ.
 `python -m benchmarks skips` measures and compares all skips.
 
 The skips in `BUILT_IN` are part of how a scheduler works and can't be switched off. Other code
@@ -44,20 +44,20 @@ class Skip(enum.StrEnum):
 
     @property
     def leaves_out(self) -> str:
-        """The work that isn't done."""
+        """The omitted work, in words."""
         return _LEAVES_OUT[self]
 
 
 _LEAVES_OUT = {
-    Skip.UNDISTURBED: "bounds of pairs that the event at hand didn't touch, such as balls at rest",
-    Skip.RECEDING: "pairs that can't meet as they move now",
-    Skip.OUT_OF_REACH: "pairs that couldn't meet before either's own next event",
-    Skip.FAR_CELLS: "pairs of balls whose cells don't adjoin",
-    Skip.ADVANCEMENT: "the steps towards a contact: where nothing slows, a quadratic gives it",
-    Skip.CUSHIONS: "when a ball meets a cushion",
+    Skip.UNDISTURBED: "bounds of pairs that the present event leaves alone, such as balls at rest",
+    Skip.RECEDING: "pairs that can't collide with their present motion",
+    Skip.OUT_OF_REACH: "pairs that can't collide before the next own event of either ball",
+    Skip.FAR_CELLS: "pairs of balls in cells that aren't adjacent",
+    Skip.ADVANCEMENT: "steps towards a contact, if nothing slows balls: a quadratic gives it",
+    Skip.CUSHIONS: "times at which balls hit a cushion",
     Skip.FAR_OBSTACLES: "jaws, facings and holes, until a ball comes near a pocket",
-    Skip.AIR_AND_FLIGHT: "motion that air bends, heights, contacts in space, bounces on the table",
-    Skip.RECORDS: "the log of events and motions, and what is made of one, such as orientations",
+    Skip.AIR_AND_FLIGHT: "motion in air, heights, contacts in space, bounces on the table",
+    Skip.RECORDS: "the log of events and motions, and results from it, such as orientations",
 }
 
 BUILT_IN = frozenset((Skip.UNDISTURBED, Skip.RECEDING, Skip.OUT_OF_REACH))
@@ -184,7 +184,7 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
             return True, "the table has pockets"
         if scene.table is None or not scene.table.holes:
             return False, "the table has no pockets"
-        return False, "a hole reaches to where a ball touches no nose"
+        return False, "a hole reaches into the area without noses"
     if skip is Skip.AIR_AND_FLIGHT:
         if has_drag(scene):
             return False, "air, or the cloth, slows fast balls by more"

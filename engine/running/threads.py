@@ -23,7 +23,8 @@ A thread allocates its arrays once for each share; with 256 shots this takes 0.2
 """
 
 _SCENES_AT_ONCE = 64
-"""Largest number of scenes per share: passing one scene at a time took as long as playing it."""
+"""Largest number of scenes per share: passing one scene at a time took as long as its simulation.
+"""
 
 Task = tuple[Layout, st.IntArray]
 """Shots of one scene, as indices into `Shots`."""
@@ -47,7 +48,7 @@ def tasks_of_each(layouts: Sequence[Layout], threads: int) -> list[list[Task]]:
 def run_tasks(
     shares: Sequence[Sequence[Task]], shots: Shots, limits: Limits, threads: int, *, who: int = 0
 ) -> None:
-    """Play shots in threads, a share at a time, and put the results in `shots`.
+    """Simulate shots in threads, a share at a time, and put the results in `shots`.
 
     If `shots` has starts, they are those of ball `who` and the balls after it.
 

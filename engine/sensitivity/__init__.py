@@ -1,9 +1,10 @@
 """Growth of small changes of a shot: its tangent map, and its horizon of predictability.
 
-Python calls `tangent_map`; everything is computed from a recorded shot. On the cloth, `carried`
-takes changes from event to event: `motion` has their propagation between events, `passages` the
-effect of an event, `laws` that of an impact, and `rounding` the changes by rounding. In air and in
-flight, `replayed` lets the kernel of shots simulate changed states, with `replay`.
+`tangent_map` is the interface; everything is computed from a recorded shot. On the cloth, `carried`
+    propagates changes from event to event: `motion` has the propagation between events, `passages`
+    the effect of an event, `laws` the effect of an impact, and `rounding` the changes by rounding.
+    In air and in flight, `replayed` lets the kernel of shots simulate changed states, with
+    `replay`.
 """
 
 from ghostball.engine.sensitivity.motion import PARTS

@@ -42,8 +42,8 @@ class Carried:
     ) -> None:
         """Propagate changes along a motion.
 
-        `given` (n, PARTS, m): changes of the first state; None: changes by rounding, there and at
-            every event.
+        `given` (n, PARTS, m): changes of the first state; None: changes by rounding, of the first
+            state and at every event.
         `runs`: without `given`, the number of samples of rounding is LANES times this.
         """
         self._motion = motion = _motion(scene, trajectory)

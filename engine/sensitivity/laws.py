@@ -1,7 +1,7 @@
 """Derivatives of the impact laws, by central differences, so that a new law needs no code here.
 
-A law that integrates over the impact takes about 30 ms in interpreted Python. The kernel of shots
-simulates these impacts instead, all impacts that differ by a step at once.
+A law that integrates over the impact takes about 30 ms in interpreted Python. For these laws, the
+compiled kernel simulates all impacts that differ by a step, in one call.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Law(NamedTuple):
     """The law for the balls of m impacts, in the coordinates of their contacts.
 
     `given`: maps motions of the balls before the impacts, (k, m, d), to impulses (k, m, p).
-    `spread` (m, d, p): the change of the balls' motion per impulse. One impulse acts on two balls,
-        so that rounding of differences loses no momentum.
+    `spread` (m, d, p): the change of the balls' motion per impulse. The same impulse acts on both
+        balls, so that rounding of differences doesn't change the momentum.
     """
 
     given: Callable[[FloatArray], FloatArray]
@@ -57,10 +57,10 @@ _INSTANT = 2.0**-40
 
 
 def differentiated(law: Law, seen: FloatArray, steps: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return motions after m impacts, (m, d), and their derivative by those before, (m, d, d).
+    """Return motions after m impacts, (m, d), and their derivatives, (m, d, d), by motions before.
 
     `seen` (m, d): the motions before the impacts.
-    `steps` (m, d): their steps for the differences.
+    `steps` (m, d): the steps of the differences.
     """
     m, d = seen.shape
     by = np.zeros((2 * d + 1, m, d))
@@ -97,7 +97,7 @@ def steps_of_bounces(seen: FloatArray, radii: FloatArray) -> FloatArray:
 
 
 def impacts_by_law(laws: Laws, radii: FloatArray, masses: FloatArray, cloth: FloatArray) -> Law:
-    """Return the balls' law, called as interpreted Python.
+    """Return the law of impacts of balls, called as interpreted Python.
 
     `radii`, `masses`, `cloth` (m, 2): the constants of the balls that the law uses.
     """
@@ -160,7 +160,7 @@ def played(
     frame: FloatArray,
     there: Sequence[tuple[int, ...]],
 ) -> Law:
-    """Return the law of impacts of one or two balls that the engine simulates.
+    """Return the law of impacts of one or two balls, from simulations by the engine.
 
     `balls` (m, c): indices of the balls.
     `places` (m, c, 2): their positions [m]; the contact is along n, from the first ball on.

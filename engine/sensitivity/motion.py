@@ -90,7 +90,10 @@ class Motion:
         return np.array([[over * dy * dy, across], [across, over * dx * dx]]).transpose(2, 0, 1)
 
     def rows_at(self, times: FloatArray) -> Rows:
-        """Return the segment of each ball at some times, (len(times), n), after events then."""
+        """Return the segment of each ball at some times, (len(times), n).
+
+        At the time of an event, this is the segment after the event.
+        """
         rows = np.empty((len(times), len(self.state)), dtype=np.intp)
         for i, (start, end) in enumerate(zip(self.first[:-1], self.first[1:], strict=True)):
             epochs = self.segments[start + 1 : end, st.EPOCH]

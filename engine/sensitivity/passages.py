@@ -279,7 +279,7 @@ def _through_impacts(at: _Crossing) -> Passages:
 
 
 def _through_bounces(at: _Crossing) -> Passages:
-    """Return the effect of bounces. An obstacle is like a ball at rest, or has a flat side."""
+    """Return the effect of bounces off obstacles, which are round like a ball at rest, or flat."""
     motion = at.motion
     rows, frame, later, theta = _obstacles_met(at, takes_out=False)
     if is_integrated(motion.laws, rows[0]):  # all rows have the law of the scene

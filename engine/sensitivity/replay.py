@@ -1,7 +1,7 @@
-"""Simulates the balls of a scene from given states, for a given duration.
+"""Simulate the balls of a scene from given states, for a given duration.
 
-The kernel is the one that plays the scene's shots. With it, the modules beside this one measure how
-small differences between two states develop.
+The kernel is the same as for shots of the scene. The other modules of this package use it to
+measure how small differences between two states develop.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ENDS = st.RUN_RESTED, st.RUN_T_MAX
 
 
 class Replay:
-    """The balls of a scene, to be simulated from any state."""
+    """Balls of a scene, which can be simulated from any state."""
 
     def __init__(self, scene: Scene) -> None:
         self._layout = layout_of(scene)

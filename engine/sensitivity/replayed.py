@@ -31,8 +31,9 @@ STATE = 9
 """Numbers in a ball's state: three each for position, velocity and angular velocity."""
 
 _KNOWN = [0, 1, 3, 4, 6, 7, 8]
-"""Numbers of a state whose changes a caller gives and gets: all but height and vertical velocity,
-which don't change on the cloth."""
+"""Numbers of a state whose changes are arguments and results: all except height and vertical
+velocity, which don't change on the cloth.
+"""
 
 _STEP = 2.0**-20
 """Size of the changes that are simulated, in units of `_scales`. The neglected terms grow with its
@@ -48,8 +49,9 @@ smaller than their rounding errors.
 _NEAR = 2.0**-16
 """Duration before and after an event within which no simulation ends [s].
 
-There, some changed balls have passed the event already, and the others haven't. The simulation ends
-outside of this duration, and the changes of velocity carry the result to the instant asked for.
+Within this duration, some changed balls have passed the event already, and the others haven't. The
+simulation ends outside of this duration, and the result is extrapolated to the requested time with
+the changes of velocity.
 """
 
 _SOON, _LEAST_GAP = 2.0**-10, 2.0**-14
@@ -205,9 +207,9 @@ class Replayed:
     def _free_until_of(self, i: int) -> float:
         """Return the start of the first resting contact of ball i [s]; inf if it has none.
 
-        The contact shows in the acceleration, which differs from that by cloth and air alone. From
-        there on no derivative exists: if the contact opens to a gap h, the ball bounces at speeds
-        of the order of sqrt(h).
+        The contact shows in the acceleration, which differs from that by cloth and air alone. After
+        this contact no derivative exists: if the contact opens to a gap h, the ball bounces at
+        speeds of the order of sqrt(h).
         """
         scene, rows = self._scene, self._trajectory.segments[i]
         physics, radius = scene.physics, float(scene.radii[i])
@@ -224,8 +226,8 @@ class Replayed:
         free = -(slow / np.where(slipping > 0.0, slipping, 1.0))[:, np.newaxis] * slip
         free -= np.where(slides, physics.air_drag * speed, 0.0)[:, np.newaxis] * velocity
         off = np.linalg.norm(rows[:, st.AX : st.AY + 1] - free, axis=1)
-        # The last piece of a slide in air is a parabola: its acceleration neglects that the air's
-        # drag turns the slip.
+        # The last piece of a slide in air is a parabola, which neglects the turning of the slip by
+        # drag.
         drag = physics.air_drag * speed * speed
         powers = self._trajectory.powers(rows)
         bent = np.any(powers[OF_X::PER_POWER], axis=0) | np.any(powers[OF_Y::PER_POWER], axis=0)

@@ -1,16 +1,16 @@
-"""The response of a shot to small changes: its tangent map, and its horizon of predictability.
+"""Response of a shot to small changes: its tangent map, and its horizon of predictability.
 
     >>> result = simulate(scene, record="trajectory")
     >>> result.sensitivity(result.rest_time)     # effect of rounding on each ball, over 2^-53 [m]
     >>> result.horizon(tolerance=1e-3)           # until when our engine knows the positions [s]
     >>> result.tangent(directions).sample(times) # effect of given changes of the first state
 
-It is the derivative of the engine's own trajectory, including the times of events. On the cloth it
-is exact for the laws (`sensitivity.carried`), with an error of 1e-9 of the largest change. In air
-and in flight it is half the difference of two runs with slightly changed states
-(`sensitivity.replayed`), with an error of about 1e-7, or 1e-3 if all balls are slower than
-1e-4 m/s. After a ball has several collisions at one time no derivative exists, because any change
-decides their order; nor does it exist after a resting contact. It is infinite there.
+The tangent map is the derivative of the engine's own trajectory, including the times of events. On
+the cloth it is exact for the laws (`sensitivity.carried`), with an error of 1e-9 of the largest
+change. In air and in flight it is half the difference of two runs with slightly changed states
+(`sensitivity.replayed`), with an error of about 1e-7, or 1e-3 if all balls are slower than 1e-4
+m/s. No derivative exists after several collisions of a ball at one time, because any change decides
+their order, and none after a resting contact. The map is infinite there.
 """
 
 from __future__ import annotations

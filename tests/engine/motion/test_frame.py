@@ -49,7 +49,7 @@ def test_a_hole_in_front_of_the_noses_takes_a_ball_that_stops_there():
     result = simulate(scene, record="events")
     assert [event_dict(event)["kind"] for event in result.events] == ["pocketed"]
     used = {use.skip: use for use in explain_skips(scene)}["far-obstacles"]
-    assert (used.used, used.why) == (False, "a hole reaches to where a ball touches no nose")
+    assert (used.used, used.why) == (False, "a hole reaches into the area without noses")
 
 
 def test_only_a_table_with_pockets_has_a_frame():
