@@ -16,7 +16,7 @@ from ghostball.reports.accuracy import (
     time_text,
     wrong_text,
 )
-from ghostball.validation.results.records import Accuracy, Check
+from ghostball.validation.results.records import OUR_ENGINE, Accuracy, Check
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_a_cell_says_what_a_reader_wants(case, found, text):
 
 
 def test_what_nothing_proves_is_said_to_be_a_comparison(case):
-    shown = replace(case, truth="our engine (not independent)")
+    shown = replace(case, truth=OUR_ENGINE)
     assert "Ghostball's own, which is not certified" in meaning_text(shown)
 
 

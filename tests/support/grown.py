@@ -8,7 +8,7 @@ import numpy as np
 
 from ghostball.model import Result
 from ghostball.reference_adapters.certified import Certificate
-from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.certified_growth import growth_of_certificate
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.horizon import GRID, horizon
 from ghostball.validation.grading.tolerances import (
@@ -31,7 +31,7 @@ def self_reported_growth(result: Result, proof: Certificate, until: float = math
     if not is_differentiated(result.scene):
         return []
     # Our engine's own estimate rounds states only, not gaps.
-    growth = growth_of_proof(result.scene, proof, gaps=False)
+    growth = growth_of_certificate(result.scene, proof, gaps=False)
     error = ROUNDINGS * UNIT_ROUNDOFF
     end, ends = min(float(proof.t_end), until), growth.derivative_ends
     # Where no derivative exists both say so, and beyond the proof the grader says nothing.

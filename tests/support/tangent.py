@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ghostball.validation.grading.certified_flow import PARTS, SLIP, VELOCITY, ProvedBall
+from ghostball.validation.grading.certified_flow import PARTS, SLIP, VELOCITY, CertifiedBall
 from ghostball.validation.grading.certified_growth import CertifiedGrowth
 
 FloatArray = NDArray[np.float64]
@@ -64,7 +64,7 @@ def carried(growth: CertifiedGrowth, directions: FloatArray, times: FloatArray) 
     return out
 
 
-def first_changes(ball: ProvedBall, directions: FloatArray) -> FloatArray:
+def first_changes(ball: CertifiedBall, directions: FloatArray) -> FloatArray:
     """Return changes of a ball's first state, (7, m), with its slip in place of its turning."""
     change = directions.copy()
     change[SLIP] = change[VELOCITY]

@@ -121,7 +121,7 @@ def accept(
         )
     broken = [one for one in chosen if one.broken]
     if not even_though_limits_fail:
-        _refuse_unproved(broken, regression.unjudged)
+        _refuse_failing(broken, regression.unjudged)
     texts = {baseline_path(gate.folder, one.scene): baselines[one.scene].text for one in chosen}
     changelog = gate.folder / CHANGES_FILE
     texts[changelog] = _with_entry(changelog, _entry(accepted, chosen))
@@ -147,7 +147,7 @@ def _regression_in(results: Path, gate: Gate) -> Regression:
     return regression
 
 
-def _refuse_unproved(broken: Sequence[SceneChange], unjudged: str) -> None:
+def _refuse_failing(broken: Sequence[SceneChange], unjudged: str) -> None:
     """Raise `RefusedError` if results fail limits, or if no limit judges them."""
     if broken:
         said = "".join(f"\n  {one.scene}: {'; '.join(one.broken)}" for one in broken)

@@ -154,7 +154,8 @@ def _without_events(one: CaseRecord, two: CaseRecord, common: dict[str, Any]) ->
 
 
 _WHY = (
-    "collisions are simultaneous, balls are in resting contact, or no proof gives the error growth"
+    "collisions are simultaneous, balls are in resting contact, or no certificate gives the growth "
+    "of errors"
 )
 
 
@@ -170,7 +171,7 @@ def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> 
     if one.is_own_measure != two.is_own_measure:  # one of the two records is the only reference
         return "changed"
     if before is None or after is None or one.truth != two.truth:
-        return _by_proved_part(one, two)
+        return _by_certified_part(one, two)
     if after.kind == "another shot":
         if before.kind != "another shot":
             return "wrong collisions"
@@ -186,7 +187,7 @@ def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> 
     return _by_size(before.error, after.error, rounding)
 
 
-def _by_proved_part(one: CaseRecord, two: CaseRecord) -> Answer | None:
+def _by_certified_part(one: CaseRecord, two: CaseRecord) -> Answer | None:
     """Return the answer for the certified part of a shot that has no reference result."""
     before, after = (case.metrics.get("quality_factor") for case in (one, two))
     if before is None or after is None or max(before, after) <= ROUNDINGS:

@@ -16,7 +16,7 @@ from ghostball.model import Events, Scene, UnsupportedSceneError
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.registry import OURS, make_engine
 from ghostball.validation.baselines.compared_run import ComparedRun
-from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.certified_growth import growth_of_certificate
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import ALL_KINDS, compare_logs, events_in
 from ghostball.validation.grading.horizon import Growth, RunGrowth, extent_of, horizon
@@ -29,14 +29,14 @@ from ghostball.validation.grading.tolerances import (
 from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.runs.time_steps import step_of
-from ghostball.validation.truth.proof import proof_of
+from ghostball.validation.truth.certificates import certificate_of
 
 UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
 """Relative difference that counts as rounding without a tangent map: a few sums of a few terms."""
 
 
 _SOURCES = {
-    "proof": "the certified result",
+    "certificate": "the certified result",
     "engine": "Ghostball's own engine, because no certified result gives the error growth up to "
     "the end",
     "nothing": "unamplified roundings, because the error growth is unknown",
@@ -66,7 +66,7 @@ class Allowance:
     map_end: float
     event_times: FloatArray
     rest: FloatArray | None
-    source: Literal["proof", "engine", "nothing"] = "engine"
+    source: Literal["certificate", "engine", "nothing"] = "engine"
     roundings: float = ROUNDINGS
 
     @property
@@ -106,13 +106,13 @@ def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:
         shifts = np.sqrt(np.mean(np.square(result.rounding.event_shifts), axis=1))
     own = RunGrowth(result)
     growth: Growth = own
-    proof, _ = proof_of(scene)
-    proved = proof is not None and proof.proved and is_differentiated(scene)
-    if proof is not None and proved:
-        growth = growth_of_proof(scene, proof)
+    certificate, _ = certificate_of(scene)
+    certified = certificate is not None and certificate.proved and is_differentiated(scene)
+    if certificate is not None and certified:
+        growth = growth_of_certificate(scene, certificate)
     predictable = horizon(growth, TOLERANCE, error)
     map_end = min(own.derivative_ends, growth.derivative_ends)
-    if proved:
+    if certified:
         within = times[times < min(predictable, growth.derivative_ends)]
         map_end = min(map_end, _believed_until(own, growth, within))
     plain = unamplified * np.maximum(times, extent_of(scene))
@@ -123,7 +123,7 @@ def allowance_of(scene: Scene, roundings: float = ROUNDINGS) -> Allowance:
         smallest, sizes = unamplified * extent_of(scene), growth.sizes([result.rest_time])[0]
         rest = least * np.where(np.isfinite(sizes), sizes, 0.0) + smallest
     return Allowance(
-        predictable, map_end, tolerances, rest, "proof" if proved else "engine", roundings
+        predictable, map_end, tolerances, rest, "certificate" if certified else "engine", roundings
     )
 
 

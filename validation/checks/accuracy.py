@@ -133,10 +133,10 @@ def _counted_until(truth: Truth) -> float:
     In a resting contact, one engine pushes and another bounces a hundred times; only the final
     positions show which is accurate.
     """
-    proof = truth.certificate
-    if proof is None or proof.ending != "sustained contact":
+    certificate = truth.certificate
+    if certificate is None or certificate.ending != "sustained contact":
         return math.inf
-    return float(proof.t_end) * (1.0 - TIE)
+    return float(certificate.t_end) * (1.0 - TIE)
 
 
 def _broken(result: Result, resolution: Resolution) -> tuple[BrokenBy, float | None] | None:

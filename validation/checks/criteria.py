@@ -104,7 +104,7 @@ class Criteria(BaseModel, frozen=True, extra="forbid"):
     excused: tuple[Excused, ...] = ()
 
     @property
-    def least_proved(self) -> int | None:
+    def least_certified(self) -> int | None:
         """Number of events that must be certified; None: all, to the end."""
         return 0 if self.truth is None and self.proved is None else self.proved
 

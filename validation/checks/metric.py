@@ -74,12 +74,12 @@ class RunAndTruth:
     @property
     def certificate(self) -> Certificate:
         """The certified result of the shot, or of its beginning."""
-        return self.known("proof", self.truth.certificate)
+        return self.known("certificate", self.truth.certificate)
 
     @property
     def rounding(self) -> RoundingEffects:
         """The effect of rounding on the times of the certified events and on the energy."""
-        return self.known("proof", self.truth.rounding)
+        return self.known("certificate", self.truth.rounding)
 
     @cached_property
     def grade(self) -> Grade:

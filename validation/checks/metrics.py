@@ -16,6 +16,7 @@ import numpy as np
 from ghostball.model import GhostballError, Result
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import ReferenceEngine, Resolution
+from ghostball.validation.checks.certificate_metrics import CERTIFICATE
 from ghostball.validation.checks.metric import (
     Metric,
     MetricGroup,
@@ -25,7 +26,6 @@ from ghostball.validation.checks.metric import (
 )
 from ghostball.validation.checks.motion_metrics import MOTION
 from ghostball.validation.checks.outcome_metrics import OUTCOME
-from ghostball.validation.checks.proof_metrics import PROOF
 from ghostball.validation.checks.relations import RELATIONS
 from ghostball.validation.grading.tolerances import TOLERANCE
 from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
@@ -33,7 +33,7 @@ from ghostball.validation.truth.scene_truth import Truth
 
 Value = int | float | None
 
-METRICS = MetricGroup(OUTCOME | PROOF | MOTION | RELATIONS)
+METRICS = MetricGroup(OUTCOME | CERTIFICATE | MOTION | RELATIONS)
 """Every metric by name, in the order of reports."""
 
 

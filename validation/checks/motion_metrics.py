@@ -9,6 +9,7 @@ import numpy as np
 
 from ghostball.model import EventKind, Result, first_energy
 from ghostball.model.arrays import FloatArray
+from ghostball.validation.checks.certificate_metrics import certified_motion, in_roundings
 from ghostball.validation.checks.energy_curve import conserves_energy, energy_differences
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric import (
@@ -17,7 +18,6 @@ from ghostball.validation.checks.metric import (
     RunAndTruth,
     RunIncompleteError,
 )
-from ghostball.validation.checks.proof_metrics import certified_motion, in_roundings
 from ghostball.validation.runs.sampling import (
     energy_series,
     events_of,
@@ -87,7 +87,7 @@ def _energy_difference_time(run: RunAndTruth) -> float:
     "1",
     "largest energy error up to the horizon for rounding errors, in units of the error that one "
     "rounding per event would cause",
-    "proof",
+    "certificate",
 )
 def _energy_difference_factor(run: RunAndTruth) -> float:
     found, rounding, scene = run.grade, run.rounding, run.result.scene
@@ -118,8 +118,8 @@ def _energy_drift(run: RunAndTruth) -> float:
 )
 def _energy_rise(run: RunAndTruth) -> float:
     _finite(energy_series(run.result))
-    proof = run.truth.certificate
-    pressed = proof is not None and proof.ending == "sustained contact"
+    certificate = run.truth.certificate
+    pressed = certificate is not None and certificate.ending == "sustained contact"
     gain = largest_gain(run.result, run.resolution, pressed=pressed)
     if gain > 0.0 and first_energy(run.result.scene) == 0.0:
         return math.inf  # energy from nothing

@@ -74,11 +74,11 @@ from ghostball.reference_adapters.base import (
     resolution_of_step,
     stated_error,
 )
+from ghostball.validation.checks.certificate_metrics import first_landing
 from ghostball.validation.checks.criterion import Criterion, Selector, StepRule
-from ghostball.validation.checks.proof_metrics import first_landing
 from ghostball.validation.checks.step_delays import SteppedShot
-from ghostball.validation.grading.event_logs import proved_events
-from ghostball.validation.grading.gradable import proved_motion
+from ghostball.validation.grading.event_logs import events_of_certificate
+from ghostball.validation.grading.gradable import motion_of_certificate
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact
 from ghostball.validation.grading.tolerances import EPS
@@ -139,7 +139,7 @@ def step_criteria(
     """Return the limits for a scene that follow from the time step of an engine.
 
     `rule`: the events that the engine detects late, and the noise of its energy.
-    `truth`: the reference of this scene, with its part "proof".
+    `truth`: the reference of this scene, with its part "certificate".
     """
     resolution = stated_error(resolution_of(engine, scene))
     if resolution == 0.0:
@@ -245,11 +245,11 @@ def _before_contacts(shot: SteppedShot) -> Iterator[_Limit]:
     v dt; if a slide ends one step late, by the change of velocity in this step times the remaining
     time; and by the effect of gravity in a step, if balls may fly.
     """
-    scene, proof = shot.scene, shot.truth.certificate
-    if proof is None or shot.fastest == 0.0:
+    scene, certificate = shot.scene, shot.truth.certificate
+    if certificate is None or shot.fastest == 0.0:
         return
     dt, off, physics = shot.last, shot.between, scene.physics
-    until = first_contact(proved_events(proof), float(proof.t_end))
+    until = first_contact(events_of_certificate(certificate), float(certificate.t_end))
     if physics.motion == "sliding" and EventKind.SLIDE_TO_ROLL in shot.rule.kinds:
         friction = scene.sliding_frictions + scene.rolling_frictions
         off += physics.gravity * float(np.max(friction)) * dt * until
@@ -270,11 +270,13 @@ def _of_landing(shot: SteppedShot) -> Iterator[_Limit]:
     at most g dt T. A ball that is this much too high or too low lands later or earlier by this
     height over its speed downwards, and the engine detects the landing up to one step late.
     """
-    proof, dt = shot.truth.certificate, shot.last
-    landing = None if proof is None or shot.fastest == 0.0 else first_landing(proof)
-    if proof is None or landing is None:
+    certificate, dt = shot.truth.certificate, shot.last
+    landing = None if certificate is None or shot.fastest == 0.0 else first_landing(certificate)
+    if certificate is None or landing is None:
         return
-    before = proved_motion(shot.scene, proof).sample(np.array([landing.t * (1.0 - _LANDING_LEAD)]))
+    before = motion_of_certificate(shot.scene, certificate).sample(
+        np.array([landing.t * (1.0 - _LANDING_LEAD)])
+    )
     speed = -float(before.velocities[0, landing.a, 2])
     off = shot.scene.physics.gravity * dt * landing.t
     if speed > 0.0 and off < shot.smallest:

@@ -34,8 +34,8 @@ from ghostball.validation.runs.time_steps import (
     shrinks,
     with_setting,
 )
+from ghostball.validation.truth.certificates import certificate_of
 from ghostball.validation.truth.known_shot import KnownBy, KnownShot, known_shot
-from ghostball.validation.truth.proof import proof_of
 
 Outcome = Literal["step", "model", "rounding", "agrees", "unseparated", "not compared"]
 """The main cause of an error.
@@ -162,13 +162,16 @@ def attribute(
         approximations=approximations_of(engine, scene),
     )
     steps = shorter_steps(engine, RUNGS)
-    proof, _ = proof_of(scene)
-    growth = growth_along(scene, proof, known.result)
+    certificate, _ = certificate_of(scene)
+    growth = growth_along(scene, certificate, known.result)
     predictable = horizon(growth, PREDICTABLE, ROUNDINGS * UNIT_ROUNDOFF)
     limit = "after that, rounding moves a ball by more than a micrometre"
-    open_ended = proof is not None and proof.ending in ("ambiguous", "precision cap")
-    if proof is not None and open_ended and float(proof.t_end) < predictable:
-        predictable, limit = float(proof.t_end), f"nothing later is certified: {proof.ending}"
+    open_ended = certificate is not None and certificate.ending in ("ambiguous", "precision cap")
+    if certificate is not None and open_ended and float(certificate.t_end) < predictable:
+        predictable, limit = (
+            float(certificate.t_end),
+            f"nothing later is certified: {certificate.ending}",
+        )
 
     def play(step: float | None, instant: float | None = None) -> Result:
         """Run the scene with a time step [s], None for the engine's own, up to a time."""

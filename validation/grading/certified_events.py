@@ -19,8 +19,8 @@ from ghostball.reference_adapters.certified.laws import (
     to_contact_frame,
 )
 from ghostball.reference_adapters.certified.problem import problem_of
-from ghostball.validation.grading.certified_flow import PARTS, PLACE, SLIP, VELOCITY, ProvedBall
-from ghostball.validation.grading.event_logs import proved_events
+from ghostball.validation.grading.certified_flow import PARTS, PLACE, SLIP, VELOCITY, CertifiedBall
+from ghostball.validation.grading.event_logs import events_of_certificate
 from ghostball.validation.grading.slope import Slope
 
 _OLD, _OLD_SURFACE, _LATE = -3, -2, -1
@@ -70,7 +70,7 @@ class EventChange(NamedTuple):
 
 
 def event_changes(
-    scene: Scene, certificate: Certificate, balls: tuple[ProvedBall, ...]
+    scene: Scene, certificate: Certificate, balls: tuple[CertifiedBall, ...]
 ) -> Iterator[EventChange]:
     """Yield the effect of each event; simultaneous collisions of a ball have no derivative.
 
@@ -78,9 +78,9 @@ def event_changes(
     """
     laws = ImpactLaws(problem_of(scene))
     at = [0] * len(balls)
-    events = proved_events(certificate)
+    events = events_of_certificate(certificate)
     here: Counter[tuple[int, float]] = Counter()
-    tied = [proved.tie for proved in certificate.events]
+    tied = [certified.tie for certified in certificate.events]
     collisions = (event for event in events if event.kind in COLLISION_KINDS)
     due = Counter((ball, event.t) for event in collisions for ball in event.balls)
     for event in events:
@@ -128,7 +128,7 @@ class _Passage:
 
     def __init__(
         self,
-        balls: tuple[ProvedBall, ...],
+        balls: tuple[CertifiedBall, ...],
         before: tuple[int, ...],
         after: tuple[int, ...],
         t: float,

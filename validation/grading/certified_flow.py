@@ -55,7 +55,7 @@ def rows_of(balls: tuple[int, ...]) -> NDArray[np.intp]:
 
 
 @dataclass(frozen=True, eq=False)
-class ProvedBall:
+class CertifiedBall:
     """The certified motion of one ball: its segments, and its decelerations.
 
     `segments` (k, 14 + 5 m) float64: as in `ExactTrajectory`.

@@ -1,6 +1,6 @@
 """Error growth along a certified shot: a tangent map that is independent of Ghostball's engine.
 
-    >>> growth = growth_of_proof(scene, certify(scene, motion=True))
+    >>> growth = growth_of_certificate(scene, certify(scene, motion=True))
     >>> growth.sizes([1.0])     # displacement of each ball by rounding, over 2^-53: (1, n) [m]
 
 Between events, a small change of a ball follows the derivative of its closed form. A change delays
@@ -35,7 +35,7 @@ from ghostball.validation.grading.certified_flow import (
     SLIP,
     SPIN,
     VELOCITY,
-    ProvedBall,
+    CertifiedBall,
     rows_of,
 )
 from ghostball.validation.grading.tolerances import EPS
@@ -103,7 +103,7 @@ def places_between(
 
 @dataclass(frozen=True, eq=False)
 class CertifiedGrowth:
-    """Growth of changes along a certified motion (`horizon.Growth`), by `growth_of_proof`.
+    """Growth of changes along a certified motion (`horizon.Growth`), by `growth_of_certificate`.
 
     `t_end` [s].
     `times` (k,) float64 [s]: of its events, increasing, starting with 0.
@@ -116,7 +116,7 @@ class CertifiedGrowth:
     t_end: float
     times: FloatArray
     derivative_ends: float
-    balls: tuple[ProvedBall, ...]
+    balls: tuple[CertifiedBall, ...]
     events: tuple[EventChange, ...]
     _covariances: tuple[FloatArray, ...]
     _moved: FloatArray  # (events,) [s]: shift of each by rounding, over 2^-53
@@ -198,7 +198,7 @@ class CertifiedGrowth:
 
 
 @lru_cache(maxsize=4)  # keyed by identity: a case from another process has its own
-def growth_of_proof(
+def growth_of_certificate(
     scene: Scene, certificate: Certificate, *, gaps: bool = True
 ) -> CertifiedGrowth:
     """Return the error growth along the certified part of a shot; its certificate needs the motion.
@@ -213,7 +213,7 @@ def growth_of_proof(
     # roll.
     felt = physics.air_drag * (5.0 / 7.0 if slides else 1.0)
     balls = tuple(
-        ProvedBall(
+        CertifiedBall(
             segments,
             starts,
             float(radius),
@@ -249,7 +249,7 @@ def growth_of_proof(
     )
 
 
-def energy_slopes(ball: ProvedBall, mass: float) -> FloatArray:
+def energy_slopes(ball: CertifiedBall, mass: float) -> FloatArray:
     """Return the derivative of a ball's energy by its state at the start of each segment, (k, 7).
 
     E = m v^2 / 2 + m (v - u)^2 / 5 + m R^2 wz^2 / 5: the horizontal angular velocity of a ball is
@@ -267,7 +267,7 @@ def energy_slopes(ball: ProvedBall, mass: float) -> FloatArray:
 
 
 def _covariances(
-    balls: tuple[ProvedBall, ...], events: tuple[EventChange, ...], gaps: bool
+    balls: tuple[CertifiedBall, ...], events: tuple[EventChange, ...], gaps: bool
 ) -> tuple[tuple[FloatArray, ...], FloatArray]:
     """Return the covariance by rounding of each ball at its segments, (k, 7, 7), and event shifts.
 
@@ -308,7 +308,7 @@ def _covariances(
     return tuple(kept), delayed
 
 
-def _spread(ball: ProvedBall, kept: FloatArray, k: int) -> None:
+def _spread(ball: CertifiedBall, kept: FloatArray, k: int) -> None:
     """Propagate the covariance at a start, (7, 7), to the segments that continue its motion."""
     for row, flow in ball.along(k):
         kept[row] = flow @ kept[row - 1] @ flow.T

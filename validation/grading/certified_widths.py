@@ -20,7 +20,7 @@ from ghostball.reference_adapters.certified import Certificate, Enclosure
 from ghostball.reference_adapters.certified.order import largest_speeds
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.validation.grading.certified_growth import RoundingEffects, places_between
-from ghostball.validation.grading.event_logs import proved_events
+from ghostball.validation.grading.event_logs import events_of_certificate
 from ghostball.validation.grading.tolerances import UNIT_ROUNDOFF
 
 _LARGEST = 10**300
@@ -39,14 +39,14 @@ class FlightGrowth:
 
     def __init__(self, scene: Scene, certificate: Certificate) -> None:
         self.t_end = float(certificate.t_end)
-        events = proved_events(certificate)
+        events = events_of_certificate(certificate)
         self.times: FloatArray = np.unique([0.0, *(event.t for event in events)])
         fastest = max(largest_speeds(problem_of(scene)))
         self._events: list[list[tuple[float, float]]] = [[(0.0, 0.0)] for _ in scene.balls]
         self._moved: list[float] = []
         self._end = max(_in_doubles(certificate.t_end, certificate) / UNIT_ROUNDOFF, self.t_end)
-        for event, proved in zip(events, certificate.events, strict=True):
-            moved = _in_doubles(proved.t, certificate) / UNIT_ROUNDOFF
+        for event, certified in zip(events, certificate.events, strict=True):
+            moved = _in_doubles(certified.t, certificate) / UNIT_ROUNDOFF
             self._moved.append(max(moved, event.t))
             width = moved * fastest
             for ball in event.balls:
@@ -86,7 +86,7 @@ def width_sizes(certificate: Certificate) -> FloatArray:
     Over 2^-53. A ball at rest without events isn't displaced. For other balls, the rounding of the
     coordinates is added.
     """
-    moved = {ball for event in proved_events(certificate) for ball in event.balls}
+    moved = {ball for event in events_of_certificate(certificate) for ball in event.balls}
     moved |= {k for k, v in enumerate(certificate.velocities) if any(map(float, v))}
     sizes = np.zeros(len(certificate.positions))
     for k, place in enumerate(certificate.positions):

@@ -198,7 +198,7 @@ def events_from(keys: Sequence[Key], times: FloatArray) -> list[Event]:
 
 
 @lru_cache(maxsize=4)  # used for every engine's run
-def proved_events(certificate: Certificate) -> tuple[Event, ...]:
+def events_of_certificate(certificate: Certificate) -> tuple[Event, ...]:
     """Return the events of a certificate, with times in double precision."""
     # Ties are found from these times, not from `CertifiedEvent.tie`. Events tie within 2^-100 s in
     # a certified result, but in an engine within much longer times.

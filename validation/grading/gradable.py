@@ -23,8 +23,8 @@ from ghostball.model.scene.obstacles import FIRST_POST
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_growth import CertifiedGrowth
 from ghostball.validation.grading.certified_widths import FlightGrowth, width_sizes
-from ghostball.validation.grading.event_logs import proved_events
-from ghostball.validation.grading.horizon import Growth, growth_along_proof, horizon
+from ghostball.validation.grading.event_logs import events_of_certificate
+from ghostball.validation.grading.horizon import Growth, growth_along_certificate, horizon
 from ghostball.validation.grading.tolerances import (
     LOWEST_BOUNCE,
     ROUNDINGS,
@@ -36,7 +36,7 @@ from ghostball.validation.grading.tolerances import (
 _WIDEST = Fraction(1, 2**56)
 """Largest radius of an enclosure, in m or s or relative to its middle: an eighth of a rounding."""
 
-Extent = Literal["whole", "horizon", "low bounce", "proved part"]
+Extent = Literal["whole", "horizon", "low bounce", "certified part"]
 """End of the compared part: the end of the shot, the horizon, the first bounce that is too low for
 double precision, or the end of the certified part.
 """
@@ -79,14 +79,14 @@ def gradable(
     `growth`: error growth. Default: along the certified motion.
     """
     if growth is None and (exact or until is None):
-        growth = growth_along_proof(scene, certificate)
+        growth = growth_along_certificate(scene, certificate)
     if until is None:
         assert growth is not None
         until = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
     low_bounce = _first_low_bounce(scene, certificate)
     extent, why, last = _extent(certificate, until, low_bounce)
     narrow = _is_narrow(certificate)
-    ends_early = extent == "proved part" and narrow
+    ends_early = extent == "certified part" and narrow
     # Balls may collide at the time at which a certified part ends; in the run, one rounding
     # earlier.
     at_last = last * (1.0 - TIE) if ends_early else last
@@ -115,7 +115,7 @@ def _uncertainty_at(growth: CertifiedGrowth, scene: Scene, t: float) -> float:
     return ROUNDINGS * UNIT_ROUNDOFF * float(np.max(known, initial=0.0))
 
 
-def proved_motion(scene: Scene, certificate: Certificate) -> ExactTrajectory:
+def motion_of_certificate(scene: Scene, certificate: Certificate) -> ExactTrajectory:
     """Return the motion in a certificate, which must have been made with `motion=True`."""
     motion = certificate.trajectory(scene)
     assert motion is not None
@@ -142,7 +142,7 @@ def _extent(certificate: Certificate, until: float, low_bounce: float) -> tuple[
         why = f"the horizon is t = {until:.6g} s"
         return "horizon", why, math.nextafter(until, 0.0)
     if not certificate.proved:
-        return "proved part", f"{certificate.ending}: {certificate.reason}", end
+        return "certified part", f"{certificate.ending}: {certificate.reason}", end
     return "whole", "", math.inf
 
 
@@ -153,10 +153,10 @@ def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
     A bounce is the motion between two collisions of the same bodies; its height is taken in the
     middle.
     """
-    truth = proved_motion(scene, certificate)
+    truth = motion_of_certificate(scene, certificate)
     last: dict[tuple[EventKind, int, int], float] = {}
     bounces: list[tuple[EventKind, int, int, float, float]] = []
-    for event in proved_events(certificate):
+    for event in events_of_certificate(certificate):
         if event.kind in COLLISION_KINDS:
             if event.key in last:
                 bounces.append((*event.key, last[event.key], event.t))

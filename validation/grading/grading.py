@@ -34,9 +34,9 @@ from ghostball.validation.grading.event_logs import (
     Parting,
     compare_logs,
     events_in,
-    proved_events,
+    events_of_certificate,
 )
-from ghostball.validation.grading.gradable import Extent, Gradable, gradable, proved_motion
+from ghostball.validation.grading.gradable import Extent, Gradable, gradable, motion_of_certificate
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import EPS, LEAST_SLIP, TIE, UNIT_ROUNDOFF
 
@@ -143,19 +143,19 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
         told |= {*COLLISION_KINDS, EventKind.POCKETED}
         kinds = [kind for kind in ALL_KINDS if kind in told]
     logs = (
-        [one for one in proved_events(certificate) if one.kind in kinds],
+        [one for one in events_of_certificate(certificate) if one.kind in kinds],
         events_in(result.events, kinds),
     )
     negligible = [_negligible(scene, log) for log in logs]
-    proved, found = (
+    certified, found = (
         [one for one, but in zip(log, buts, strict=True) if not but]
         for log, buts in zip(logs, negligible, strict=True)
     )
-    compared = compare_logs(proved, found, strict=True)
+    compared = compare_logs(certified, found, strict=True)
     pairs = [(true, ours) for true, ours in compared.pairs if true.t <= until]
-    missing = [proved[i] for i in compared.missing if proved[i].t <= until]
+    missing = [certified[i] for i in compared.missing if certified[i].t <= until]
     before = until
-    if within.extent in ("low bounce", "proved part"):
+    if within.extent in ("low bounce", "certified part"):
         before = _end_of_found(scene, pairs, until)
     invented = [found[j] for j in compared.invented if found[j].t <= before]
     compared_at, errors = position_errors(result, certificate, within)
@@ -166,7 +166,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
         within.why,
         until,
         compared_at,
-        sum(one.t <= until for one in proved),
+        sum(one.t <= until for one in certified),
         tuple(one.index for one in missing),
         tuple(one.index for one in invented),
         compared.parting if missing or invented else None,
@@ -271,7 +271,7 @@ def position_errors(
             # Motion between two frames isn't known to rounding; the earlier frame has smaller
             # errors.
             t = float(frames.times[np.searchsorted(frames.times, t, side="right") - 1])
-        truth = proved_motion(result.scene, certificate)
+        truth = motion_of_certificate(result.scene, certificate)
         at = np.array([t])
         difference = result.sample(at).positions[0] - truth.sample(at).positions[0]
         return t, np.linalg.norm(difference, axis=1)

@@ -1,6 +1,6 @@
 """Compute the predictability horizon of a shot: the time until which errors stay small.
 
-    >>> horizon(growth_along(scene, proof, result), TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
+    >>> horizon(growth_along(scene, certificate, result), TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
 
 The growth of errors is computed along the certified motion if there is one, so that no engine
 decides how long it is judged: with its tangent map (`certified_growth`), or in flight with the
@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from ghostball.model import EventKind, Events, Result, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import Certificate
-from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
+from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_certificate
 from ghostball.validation.grading.certified_widths import FlightGrowth, is_differentiated
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import events_of
@@ -67,22 +67,24 @@ class Growth(Protocol):
         """
 
 
-def growth_along(scene: Scene, proof: Certificate | None, result: Result) -> Growth:
+def growth_along(scene: Scene, certificate: Certificate | None, result: Result) -> Growth:
     """Return the growth of errors along a shot: certified if all of it is, otherwise from a run.
 
-    `proof`: with its motion.
+    `certificate`: of the shot, with its motion; None if there is none.
     `result`: the run on Ghostball's engine, recorded with its trajectory.
     """
-    if proof is not None and proof.proved:
-        return growth_along_proof(scene, proof)
+    if certificate is not None and certificate.proved:
+        return growth_along_certificate(scene, certificate)
     return RunGrowth(result)
 
 
-def growth_along_proof(scene: Scene, proof: Certificate) -> CertifiedGrowth | FlightGrowth:
+def growth_along_certificate(
+    scene: Scene, certificate: Certificate
+) -> CertifiedGrowth | FlightGrowth:
     """Return the growth of errors along the certified part of a shot, which has its motion."""
     if is_differentiated(scene):
-        return growth_of_proof(scene, proof)
-    return FlightGrowth(scene, proof)
+        return growth_of_certificate(scene, certificate)
+    return FlightGrowth(scene, certificate)
 
 
 def horizon(growth: Growth, tolerance: float, error: float) -> float:

@@ -1,6 +1,6 @@
 """First-order effects on a shot if an engine detects its events late, by up to a time step.
 
-    >>> lateness = lateness_of(growth_of_proof(scene, proof), scene, motion)
+    >>> lateness = lateness_of(growth_of_certificate(scene, certificate), scene, motion)
     >>> lateness.places.T @ delays      # rest position errors, (n,) [m]
 
 The derivatives are those of the certified motion (`certified_growth`).
@@ -15,7 +15,7 @@ import numpy as np
 from ghostball.model import EventKind, ExactTrajectory, Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.model.trajectory.segment import WZ
-from ghostball.validation.grading.certified_flow import PARTS, PLACE, SPIN, ProvedBall, rows_of
+from ghostball.validation.grading.certified_flow import PARTS, PLACE, SPIN, CertifiedBall, rows_of
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, energy_slopes
 from ghostball.validation.grading.other_paths import MOST_EVENTS, Margins, margins_along
 from ghostball.validation.grading.phase_ends import PHASE_ENDS
@@ -100,8 +100,8 @@ def _followed(
     Energies of balls are added without their signs. Between events they change as described in
     `CertifiedGrowth.rounding`, so the largest value at a ball's events is a bound.
 
-    The end of a phase is shifted by at most `ProvedBall.end_shifted`, even if a change is as large
-    as the slip; a roll is also shifted by its preceding slide.
+    The end of a phase is shifted by at most `CertifiedBall.end_shifted`, even if a change is as
+    large as the slip; a roll is also shifted by the slide before it.
     """
     many = min(len(growth.events), MOST_EVENTS)
     changes = np.zeros((3, PARTS * len(growth.balls), many))
@@ -156,7 +156,7 @@ def _followed(
     return comes, rests, np.sum(energies, axis=0), strays
 
 
-def _strayed(ball: ProvedBall, i: int, changes: FloatArray, t: float) -> FloatArray:
+def _strayed(ball: CertifiedBall, i: int, changes: FloatArray, t: float) -> FloatArray:
     """Return the displacement of ball i just before t [s] by changes of its state, (events,).
 
     Between two events of the ball, the displacement is a convex function of the time.

@@ -1,6 +1,6 @@
 """The delays in the detection of events after which a shot has a different path.
 
-    >>> growth = growth_of_proof(scene, proof)
+    >>> growth = growth_of_certificate(scene, certificate)
     >>> margins = margins_along(scene, motion, growth.balls, growth.events)
     >>> margins.moved @ delays >= margins.widths     # where another path begins
 
@@ -20,7 +20,13 @@ import numpy as np
 from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.validation.grading.certified_events import EventChange
-from ghostball.validation.grading.certified_flow import PARTS, PLACE, VELOCITY, ProvedBall, rows_of
+from ghostball.validation.grading.certified_flow import (
+    PARTS,
+    PLACE,
+    VELOCITY,
+    CertifiedBall,
+    rows_of,
+)
 from ghostball.validation.grading.near_misses import Gaps, NearMiss, looks_along, pairs_of
 
 MOST_EVENTS = 600
@@ -112,7 +118,7 @@ class Margins:
 def margins_along(
     scene: Scene,
     motion: ExactTrajectory,
-    balls: tuple[ProvedBall, ...],
+    balls: tuple[CertifiedBall, ...],
     events: tuple[EventChange, ...],
 ) -> Margins | None:
     """Return where a certified shot may change its path; None if it is too long to examine.
@@ -148,7 +154,7 @@ def margins_along(
 class _Late:
     """Change of the balls by late detection of events so far: (7 n, events) per second."""
 
-    def __init__(self, balls: tuple[ProvedBall, ...], events: int) -> None:
+    def __init__(self, balls: tuple[CertifiedBall, ...], events: int) -> None:
         self._balls = balls
         self._starts = [ball.starts[0] for ball in balls]
         self._changes = np.zeros((PARTS * len(balls), events))

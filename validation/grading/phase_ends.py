@@ -1,7 +1,7 @@
 """Compare the ends of slides and rolls of a run with the certified ones.
 
     >>> found = events_in(result.events, ALL_KINDS)
-    >>> phase_ends(proved_events(certificate), found, result.rest_time)
+    >>> phase_ends(events_of_certificate(certificate), found, result.rest_time)
 
 The log of each ball is cut at its collisions, whose order both logs share. Between two collisions a
 ball ends at most one slide and one roll, so each end that a run reports there is compared; in
@@ -53,24 +53,24 @@ class _Leg(NamedTuple):
     ends: float
 
 
-def phase_ends(proved: Sequence[Event], found: Sequence[Event], end: float) -> list[PhaseEnd]:
+def phase_ends(certified: Sequence[Event], found: Sequence[Event], end: float) -> list[PhaseEnd]:
     """Compare the ends of slides and rolls of a run with the certified ones.
 
-    `proved`, `found`: all events of the certified motion and of the run, in order of time.
+    `certified`, `found`: all events of the certified motion and of the run, in order of time.
     `end` [s]: time at which the run ends.
 
     A kind of end that the run never reports isn't compared. Nothing is compared after a collision
     that only one of the two logs has.
     """
     reported = {one.kind for one in found} & set(PHASE_ENDS)
-    legs = _legs(proved, found, end)
+    legs = _legs(certified, found, end)
     ends = []
-    for true in proved:
+    for true in certified:
         if true.kind not in reported:
             continue
         leg = next((one for one in legs.get(true.a, ()) if one.first < true.index < one.last), None)
         if leg is not None:
-            same = [one.t for one in proved if _is_same_kind_in(one, true, leg)]
+            same = [one.t for one in certified if _is_same_kind_in(one, true, leg)]
             ends.append(PhaseEnd(true, _late_by(true, _times(leg, true, found), same)))
     return ends
 
@@ -109,13 +109,13 @@ def _times(leg: _Leg, true: Event, found: Sequence[Event]) -> list[float]:
     return [min(leg.begins, leg.ends, key=lambda t: abs(t - true.t))]
 
 
-def _legs(proved: Sequence[Event], found: Sequence[Event], end: float) -> dict[int, list[_Leg]]:
+def _legs(certified: Sequence[Event], found: Sequence[Event], end: float) -> dict[int, list[_Leg]]:
     """Return the legs of each ball that both logs have."""
-    cuts, found_cuts = ([one for one in log if one.kind in _CUTS] for log in (proved, found))
+    cuts, found_cuts = ([one for one in log if one.kind in _CUTS] for log in (certified, found))
     agreement = compare_logs(cuts, found_cuts)
     parted = {ball for i in agreement.missing for ball in cuts[i].balls}
     parted |= {ball for j in agreement.invented for ball in found_cuts[j].balls}
-    marks = {ball: [(-1, 0.0)] for one in proved for ball in one.balls}
+    marks = {ball: [(-1, 0.0)] for one in certified for ball in one.balls}
     for true, other in agreement.pairs:
         for ball in true.balls:
             marks[ball].append((true.index, other.t))

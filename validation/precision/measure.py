@@ -278,8 +278,12 @@ def independent_truth(scene: Scene) -> Truth:
     truth = truth_of(scene, parts={"rest"})
     if truth.kind in INDEPENDENT:
         return truth
-    proof = truth.certificate
-    why = truth.no_certificate if proof is None else f"{proof.ending}: {proof.reason}"
+    certificate = truth.certificate
+    why = (
+        truth.no_certificate
+        if certificate is None
+        else f"{certificate.ending}: {certificate.reason}"
+    )
     raise MeasurementError(
         f'scene "{scene.name}" has no reference that is independent of Ghostball: it has no '
         f"closed form, and it isn't certified to its end ({why}). Remove the scene"

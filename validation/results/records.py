@@ -22,8 +22,8 @@ from ghostball.validation.results.quantities import scaled
 
 CLOSED_FORM: Final = "closed form"
 CERTIFIED: Final = "certified"
-INTEGRATION: Final = "integration, not a proof (estimated error below 1e-20 m)"
-OUR_ENGINE: Final = "our engine (not independent)"
+INTEGRATION: Final = "integration, not certified (estimated error below 1e-20 m)"
+OUR_ENGINE: Final = "Ghostball's engine (not independent)"
 
 INDEPENDENT: Final = frozenset({CLOSED_FORM, CERTIFIED, INTEGRATION})
 """Kinds of reference results that don't depend on Ghostball's engine."""

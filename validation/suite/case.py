@@ -65,7 +65,7 @@ def cases_of(planned: SuitePlan, pairs: Sequence[Name]) -> Iterator[Case]:
     computed = USUAL if planned.metrics is None else planned.metrics
     parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
     if "accuracy" in computed or any(planned.asked[pair].rule is not None for pair in pairs):
-        parts |= {"proof"}  # limits of a time step are computed along the certified motion
+        parts |= {"certificate"}  # limits of a time step are computed along the certified motion
     if "accuracy" in computed:
         parts |= {"events", "conditioning"}
     for scene in planned.scenes_of(pairs):
@@ -197,6 +197,6 @@ def truth_or_failure(
 ) -> Truth | TruthFailure:
     """Return the reference result of a scene, or why it could not be computed."""
     try:
-        return truth_of(scene, criteria.truth, parts, least=criteria.least_proved)
+        return truth_of(scene, criteria.truth, parts, least=criteria.least_certified)
     except Exception as error:  # a bug of Ghostball; the run continues and reports it
         return TruthFailure(f"{type(error).__name__}: {error}", traceback.format_exc())

@@ -21,8 +21,8 @@ from ghostball.reference_adapters.certified.api import check_certified
 from ghostball.reference_adapters.certified.problem import problem_of
 from ghostball.reference_adapters.certified.prove import prove
 from ghostball.validation.truth import collocation
+from ghostball.validation.truth.certificates import explained
 from ghostball.validation.truth.collocation import BITS, Collocation
-from ghostball.validation.truth.proof import explained
 
 _RUNS = ((20, arb((1, -2))), (18, arb((3, -4))))
 """For both runs: points of a step, and its length in units of the time to the singularity."""

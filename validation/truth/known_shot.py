@@ -1,7 +1,7 @@
-"""The best known motion of a scene: certified if possible, otherwise the next best.
+"""The best known motion of a scene, and its source.
 
 `validation.truth.scene_truth` gives the final positions and the collisions only. This module gives
-a whole motion, which can be sampled at any time, for explaining differences.
+a whole motion, which can be sampled at any time, to explain differences.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.certified import CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.validation.runs.engine_runs import run_ours
+from ghostball.validation.truth.certificates import certificate_of
 from ghostball.validation.truth.closed_forms import closed_form
 from ghostball.validation.truth.integration import integrated, may_be_integrated
-from ghostball.validation.truth.proof import proof_of
 from ghostball.validation.truth.scene_truth import truth_of
 
 KnownBy = Literal["certified", "closed form", "integration", "our engine"]
@@ -85,16 +85,16 @@ def known_shot(scene: Scene) -> KnownShot:
     Raises `NoKnownShotError` if it can't be certified and Ghostball's engine doesn't finish;
     `UnsupportedSceneError` if neither supports the scene.
     """
-    proof, why = proof_of(scene)
-    if proof is not None and proof.proved:
-        certified = result_of(scene, proof, CertifiedSettings(), "trajectory")
+    certificate, why = certificate_of(scene)
+    if certificate is not None and certificate.proved:
+        certified = result_of(scene, certificate, CertifiedSettings(), "trajectory")
         return KnownShot("certified", certified, certified.rest_positions)
-    why = why if proof is None else f"{proof.ending}: {proof.reason}"
+    why = why if certificate is None else f"{certificate.ending}: {certificate.reason}"
     ours = run_ours(scene)
     if not ours.status.complete:
         raise NoKnownShotError(
-            f'scene "{scene.name}": nothing to compare with: it is not certified ({why}), and our '
-            f"engine stopped early: {ours.status.value}"
+            f'scene "{scene.name}": there is no reference result: it isn\'t certified ({why}), and '
+            f"Ghostball's engine stopped early: {ours.status.value}"
         )
     if closed_form(scene) is not None:
         truth = truth_of(scene, "closed-form", parts={"rest"})

@@ -32,14 +32,14 @@ from ghostball.reference_adapters.base import Resolution, stated_error
 from ghostball.reference_adapters.certified import Certificate, CertifiedSettings
 from ghostball.reference_adapters.certified.engine import result_of
 from ghostball.reference_adapters.registry import OURS
-from ghostball.validation.grading.certified_growth import RoundingEffects, growth_of_proof
+from ghostball.validation.grading.certified_growth import RoundingEffects, growth_of_certificate
 from ghostball.validation.grading.certified_widths import is_differentiated
 from ghostball.validation.grading.event_logs import Key, collisions_of, lower_first
-from ghostball.validation.grading.gradable import Gradable, gradable, proved_motion
+from ghostball.validation.grading.gradable import Gradable, gradable, motion_of_certificate
 from ghostball.validation.grading.horizon import (
     Meetings,
     growth_along,
-    growth_along_proof,
+    growth_along_certificate,
     horizon,
     meetings_of,
 )
@@ -48,6 +48,7 @@ from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE, UNIT_R
 from ghostball.validation.results.records import CERTIFIED, CLOSED_FORM, INTEGRATION, OUR_ENGINE
 from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.truth.certificates import certificate_of, refused_features
 from ghostball.validation.truth.closed_forms import (
     DIGITS,
     ClosedForm,
@@ -56,10 +57,9 @@ from ghostball.validation.truth.closed_forms import (
     may_have_closed_form,
 )
 from ghostball.validation.truth.integration import integrated, may_be_integrated
-from ghostball.validation.truth.proof import proof_of, refused_features
 
-TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "proof"]
-"""Parts of a reference that a metric may need; "proof" is the certified part of the shot."""
+TruthPart = Literal["rest", "time", "events", "energy", "conditioning", "certificate"]
+"""Parts of a reference that a metric may need; "certificate" is the certified part of the shot."""
 
 WantedTruth = Literal["closed-form", "certified", "integration", "engine", "none"]
 """Kinds of reference that criteria may ask for; "none": no limit of the scene needs a reference."""
@@ -78,8 +78,8 @@ class Truth:
     """The reference of one scene, in plain arrays, which can be sent to worker processes.
 
     `kind`: None if there is no reference; `missing` states why.
-    `independent`: parts that don't depend on Ghostball's engine, which can be judged only by these.
-    `missing`: why Ghostball's engine gave no result; else "".
+    `independent`: parts that don't depend on Ghostball's engine; it can be judged only by them.
+    `missing`: why there is no reference, or no result of Ghostball's engine; else "".
     `rest_positions`, `rest_positions_low` (n, 3) float64 [m] or None: final positions; the exact
         value is the sum of the two, to about 2^-106.
     `rest_time`, `rest_time_low` [s]: likewise.
@@ -90,28 +90,28 @@ class Truth:
     `collision_times` (m,) float64 [s]: empty if a closed form gives only their order.
     `motion`: the whole shot with the reference energy: certified, else integrated, else from
         Ghostball's engine; None if there is none, or if no requested part needs it.
-    `proved`: the whole certified shot; None if it isn't certified to its end, or if "proof" wasn't
-        requested.
-    `certificate`: the certified part of the shot, with its motion.
+    `certified_shot`: the whole certified shot; None if it isn't certified to its end, or if
+        "certificate" wasn't requested.
+    `certificate`: of the shot or of its beginning, with the motion.
     `no_certificate`: why there is none; else "".
     `meetings`: size of errors when balls meet: from the certified shot or, if only a part is
-        certified, from Ghostball's engine. None if it is unknown or wasn't requested, and for a
+        certified, from Ghostball's engine. None if this is unknown or wasn't requested, and for a
         closed form.
     `shot_horizon` [s]: time up to which rounding leaves the shot predictable, or up to which the
         growth of errors is known; inf: to its end, and for a closed form, whose end doesn't depend
         on rounding.
     `lateness`: effect of late detection of events on the end, or on the end of the certified part;
-        None if nothing is certified, in a flight, or if "proof" wasn't requested.
+        None if nothing is certified, in a flight, or if "certificate" wasn't requested.
     `rounding`: effect of rounding on the times of the certified events and on the energy; None
-        without a certificate, or if "proof" wasn't requested.
+        without a certificate, or if "certificate" wasn't requested.
     `graded`: the certified part that an exact engine is compared with; None without a certificate,
-        or if "proof" wasn't requested.
+        or if "certificate" wasn't requested.
     `graded_steps`: the same for time-stepping engines: up to the horizon if the whole shot is
         certified and that is the reference; otherwise to the end.
     """
 
     kind: str | None
-    independent: frozenset[TruthPart] = frozenset({"proof"})
+    independent: frozenset[TruthPart] = frozenset({"certificate"})
     missing: str = ""
     rest_positions: FloatArray | None = None
     rest_positions_low: FloatArray = field(default_factory=lambda: np.zeros(3))
@@ -123,7 +123,7 @@ class Truth:
     collision_times: FloatArray = field(default_factory=lambda: _NO_TIMES)
     collision_counts: dict[str, int] | None = None
     motion: Result | None = None
-    proved: Result | None = None
+    certified_shot: Result | None = None
     certificate: Certificate | None = None
     no_certificate: str = "not requested"
     meetings: Meetings | None = None
@@ -138,20 +138,20 @@ class Truth:
 
         `resolution` [m]: of the engine; see `reference_adapters.base.resolution_of`.
 
-        Every engine is compared with a closed form to the end, because the shot can be solved
-        exactly, ties included. So is an engine that certifies its results. An engine that states no
-        resolution is compared as long as rounding leaves the shot predictable: stating nothing is
-        no excuse.
+        With a closed form, every engine is compared to the end, because the shot can be solved
+        exactly, simultaneous collisions included. An engine that certifies its results is also
+        compared to the end. An engine that states no resolution is compared as long as rounding
+        leaves the shot predictable: an engine gains nothing by stating no resolution.
         """
         if self.kind == CLOSED_FORM or self.meetings is None or resolution == "proved":
             return math.inf
         return self.meetings.horizon(stated_error(resolution))
 
     def why_not(self, part: TruthPart) -> str:
-        """Return why a part of the reference is missing, in one sentence."""
+        """Return in one sentence why a part of the reference is missing."""
         if part == "conditioning":
             return "the effect of rounding is known for closed forms only"
-        if part == "proof":
+        if part == "certificate":
             return f"not certified: {self.no_certificate}"
         return f"no reference result: {self.missing}"
 
@@ -161,16 +161,17 @@ class Truth:
 
 
 def check_truth(scene: Scene, wanted: WantedTruth | None) -> None:
-    """Check that fields of a scene permit the reference that its criteria ask for.
+    """Check that the fields of a scene permit the reference that its criteria ask for.
 
-    Nothing is solved or certified here: `check_closed_form` and `truth_of` check that it exists.
+    Nothing is solved or certified here: `check_closed_form` and `truth_of` check that the reference
+    exists.
     """
     if wanted == "closed-form" and not may_have_closed_form(scene):
         raise _no_closed_form(scene)
     if wanted == "certified" and (why := refused_features(scene)):
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "certified", but it can\'t be '
-            f'proved: {why}. Write `truth` = "engine", or "integration" where balls slide in air'
+            f'certified: {why}. Write `truth` = "engine", or "integration" if balls slide in air'
         )
     if wanted == "integration" and not may_be_integrated(scene):
         raise TruthError(
@@ -219,47 +220,53 @@ def truth_of(
         return Truth(None, missing="the scene's criteria ask for no reference")
     form = closed_form(scene) if wanted in ("closed-form", None) else None
     # A closed form lacks only these parts.
-    needed = form is None or not {"events", "energy", "proof"}.isdisjoint(parts)
-    proof, no_proof = (None, "not requested")
-    if needed and (wanted != "engine" or "proof" in parts):
-        proof, no_proof = proof_of(scene, settings)
-    proved = None  # certified motion of the whole shot
-    if proof is not None and proof.proved:
-        proved = result_of(scene, proof, CertifiedSettings(), "trajectory")
-    partial = no_proof if proof is None else f"{proof.ending}: {proof.reason}"
-    if wanted == "certified" and proved is None:
+    needed = form is None or not {"events", "energy", "certificate"}.isdisjoint(parts)
+    certificate, no_certificate = (None, "not requested")
+    if needed and (wanted != "engine" or "certificate" in parts):
+        certificate, no_certificate = certificate_of(scene, settings)
+    certified = None  # certified motion of the whole shot
+    if certificate is not None and certificate.proved:
+        certified = result_of(scene, certificate, CertifiedSettings(), "trajectory")
+    partial = (
+        no_certificate if certificate is None else f"{certificate.ending}: {certificate.reason}"
+    )
+    if wanted == "certified" and certified is None:
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "certified", but the whole shot '
-            f'isn\'t proved: {partial}. Write `truth` = "engine"'
+            f'can\'t be certified: {partial}. Write `truth` = "engine"'
         )
-    if proof is not None and proved is None and (least is None or len(proof.events) < least):
-        must = "all to its end" if least is None else f"{least}"
+    if (
+        certificate is not None
+        and certified is None
+        and (least is None or len(certificate.events) < least)
+    ):
+        must, found = "all to its end" if least is None else f"{least}", len(certificate.events)
         raise TruthError(
-            f'scene "{scene.name}": only {len(proof.events)} of its events are proved, {must} must '
-            f"be: {partial}. Write `proved` = {len(proof.events)} into its "
-            "criteria if no more can be proved"
+            f'scene "{scene.name}": only {found} of its events are certified, but {must} are '
+            f"required: {partial}. If no more can be certified, write `proved` = {found} into its "
+            "criteria"
         )
     integration, no_integration = None, ""
     # an integration takes seconds for each slide
     asked = wanted in ("integration", "closed-form")
-    if needed and asked and proved is None and may_be_integrated(scene):
+    if needed and asked and certified is None and may_be_integrated(scene):
         integration, no_integration = integrated(scene)
     if wanted == "integration" and integration is None:
         raise TruthError(
             f'scene "{scene.name}": its criteria say `truth` = "integration", but it can\'t be '
-            f'integrated: {no_integration or "it is proved"}. Write `truth` = "engine"'
+            f'integrated: {no_integration or "it is certified"}. Write `truth` = "engine"'
         )
     # The motion of the whole shot that doesn't depend on Ghostball's engine.
-    known = proved
+    known = certified
     if integration is not None:
         known = result_of(scene, integration.shot, CertifiedSettings(), "trajectory")
     ours, missing = _our_run(scene) if needed else (None, "not requested")
     if form is not None:
         truth = _from_form(scene, form, ours, known, missing)
-    elif proof is not None and proved is not None and wanted != "engine":
-        truth = _from_proof(proof, proved)
+    elif certificate is not None and certified is not None and wanted != "engine":
+        truth = _from_certificate(certificate, certified)
     elif integration is not None and known is not None:
-        truth = replace(_from_proof(integration.shot, known), kind=INTEGRATION)
+        truth = replace(_from_certificate(integration.shot, known), kind=INTEGRATION)
     elif ours is not None:
         truth = _from_run(ours)
     else:
@@ -268,24 +275,24 @@ def truth_of(
     rounding = None
     run = ours if known is None else known
     if truth.kind != CLOSED_FORM and run is not None:
-        growth = growth_along(scene, proof if integration is None else integration.shot, run)
+        growth = growth_along(scene, certificate if integration is None else integration.shot, run)
         meetings, ends = meetings_of(growth, run), growth.derivative_ends
         predictable = horizon(growth, TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
     # Computing the growth of errors may take longer than a run: it is done once for all engines.
     lateness = None
-    if proof is not None and "proof" in parts:
-        until = math.inf if proved is None else predictable
+    if certificate is not None and "certificate" in parts:
+        until = math.inf if certified is None else predictable
         if is_differentiated(scene):
-            motion = proved_motion(scene, proof)
-            lateness = lateness_of(growth_of_proof(scene, proof), scene, motion)
-        rounding = growth_along_proof(scene, proof).rounding(scene)
-        graded = gradable(scene, proof)
-        graded_steps = gradable(scene, proof, exact=False, until=until)
+            motion = motion_of_certificate(scene, certificate)
+            lateness = lateness_of(growth_of_certificate(scene, certificate), scene, motion)
+        rounding = growth_along_certificate(scene, certificate).rounding(scene)
+        graded = gradable(scene, certificate)
+        graded_steps = gradable(scene, certificate, exact=False, until=until)
     return replace(
         truth,
-        proved=proved if "proof" in parts else None,
-        certificate=proof,
-        no_certificate=no_proof,
+        certified_shot=certified if "certificate" in parts else None,
+        certificate=certificate,
+        no_certificate=no_certificate,
         meetings=meetings,
         shot_horizon=predictable if math.isfinite(predictable) else ends,
         lateness=lateness,
@@ -296,7 +303,7 @@ def truth_of(
 
 
 def _from_run(run: Result) -> Truth:
-    """Return a run as the reference; of Ghostball's engine, unless the caller changes this."""
+    """Return a run as the reference, with the kind `OUR_ENGINE`."""
     collisions, times = collisions_of(events_of(run))
     return Truth(
         OUR_ENGINE,
@@ -310,18 +317,18 @@ def _from_run(run: Result) -> Truth:
     )
 
 
-def _from_proof(proof: Certificate, proved: Result) -> Truth:
+def _from_certificate(certificate: Certificate, certified: Result) -> Truth:
     """Return a complete certificate, or an integration, as the reference."""
-    high, low = np.zeros((2, len(proved.scene.balls), 3))
-    high[:, 2] = proved.scene.radii
-    for k, place in enumerate(proof.positions):
+    high, low = np.zeros((2, len(certified.scene.balls), 3))
+    high[:, 2] = certified.scene.radii
+    for k, place in enumerate(certificate.positions):
         for axis, enclosure in enumerate(place):
             high[k, axis], low[k, axis] = _halves(enclosure.mid)
-    rest_time, rest_time_low = _halves(proof.t_end.mid)
+    rest_time, rest_time_low = _halves(certificate.t_end.mid)
     return replace(
-        _from_run(proved),
+        _from_run(certified),
         kind=CERTIFIED,
-        independent=frozenset({"rest", "time", "events", "energy", "proof"}),
+        independent=frozenset({"rest", "time", "events", "energy", "certificate"}),
         rest_positions=high,
         rest_positions_low=low,
         rest_time=rest_time,
@@ -332,9 +339,10 @@ def _from_proof(proof: Certificate, proved: Result) -> Truth:
 def _from_form(
     scene: Scene, form: ClosedForm, ours: Result | None, known: Result | None, missing: str
 ) -> Truth:
-    """Return a closed form; `known` gives the remaining parts, else Ghostball's engine.
+    """Return a closed form as the reference.
 
-    `known`: the whole motion, certified or integrated.
+    `known`: the whole motion, certified or integrated, which gives the parts that a closed form
+        lacks; None: Ghostball's engine gives them.
     """
     rest = ours if known is None else known
     with mpmath.workdps(DIGITS):
@@ -347,7 +355,7 @@ def _from_form(
     if rest is not None:
         found, found_times = collisions_of(events_of(rest))
         times = found_times if tuple(found) == collisions else _NO_TIMES
-    independent: set[TruthPart] = {"rest", "time", "events", "conditioning", "proof"}
+    independent: set[TruthPart] = {"rest", "time", "events", "conditioning", "certificate"}
     return Truth(
         CLOSED_FORM,
         independent=frozenset(independent if known is None else independent | {"energy"}),
@@ -372,7 +380,7 @@ def _our_run(scene: Scene) -> tuple[Result | None, str]:
     except UnsupportedSceneError as error:
         return None, str(error)
     if not result.status.complete:
-        return None, f"our engine stopped early: {result.status.value}"
+        return None, f"Ghostball's engine stopped early: {result.status.value}"
     return result, ""
 
 

@@ -16,7 +16,7 @@ from ghostball.validation.baselines.baseline import KEPT_EVENTS
 from ghostball.validation.baselines.compare import NEGLIGIBLE, compare
 from ghostball.validation.baselines.compared_run import MotionNotKeptError
 from ghostball.validation.baselines.regression import Answer
-from ghostball.validation.results.records import Accuracy
+from ghostball.validation.results.records import OUR_ENGINE, Accuracy
 from ghostball.validation.scenes.library import find_scene
 
 SHOT = gate.cut_shot()
@@ -299,7 +299,7 @@ def test_past_the_horizon_another_collision_is_rounding():
 
 
 def test_the_reference_itself_is_neither_better_nor_worse_but_an_unphysical_run_is_worse():
-    ours = gate.having(BASE, accuracy=None, truth="our engine (not independent)")
+    ours = gate.having(BASE, accuracy=None, truth=OUR_ENGINE)
     other = gate.having(gate.off(MOVED, 1e-3), engine="pymunk", truth=ours.record.truth)
     other = gate.with_events(other, np.delete(BASE.log().events, 0))
     assert compare(ours, other).change == compare(other, ours).change == "changed"

@@ -47,7 +47,10 @@ def test_another_reference_is_a_warning(accepted):
     found = accepted.compare()
     assert found.outcome == "passed"
     (warning,) = found.warnings
-    assert "errors can't be compared: the reference was certified, and is our engine" in warning
+    assert (
+        "errors can't be compared: the reference was certified, and is Ghostball's engine"
+        in warning
+    )
     assert warning.startswith("roll: ")
 
 

@@ -80,7 +80,7 @@ def test_a_tangent_map_that_is_wrong_explains_nothing(monkeypatch):
     scene = find_scene("break-7")
     times = simulate(scene, record="events").events["t"]
     right = allowance_of(scene)
-    assert (right.source, right.map_end) == ("proof", math.inf)
+    assert (right.source, right.map_end) == ("certificate", math.inf)
     growth, shifts = TangentMap.growth, TangentMap.event_shifts.fget
     monkeypatch.setattr(TangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
     monkeypatch.setattr(TangentMap, "event_shifts", property(lambda self: 1000.0 * shifts(self)))
@@ -130,7 +130,7 @@ def test_in_air_the_proof_says_how_far_the_end_may_move():
     base = gate.cut_shot()
     physics = base.physics.model_copy(update={"air_drag": 0.1})
     found = allowance_of(base.model_copy(update={"physics": physics}))
-    assert found.source == "proof"
+    assert found.source == "certificate"
     assert found.horizon == math.inf
     assert found.map_end == math.inf
     assert np.all((found.rest > 0.0) & (found.rest < 1e-11))

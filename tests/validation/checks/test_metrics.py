@@ -161,7 +161,7 @@ def test_a_run_that_stopped_early_has_no_rest_error() -> None:
 def test_without_truth_the_note_says_why() -> None:
     measured = measure(still(), Truth(None, missing="our engine can't slide"))
     for name, metric in METRICS.items():
-        if metric.compares == "proof":
+        if metric.compares == "certificate":
             assert measured.notes[name] == "not certified: not requested"
         elif metric.compares not in (None, "conditioning") and name != "accuracy":
             assert measured.values[name] is None

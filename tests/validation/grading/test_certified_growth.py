@@ -19,8 +19,8 @@ from ghostball.engine import simulate
 from ghostball.model import Scene
 from ghostball.reference_adapters.certified import certify
 from ghostball.reference_adapters.certified.certificate import segment_columns
-from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_proof
-from ghostball.validation.grading.gradable import proved_motion
+from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_certificate
+from ghostball.validation.grading.gradable import motion_of_certificate
 from ghostball.validation.grading.horizon import horizon
 from ghostball.validation.grading.lateness import lateness_of
 from ghostball.validation.scenes.library import find_scene
@@ -122,7 +122,7 @@ def test_changes_become_what_proofs_of_changed_shots_say(name: str) -> None:
     # Breaks where a sign, a factor or a term is wrong, and where growth is 30 times too large.
     scene = IN_AIR[name] if name in IN_AIR else find_scene(name)
     known = integrated_once if name in SLIDES_IN_AIR else partial(certify, motion=True)
-    growth = growth_of_proof(scene, known(scene))
+    growth = growth_of_certificate(scene, known(scene))
     chance = np.random.default_rng(11)
     direction = chance.normal(size=(len(scene.balls), 7)) * np.abs(state(scene))
     direction[:, :2] = 0.01 * chance.normal(size=(len(scene.balls), 2))
@@ -142,7 +142,7 @@ def test_changes_become_what_proofs_of_changed_shots_say(name: str) -> None:
 def test_rounding_displaces_a_rolling_ball_by_its_place_and_its_way() -> None:
     # x and vx are rounded once; y and vy are exactly 0 and stay so.
     scene = scene_of(ball((0.5, 0.0), (2.0, 0.0)), rolling_friction=0.02, table=None)
-    growth = growth_of_proof(scene, certify(scene, motion=True))
+    growth = growth_of_certificate(scene, certify(scene, motion=True))
     for t in (0.0, 1.5):
         assert growth.sizes([t])[0, 0] == pytest.approx(math.hypot(0.5 + R, 2.0 * t))
 
@@ -159,11 +159,11 @@ def test_a_thin_hit_amplifies_the_rounding_of_the_distance_from_the_start(depth:
     scene = scene_of(
         ball((-way, aside), (1.0, 0.0)), ball((0.0, 0.0)), rolling_friction=0.0, t_max=1
     )
-    growth = growth_of_proof(scene, certify(scene, motion=True))
+    growth = growth_of_certificate(scene, certify(scene, motion=True))
     along = math.sqrt(2.0 * depth - depth**2)
     left = 1.0 - (way - 2.0 * R * along)
     assert growth.sizes([1.0])[0, 1] == pytest.approx(left / along, rel=0.2)
-    states = growth_of_proof(scene, certify(scene, motion=True), gaps=False)
+    states = growth_of_certificate(scene, certify(scene, motion=True), gaps=False)
     assert states.sizes([1.0])[0, 1] < 0.3 * growth.sizes([1.0])[0, 1]
 
 
@@ -181,7 +181,7 @@ def test_a_faster_ball_rolls_farther_in_air_as_worked_numbers_say(
 ) -> None:
     """Breaks where the air is left out of the growth: v / (a + b v^2), at 5 m/s."""
     scene = scene_of(ball((0.0, 0.0), (5.0, 0.0)), **physics)
-    growth = growth_of_proof(scene, certify(scene, motion=True))
+    growth = growth_of_certificate(scene, certify(scene, motion=True))
     change = np.zeros((1, 1, 7))
     change[0, 0, 2] = 1.0
     moved = carried(growth, change, np.array([growth.t_end]))[0, 0, 0]
@@ -193,7 +193,7 @@ def test_a_faster_ball_rolls_farther_in_air_as_worked_numbers_say(
 def test_what_rounding_does_is_the_sum_over_all_that_is_rounded() -> None:
     # The covariance against single changes: of a shot without an event, each number of each ball.
     scene = find_scene("half-ball-cut")
-    growth = growth_of_proof(scene, certify(scene, motion=True))
+    growth = growth_of_certificate(scene, certify(scene, motion=True))
     t = math.nextafter(growth.times[1], 0.0)
     x, y, vx, vy = state(scene)[0, :4]
     sizes = [abs(x) + R, abs(y) + R if vy else 0.0, abs(vx), abs(vy)]
@@ -206,7 +206,7 @@ def test_what_rounding_does_is_the_sum_over_all_that_is_rounded() -> None:
 
 def test_there_is_no_derivative_past_two_collisions_at_one_instant() -> None:
     scene = find_scene("frozen-to-cushion")
-    growth = growth_of_proof(scene, certify(scene, motion=True))
+    growth = growth_of_certificate(scene, certify(scene, motion=True))
     assert 0.0 < growth.derivative_ends < growth.t_end
     assert np.isfinite(growth.sizes([math.nextafter(growth.derivative_ends, 0.0)])).all()
     assert np.isinf(growth.sizes([growth.derivative_ends])).any()
@@ -220,7 +220,7 @@ def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
     shots = [random_scene(number, **PROVABLE, flight="no") for number in range(48)]
     for scene in (*shots, find_scene("galperin-2"), find_scene("galperin-3")):
         result, proof = simulate(scene, record="trajectory"), certify(scene, motion=True)
-        right = growth_of_proof(scene, proof).sizes([result.rest_time])[0]
+        right = growth_of_certificate(scene, proof).sizes([result.rest_time])[0]
         said = result.sensitivity([result.rest_time])[0]
         some = np.isfinite(right) & np.isfinite(said) & (right > 0.0)
         if proof.proved:
@@ -235,7 +235,7 @@ def test_in_air_growth_continues_through_every_piece_of_the_motion() -> None:
     """Breaks where what is known at an event is lost at the pieces of series that follow it."""
     scene = IN_AIR["a cut of sliding balls"]
     proof = integrated_once(scene)
-    growth = growth_of_proof(scene, proof)
+    growth = growth_of_certificate(scene, proof)
     assert proof.segments is not None
     for i, (segments, starts) in enumerate(zip(proof.segments, proof.starts, strict=True)):
         inner = np.delete(segments[:, 0], starts)
@@ -253,11 +253,11 @@ def test_of_flight_nothing_is_said() -> None:
     assert proof.segments is not None
     segments = tuple(np.insert(rows, [14] * 3, 0.0, axis=1) for rows in proof.segments)
     flies = replace(proof, segments=segments, columns=segment_columns(lifts=True))
-    growth = growth_of_proof(scene, flies)
+    growth = growth_of_certificate(scene, flies)
     assert growth.derivative_ends == 0.0
     assert np.isinf(growth.sizes([0.0, 0.5])).all()
     assert rounding_horizon(growth) == math.inf
-    assert np.isnan(lateness_of(growth, scene, proved_motion(scene, flies)).places).all()
+    assert np.isnan(lateness_of(growth, scene, motion_of_certificate(scene, flies)).places).all()
     directions = np.ones((1, 2, 7))
     assert np.isnan(carried(growth, directions, np.array([0.5]))).all()
 

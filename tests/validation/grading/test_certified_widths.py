@@ -135,5 +135,5 @@ def test_a_flight_that_is_proved_in_part_is_graded_in_part() -> None:
     proof = certify(scene, motion=True, cached=False)
     assert proof.ending == "sustained contact"
     found = grade(simulate(scene, record="trajectory"), proof)
-    assert found.extent == "proved part"
+    assert found.extent == "certified part"
     assert (found.missing, found.invented) == ((), ())

@@ -13,7 +13,7 @@ from shots import kept_scene
 
 from ghostball.engine import simulate
 from ghostball.reference_adapters.certified import CertifiedSettings, certify
-from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.certified_growth import growth_of_certificate
 from ghostball.validation.grading.tolerances import ROUNDINGS
 from ghostball.validation.scenes.library import find_scene
 
@@ -49,7 +49,7 @@ def test_an_event_on_the_other_side_of_the_horizon_is_no_difference() -> None:
 def test_what_is_proved_is_graded_where_the_proof_ends_early(name: str) -> None:
     result, certificate, growth = run_and_proof(name)
     made = grade(result, certificate, growth)
-    assert made.extent == "proved part"
+    assert made.extent == "certified part"
     assert made.why == f"{certificate.ending}: {certificate.reason}"
     assert made.events > 0
     assert clean(made)
@@ -65,7 +65,7 @@ def test_a_cap_leaves_what_was_proved_until_then(settings: dict[str, Any]) -> No
     scene = find_scene("break-7")
     certificate = certify(scene, CertifiedSettings(start_precision=53, **settings), motion=True)
     made = grade(simulate(scene, record="trajectory"), certificate)
-    assert made.extent == "proved part"
+    assert made.extent == "certified part"
     assert made.why.startswith(certificate.ending)
     assert made.events == len(certificate.events)
     assert clean(made)
@@ -73,7 +73,7 @@ def test_a_cap_leaves_what_was_proved_until_then(settings: dict[str, Any]) -> No
 
 def test_where_nothing_is_proved_nothing_is_graded() -> None:
     made = grade(*run_and_proof("push", amplification=0.0))
-    assert (made.extent, made.events, made.until) == ("proved part", 0, 0.0)
+    assert (made.extent, made.events, made.until) == ("certified part", 0, 0.0)
     assert made.quality_factor is None
 
 
@@ -81,7 +81,7 @@ def test_events_are_compared_beyond_the_end_of_the_tangent_map() -> None:
     # A ball frozen to a cushion is hit onto it: two collisions at one instant, and no derivative.
     scene = find_scene("frozen-to-cushion")
     result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
-    ends = growth_of_proof(scene, certificate).derivative_ends
+    ends = growth_of_certificate(scene, certificate).derivative_ends
     made = grade(result, certificate)
     assert (made.extent, made.events) == ("whole", 4)
     assert clean(made)

@@ -18,7 +18,7 @@ from ghostball.validation.checks.criteria import Criteria, common_criteria
 from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.requirements import asked_of
 from ghostball.validation.checks.verdict import Verdict, verdict_of
-from ghostball.validation.grading.certified_growth import growth_of_proof
+from ghostball.validation.grading.certified_growth import growth_of_certificate
 from ghostball.validation.grading.horizon import Meetings, RunGrowth, horizon, meetings_of
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.case import run_case
@@ -36,7 +36,7 @@ def horizon_of(name: str, label: str) -> float:
 
 def test_the_horizon_is_where_the_size_passes_the_limit():
     scene = find_scene("chaos-a")
-    growth = growth_of_proof(scene, certify(scene, motion=True))
+    growth = growth_of_certificate(scene, certify(scene, motion=True))
     ends = horizon(growth, 1e-3, 2.0**-48)
     assert 0.0 < ends < growth.t_end
     assert 2.0**-48 * np.max(growth.sizes([ends - 1e-5])) <= 1e-3
@@ -61,7 +61,7 @@ def test_a_run_and_a_proof_have_the_same_horizon_but_for_roundings():
     scene = find_scene("chaos-a")
     growths = (
         RunGrowth(simulate(scene, record="trajectory")),
-        growth_of_proof(scene, certify(scene, motion=True)),
+        growth_of_certificate(scene, certify(scene, motion=True)),
     )
     ours, proved = (horizon(growth, 1e-3, 2.0**-48) for growth in growths)
     assert ours == pytest.approx(proved, rel=0.05)

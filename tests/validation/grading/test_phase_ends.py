@@ -13,7 +13,7 @@ ROLLS, RESTS = EventKind.SLIDE_TO_ROLL, EventKind.ROLL_TO_REST
 
 Row = tuple[float, EventKind, int, int]
 
-PROOF: list[Row] = [
+CERTIFICATE: list[Row] = [
     (0.5, ROLLS, 0, -1),
     (1.0, HIT, 0, 1),
     (1.25, ROLLS, 0, -1),
@@ -31,63 +31,63 @@ def log(rows: list[Row]) -> list[Event]:
 
 def late_by(found: list[Row], end: float = 5.0) -> dict[float, float]:
     """Return by how much each proved end is late, by its instant."""
-    return {one.true.t: one.late_by for one in phase_ends(log(PROOF), log(found), end)}
+    return {one.true.t: one.late_by for one in phase_ends(log(CERTIFICATE), log(found), end)}
 
 
 def changed(old: Row, *new: Row) -> list[Row]:
-    return [one for one in PROOF if one != old] + list(new)
+    return [one for one in CERTIFICATE if one != old] + list(new)
 
 
 def test_who_reports_the_proof_is_right() -> None:
-    assert late_by(PROOF) == dict.fromkeys((0.5, 1.25, 1.5, 2.0, 3.125, 5.0), 0.0)
+    assert late_by(CERTIFICATE) == dict.fromkeys((0.5, 1.25, 1.5, 2.0, 3.125, 5.0), 0.0)
 
 
 @pytest.mark.parametrize("by", [0.25, -0.125])
 def test_an_end_that_comes_late_or_early_is_off_by_that(by: float) -> None:
-    found = late_by(changed(PROOF[2], (1.25 + by, ROLLS, 0, -1)))
+    found = late_by(changed(CERTIFICATE[2], (1.25 + by, ROLLS, 0, -1)))
     assert found.pop(1.25) == abs(by)
     assert set(found.values()) == {0.0}
 
 
 def test_an_end_that_is_missing_is_at_the_nearest_collision() -> None:
     # After the hit at 1 s, at 1.25 s: as if the ball had rolled at once.
-    assert late_by([one for one in PROOF if one[:3] != (1.5, ROLLS, 1)])[1.5] == 0.5
+    assert late_by([one for one in CERTIFICATE if one[:3] != (1.5, ROLLS, 1)])[1.5] == 0.5
     # Before that of 3 s, which the run has a little sooner.
     rests = (2.875, BOUNCE, 1, 0)
-    found = [one for one in changed(PROOF[5], rests) if one[:3] != (1.5, ROLLS, 1)]
+    found = [one for one in changed(CERTIFICATE[5], rests) if one[:3] != (1.5, ROLLS, 1)]
     assert late_by(found)[1.5] == 0.5
 
 
 def test_an_end_that_is_missing_is_no_later_than_the_collision_after_it() -> None:
     # The cushion comes at 1.375 s, before the end of 1.5 s.
-    found = [one for one in changed(PROOF[5], (1.375, BOUNCE, 1, 0)) if one != PROOF[3]]
+    found = [one for one in changed(CERTIFICATE[5], (1.375, BOUNCE, 1, 0)) if one != CERTIFICATE[3]]
     assert late_by(found)[1.5] == 0.125
     # So it is where the run ends before.
-    assert late_by(PROOF[:-1], end=4.5)[5.0] == 0.5
+    assert late_by(CERTIFICATE[:-1], end=4.5)[5.0] == 0.5
 
 
 def test_a_slide_may_end_as_the_ball_rests() -> None:
-    assert late_by([one for one in PROOF if one != PROOF[2]])[1.25] == 0.75
+    assert late_by([one for one in CERTIFICATE if one != CERTIFICATE[2]])[1.25] == 0.75
 
 
 def test_of_several_ends_the_worst_counts() -> None:
     # A ball that trembles as it rests may be said to rest twice, but not much later.
-    assert late_by([*PROOF, (2.25, RESTS, 0, -1)])[2.0] == 0.25
-    assert late_by([*PROOF, (1.75, RESTS, 0, -1)])[2.0] == 0.25
+    assert late_by([*CERTIFICATE, (2.25, RESTS, 0, -1)])[2.0] == 0.25
+    assert late_by([*CERTIFICATE, (1.75, RESTS, 0, -1)])[2.0] == 0.25
     # One that ends in the step of a collision may be listed on either side of it.
-    assert late_by(changed(PROOF[2], (1.0, ROLLS, 0, -1)))[1.25] == 0.25
+    assert late_by(changed(CERTIFICATE[2], (1.0, ROLLS, 0, -1)))[1.25] == 0.25
 
 
 def test_an_end_that_the_proof_lacks_says_nothing() -> None:
-    assert set(late_by([*PROOF, (2.5, RESTS, 1, -1)]).values()) == {0.0}
+    assert set(late_by([*CERTIFICATE, (2.5, RESTS, 1, -1)]).values()) == {0.0}
 
 
 def test_kinds_that_a_run_never_reports_are_left_out() -> None:
-    assert set(late_by([one for one in PROOF if one[1] is not ROLLS])) == {2.0, 5.0}
-    assert late_by([one for one in PROOF if one[1] in (HIT, BOUNCE)]) == {}
+    assert set(late_by([one for one in CERTIFICATE if one[1] is not ROLLS])) == {2.0, 5.0}
+    assert late_by([one for one in CERTIFICATE if one[1] in (HIT, BOUNCE)]) == {}
 
 
 def test_nothing_is_compared_after_a_collision_that_one_of_the_two_lacks() -> None:
-    without = [one for one in PROOF if one[1] is not BOUNCE]
+    without = [one for one in CERTIFICATE if one[1] is not BOUNCE]
     assert set(late_by(without)) == {0.5, 1.25, 2.0}
-    assert set(late_by([*PROOF, (4.0, BOUNCE, 0, 1)])) == {0.5, 1.5, 3.125, 5.0}
+    assert set(late_by([*CERTIFICATE, (4.0, BOUNCE, 0, 1)])) == {0.5, 1.5, 3.125, 5.0}

@@ -25,8 +25,8 @@ from ghostball.validation.scenes.library import (
     select,
     shipped_scenes,
 )
+from ghostball.validation.truth.certificates import certificate_of
 from ghostball.validation.truth.closed_forms import FORMS, has_closed_form
-from ghostball.validation.truth.proof import proof_of
 
 NAMES = tuple(scene.name for scene in select())
 ON_BOARD = [path for path in shipped_scenes() if path.parent.name == BOARD]
@@ -97,7 +97,7 @@ def test_every_scene_has_criteria(path: Path) -> None:
     if has_closed_form(scene):
         assert criteria.truth == "closed-form"
     else:
-        proof, _ = proof_of(scene)
+        proof, _ = certificate_of(scene)
         whole = proof is not None and proof.proved
         assert criteria.truth in (("certified",) if whole else ("engine", "integration"))
     assert criteria.criteria

@@ -45,7 +45,7 @@ def test_wrong_engines_are_refused(tmp_path: Path, engines: list[str], message: 
         (limits("fkae"), "mean `fake`"),
         (limits("fake:shfit=1"), "names the setting `shfit`"),
         (Criteria(truth="closed-form"), "its values have no closed form"),
-        (Criteria(truth="certified"), "it can't be proved"),
+        (Criteria(truth="certified"), "it can't be certified"),
     ],
 )
 def test_wrong_criteria_are_refused(tmp_path: Path, criteria: Criteria, message: str) -> None:
@@ -81,7 +81,7 @@ def test_planning_solves_proves_compiles_and_plays_nothing(monkeypatch: pytest.M
     forms = {name: form._replace(solve=refuse) for name, form in FORMS.items()}
     monkeypatch.setattr(closed_forms, "FORMS", forms)
     monkeypatch.setattr(closed_forms, "form_of_shape", refuse)
-    monkeypatch.setattr("ghostball.validation.truth.proof.certify", refuse)
+    monkeypatch.setattr("ghostball.validation.truth.certificates.certify", refuse)
     for name in ("__call__", "bind", "bind_kinds"):  # whatever compiles, loads or calls a kernel
         monkeypatch.setattr(Entry, name, refuse)
     monkeypatch.setattr(load, "build", refuse)

@@ -130,12 +130,12 @@ def test_our_engine_plays_every_integrated_event():
 
 
 def test_the_truth_of_a_slide_in_air_is_its_integration(tmp_path, monkeypatch):
-    """And it is called no proof; what is kept of it is read again."""
+    """And it is called not certified; what is kept of it is read again."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path))
     scene = swerve()
     truth = truth_of(scene, "integration")
     assert truth.kind == INTEGRATION
-    assert "not a proof" in INTEGRATION
+    assert "not certified" in INTEGRATION
     assert f"{MOST_ERROR:g}" in INTEGRATION
     assert truth.certificate is None
     assert "no slides in air" in truth.no_certificate

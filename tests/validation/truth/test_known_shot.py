@@ -10,9 +10,9 @@ from toy_engines import roll
 
 from ghostball.model import Ball, Physics, Scene, UnsupportedSceneError
 from ghostball.validation import find_scene
-from ghostball.validation.truth import proof as module
+from ghostball.validation.truth import certificates as module
+from ghostball.validation.truth.certificates import certificate_of, refused_features
 from ghostball.validation.truth.known_shot import known_shot
-from ghostball.validation.truth.proof import proof_of, refused_features
 
 
 def test_certified_where_it_can_be():
@@ -36,7 +36,7 @@ def in_an_order(name):
         (in_an_order("corner-exact"), "closed form", "ambiguous"),
         (find_scene("mathavan-cut"), "our engine", "without a closed form"),
     ],
-    ids=["ambiguous", "no proof"],
+    ids=["ambiguous", "not certified"],
 )
 def test_else_the_next_best_with_the_reason(scene, kind, why):
     known = known_shot(scene)
@@ -53,7 +53,7 @@ def test_what_nobody_represents_is_refused():
 
 
 def test_a_scene_is_proved_with_its_motion():
-    proof, why = proof_of(find_scene("half-ball-cut"))
+    proof, why = certificate_of(find_scene("half-ball-cut"))
     assert (proof.proved, why) == (True, "")
     assert proof.segments is not None
 
@@ -63,7 +63,7 @@ def test_what_cannot_be_proved_is_named():
     other = Ball(id="object", position=(0.5, 0.01))
     physics = Physics(preset="pool", ball_impact="mathavan2014")
     scene = Scene(name="integrated", physics=physics, balls=[cue, other])
-    proof, why = proof_of(scene)
+    proof, why = certificate_of(scene)
     assert proof is None
     assert why == refused_features(scene) != ""
 
@@ -72,10 +72,10 @@ def test_only_a_proof_that_takes_long_is_announced(monkeypatch, caplog):
     monkeypatch.setattr(module, "MESSAGE_DELAY", 0.01)
     monkeypatch.setattr(module, "certify", lambda scene, settings, motion: time.sleep(0.2))
     with caplog.at_level(logging.WARNING, "ghostball.validation"):
-        proof_of(find_scene("stop"))
-        assert 'proving scene "stop"' in caplog.text
+        certificate_of(find_scene("stop"))
+        assert 'certifying scene "stop"' in caplog.text
         caplog.clear()
         monkeypatch.setattr(module, "certify", lambda scene, settings, motion: None)
-        proof_of(find_scene("stop"))
+        certificate_of(find_scene("stop"))
         time.sleep(0.05)
     assert caplog.text == ""

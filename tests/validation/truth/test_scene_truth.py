@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from shots import crowded_table
 
-import ghostball.validation.truth.proof
+import ghostball.validation.truth.certificates
 import ghostball.validation.truth.scene_truth
 from ghostball.engine import simulate
 from ghostball.model import Ball, EventKind, Physics, Scene, Table
@@ -70,7 +70,7 @@ def unproved(scene: Scene, settings: object) -> tuple[None, str]:
 def test_a_closed_form_takes_energy_and_times_from_our_engine_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "proof_of", unproved)
+    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "certificate_of", unproved)
     truth = truth_of(find_scene("head-on"))
     assert truth.collisions == ((BB, 0, 1),)
     assert len(truth.collision_times) == 1
@@ -92,7 +92,7 @@ def test_a_closed_form_takes_energy_and_times_from_the_proof_where_there_is_one(
     assert truth.certificate.to_json() == proof.to_json()
     assert truth.kind == CLOSED_FORM
     assert truth.collision_times.tolist() == [float(proof.events[0].t)]
-    for part in ("rest", "time", "events", "energy", "conditioning", "proof"):
+    for part in ("rest", "time", "events", "energy", "conditioning", "certificate"):
         assert not truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
     assert truth.motion is not None
     assert truth.motion.engine == "certified"
@@ -119,7 +119,7 @@ def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
     assert truth.collision_counts == ours.collision_counts
     assert truth.motion is not None
     assert truth.motion.engine == "certified"
-    for part in ("rest", "time", "events", "energy", "proof"):
+    for part in ("rest", "time", "events", "energy", "certificate"):
         assert not truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
     assert truth.meetings is not None
     assert truth.conditioning is None
@@ -132,7 +132,7 @@ def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
 def test_without_a_closed_form_and_a_proof_our_engine_is_the_truth_and_not_independent(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "proof_of", unproved)
+    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "certificate_of", unproved)
     scene = shot()
     truth, ours = truth_of(scene), simulate(scene)
     assert truth.kind == OUR_ENGINE
@@ -169,7 +169,7 @@ def test_a_part_of_a_shot_that_is_proved_is_no_truth_of_the_whole() -> None:
     assert truth.kind == OUR_ENGINE
     assert truth.certificate is not None
     assert truth.certificate.ending == "ambiguous"
-    said = r'"frozen-break".*isn\'t proved: ambiguous: can\'t determine'
+    said = r'"frozen-break".*can\'t be certified: ambiguous: can\'t determine'
     with pytest.raises(TruthError, match=said):
         truth_of(scene, "certified")
 
@@ -179,7 +179,7 @@ def test_a_proof_of_physics_without_a_closed_form_is_refused_before_anything_run
         check_truth(find_scene("mathavan-cut"), "certified")
     truth = truth_of(find_scene("mathavan-cut"))
     assert (truth.kind, truth.certificate) == (OUR_ENGINE, None)
-    assert "Mathavan 2014" in truth.why_not("proof")
+    assert "Mathavan 2014" in truth.why_not("certificate")
 
 
 def test_no_truth_at_all_says_why() -> None:
@@ -195,7 +195,7 @@ def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.Monk
 
     scene = find_scene("half-ball-cut")
     whole = truth_of(scene)
-    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "growth_along_proof", refuse)
+    monkeypatch.setattr(ghostball.validation.truth.scene_truth, "growth_along_certificate", refuse)
     events = truth_of(scene, parts=frozenset({"events"}))
     assert events.rounding is None
     assert np.array_equal(events.collision_times, whole.collision_times)
@@ -210,12 +210,12 @@ def test_a_scene_that_states_its_truth_is_proved_to_its_end_or_as_far_as_it_stat
     # Breaks where a proof that gave up early leaves a scene's events unjudged without a word.
     scene = find_scene("frozen-break")
     stated = shipped_criteria(scene)
-    assert (stated.proved, stated.least_proved) == (4, 4)
+    assert (stated.proved, stated.least_certified) == (4, 4)
     assert isinstance(truth_or_failure(scene, stated), Truth)
     for proved, must in ((None, "all to its end"), (5, "5")):
         failure = truth_or_failure(scene, stated.model_copy(update={"proved": proved}))
         assert isinstance(failure, TruthFailure)
-        assert f"only 4 of its events are proved, {must} must be" in failure.reason
+        assert f"only 4 of its events are certified, but {must} are required" in failure.reason
     # What states nothing, as a scene of one's own, is measured against what there is.
     assert isinstance(truth_or_failure(scene, Criteria()), Truth)
 

@@ -17,7 +17,7 @@ MESSAGE_DELAY = 3.0
 """Computing time [s] after which a message explains the wait."""
 
 
-def proof_of(
+def certificate_of(
     scene: Scene, settings: CertifiedSettings | None = None
 ) -> tuple[Certificate | None, str]:
     """Return the certificate of a scene, with its motion; or None, and why it can't be certified.
@@ -29,8 +29,7 @@ def proof_of(
     if why := refused_features(scene):
         return None, why
     with explained(
-        f'proving scene "{scene.name}" in ball arithmetic takes a while; the proof is kept for '
-        "the next run"
+        f'certifying scene "{scene.name}" takes a while; the result is kept for the next run'
     ):
         return certify(scene, settings, motion=True), ""
 

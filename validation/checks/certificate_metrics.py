@@ -15,85 +15,92 @@ from ghostball.reference_adapters.base import stated_error
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.checks.energy_curve import compared_instants
 from ghostball.validation.checks.metric import MetricGroup, NotMeasuredError, RunAndTruth
-from ghostball.validation.grading.event_logs import ALL_KINDS, Event, events_in, proved_events
-from ghostball.validation.grading.gradable import proved_motion
+from ghostball.validation.grading.event_logs import (
+    ALL_KINDS,
+    Event,
+    events_in,
+    events_of_certificate,
+)
+from ghostball.validation.grading.gradable import motion_of_certificate
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.near_misses import gaps_of, things_of
 from ghostball.validation.grading.phase_ends import PHASE_ENDS, first_contact, phase_ends
 from ghostball.validation.grading.tolerances import LEAST_DOUBLE, UNIT_ROUNDOFF
 from ghostball.validation.runs.sampling import UNIFORM_TIMES, events_of, times_gone
 
-PROOF: Final = MetricGroup()
+CERTIFICATE: Final = MetricGroup()
 
 _NO_PAIR = "no event of the run matches a certified event"
 
 
 def certified_motion(run: RunAndTruth, compared: str) -> Result:
     """Return the whole certified shot."""
-    if run.truth.proved is None:
+    if run.truth.certified_shot is None:
         raise NotMeasuredError(f"the shot isn't certified to its end, so no {compared} is compared")
-    return run.truth.proved
+    return run.truth.certified_shot
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "graded_until",
     "s",
     "time up to which the run is compared with the certified result: its end, or the horizon for "
     "rounding errors",
-    "proof",
+    "certificate",
 )
 def _graded_until(run: RunAndTruth) -> float:
     return min(run.grade.until, float(run.certificate.t_end))
 
 
-@PROOF.metric("graded_events", "1", "number of certified events up to that time", "proof")
+@CERTIFICATE.metric(
+    "graded_events", "1", "number of certified events up to that time", "certificate"
+)
 def _graded_events(run: RunAndTruth) -> int:
     return run.grade.events
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "events_missing",
     "1",
     "certified events of any kind that are missing from the run, up to the horizon; once the order "
     "of a ball's events differs, all its later events count",
-    "proof",
+    "certificate",
 )
 def _events_missing(run: RunAndTruth) -> int:
     return len(run.grade.missing)
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "events_invented",
     "1",
     "events in the run that match no certified event, up to the horizon",
-    "proof",
+    "certificate",
 )
 def _events_invented(run: RunAndTruth) -> int:
     return len(run.grade.invented)
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "event_time_error",
     "s",
     "largest time error of the run's events that match a certified event, up to the engine's "
     "horizon",
-    "proof",
+    "certificate",
 )
 def _event_time_error(run: RunAndTruth) -> float:
     found = run.grade
-    proved = np.array([float(run.certificate.events[k].t) for k in found.paired])
-    errors = found.late_by[proved < run.horizon]
+    certified = np.array([float(run.certificate.events[k].t) for k in found.paired])
+    errors = found.late_by[certified < run.horizon]
     if not len(errors):
         raise NotMeasuredError(_NO_PAIR)
     return float(np.max(errors))
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "phase_time_error",
     "s",
     "largest time error of the ends of slides and rolls up to the horizon, for a time-stepping "
     "engine that reports them; a missing end is taken at its ball's nearest collision",
-    "proof",
+    "certificate",
 )
 def _phase_time_error(run: RunAndTruth) -> float:
     certificate = run.certificate
@@ -101,18 +108,18 @@ def _phase_time_error(run: RunAndTruth) -> float:
         raise NotMeasuredError("`event_time_error` compares all events of this engine")
     until = min(run.horizon, run.grade.until)
     found = events_in(events_of(run.result), ALL_KINDS)
-    ends = phase_ends(proved_events(certificate), found, run.result.rest_time)
+    ends = phase_ends(events_of_certificate(certificate), found, run.result.rest_time)
     errors = [one.late_by for one in ends if one.true.t < until]
     if not errors:
         raise NotMeasuredError("the run reports no certified end of a slide or a roll")
     return max(errors)
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "event_time_error_ulps",
     "1",
     "largest error of an event time up to the horizon, in ulps (spacings of doubles) of that time",
-    "proof",
+    "certificate",
 )
 def _event_time_error_ulps(run: RunAndTruth) -> float:
     error = run.grade.time_error_max
@@ -121,12 +128,12 @@ def _event_time_error_ulps(run: RunAndTruth) -> float:
     return error
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "event_time_factor",
     "1",
     "largest error of an event time up to the horizon, in units of the error that one rounding per "
     "event would cause",
-    "proof",
+    "certificate",
 )
 def _event_time_factor(run: RunAndTruth) -> float:
     found, rounding = run.grade, run.rounding
@@ -135,12 +142,12 @@ def _event_time_factor(run: RunAndTruth) -> float:
     return in_roundings(found.late_by, rounding.events[list(found.paired)])
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "rest_time_factor",
     "1",
     "error of the time at which the last ball stops, in units of the error that one rounding per "
     "event would cause",
-    "proof",
+    "certificate",
     "end",
 )
 def _rest_time_factor(run: RunAndTruth) -> float:
@@ -151,12 +158,12 @@ def _rest_time_factor(run: RunAndTruth) -> float:
     return in_roundings(np.array([error]), np.array([rounding.rest]))
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "quality_factor",
     "1",
     "largest position error at the horizon, in units of the error that one rounding per event "
     "would cause",
-    "proof",
+    "certificate",
     "shot",
 )
 def _quality_factor(run: RunAndTruth) -> float:
@@ -176,12 +183,12 @@ def _states(run: RunAndTruth) -> tuple[FloatArray, Samples, Samples]:
     return times, run.result.sample(times), right.sample(times)
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "path_error",
     "m",
     "largest position error of a ball in the plane, up to the horizon; positions between the two "
     "times of a matching event aren't compared",
-    "proof",
+    "certificate",
 )
 def _path_error(run: RunAndTruth) -> float:
     times, shown, true = _states(run)
@@ -191,11 +198,11 @@ def _path_error(run: RunAndTruth) -> float:
     return float(np.max(np.where(np.isfinite(errors), errors, np.inf)))
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "early_path_error",
     "m",
     "largest position error before the first contact of the shot, for a time-stepping engine",
-    "proof",
+    "certificate",
 )
 def _early_path_error(run: RunAndTruth) -> float:
     """Return the largest position error before the first contact [m].
@@ -209,9 +216,9 @@ def _early_path_error(run: RunAndTruth) -> float:
     error = stated_error(run.resolution)
     if error == 0.0:
         raise NotMeasuredError("`path_factor` compares the whole path of this engine")
-    motion = proved_motion(result.scene, certificate)
-    proved = first_contact(proved_events(certificate), float(certificate.t_end))
-    until = min(proved, result.rest_time)
+    motion = motion_of_certificate(result.scene, certificate)
+    certified = first_contact(events_of_certificate(certificate), float(certificate.t_end))
+    until = min(certified, result.rest_time)
     for event in events_in(events_of(result), ALL_KINDS):
         if event.t < until and _may_touch(result.scene, motion, event, error):
             until = event.t
@@ -228,12 +235,12 @@ def _early_path_error(run: RunAndTruth) -> float:
     return float(np.max(np.where(np.isfinite(errors), errors, np.inf)))
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "first_landing_error",
     "s",
     "time error of the first landing in the shot if no other contact comes before it, for a "
     "time-stepping engine that reports landings",
-    "proof",
+    "certificate",
 )
 def _first_landing_error(run: RunAndTruth) -> float:
     landing = first_landing(run.certificate)
@@ -250,7 +257,7 @@ def _first_landing_error(run: RunAndTruth) -> float:
 
 def first_landing(certificate: Certificate) -> Event | None:
     """Return the landing that is the first contact of a certified shot, if there is one."""
-    contacts = (one for one in proved_events(certificate) if one.kind not in PHASE_ENDS)
+    contacts = (one for one in events_of_certificate(certificate) if one.kind not in PHASE_ENDS)
     first = next(contacts, None)
     return first if first is not None and first.kind is EventKind.BALL_CLOTH else None
 
@@ -271,13 +278,13 @@ def _may_touch(scene: Scene, motion: ExactTrajectory, event: Event, error: float
     return any(float(gaps_of(scene, event.a, one, centres)[0]) <= reach for one in things)
 
 
-@PROOF.metric(
+@CERTIFICATE.metric(
     "path_factor",
     "1",
     "largest error of a ball's position, velocity or spin up to the horizon, in units of the error "
     "that one rounding per event would cause; nothing is compared between the two times of a "
     "matching event",
-    "proof",
+    "certificate",
 )
 def _path_factor(run: RunAndTruth) -> float:
     run.require_end()

@@ -10,8 +10,8 @@ import pytest
 from ghostball.engine import simulate
 from ghostball.model import Result, SampledTrajectory, Scene
 from ghostball.reference_adapters.certified import CertifiedSettings
+from ghostball.validation.checks.certificate_metrics import CERTIFICATE
 from ghostball.validation.checks.metrics import measure
-from ghostball.validation.checks.proof_metrics import PROOF
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.truth.scene_truth import truth_of
 
@@ -65,7 +65,7 @@ def test_what_needs_the_whole_proof_has_no_value_with_a_part_of_it() -> None:
     shot = find_scene("half-ball-cut")
     true = truth_of(shot, settings=CertifiedSettings(max_events=1))
     measured = measure(
-        simulate(shot, record="trajectory"), true, [*PROOF, "energy_difference_factor"]
+        simulate(shot, record="trajectory"), true, [*CERTIFICATE, "energy_difference_factor"]
     )
     whole = ("rest_time_factor", "path_factor", "energy_difference_factor")
     for name in whole:
