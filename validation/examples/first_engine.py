@@ -1,4 +1,9 @@
-"""An example engine for `ghostball validate`: replace it by your own."""
+"""An example engine with one deliberate mistake, for `ghostball validate`: replace it by your own.
+
+The mistake: balls bounce off each other without loss, whatever the scene's `ball_restitution` is.
+`ghostball validate` fails in the scene restitution-head-on, and `ghostball explain` names the
+coefficient. To fix the mistake, change one line: `restitution = physics.ball_restitution`.
+"""
 
 import numpy as np
 
@@ -16,6 +21,7 @@ def simulate(scene: Scene, dt: float = 1e-3) -> dict[str, object]:
     near = radius if table else -np.inf
     far = np.array([table.length, table.width]) - radius if table else np.inf
     first, second = np.triu_indices(len(x), k=1)  # each pair of balls
+    restitution = 1.0  # the mistake: it must be physics.ball_restitution
     events, samples = [], [(t, x, v)]
     while v.any() and t < end:
         step = min(dt, end - t)
@@ -33,7 +39,7 @@ def simulate(scene: Scene, dt: float = 1e-3) -> dict[str, object]:
             normal = (x[b] - x[a]) / distances[pair]
             approach_speed = (v[a] - v[b]) @ normal
             if approach_speed > 0.0:
-                impulse = 0.5 * (1.0 + physics.ball_restitution) * approach_speed * normal
+                impulse = 0.5 * (1.0 + restitution) * approach_speed * normal
                 v[[a, b]] += np.array([-impulse, impulse])
                 events.append((t, "ball-ball", a, b))
         samples.append((t, x, v))

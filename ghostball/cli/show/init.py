@@ -28,6 +28,9 @@ baselines = "baselines"  # accepted results: commit this folder
 out = "out"  # results: do not commit
 """
 
+EXAMPLE = Path("my_engine.py")
+"""The example engine that is written if no engine is named."""
+
 WORKFLOW = Path(".github/workflows/ghostball.yml")
 
 UNKNOWN_REPOSITORY = "OWNER/ghostball"
@@ -55,7 +58,13 @@ def run(asked: InitOptions) -> ExitStatus:
     if ci:
         files[WORKFLOW] = workflow_text(package=_is_package(path))
     _write(files)
-    if not begun:
+    if EXAMPLE in files:
+        say(
+            f"Next: `ghostball validate`. It fails in one scene, because {EXAMPLE} contains a "
+            "deliberate mistake, and prints the command that names the mistake. Later, `ghostball "
+            'regress` and `ghostball accept --reason "..."` detect changes'
+        )
+    elif not begun:
         say(
             "Next: `ghostball validate` measures its errors, and says which command finds their "
             'cause. Later, `ghostball regress` and `ghostball accept --reason "..."` detect changes'
@@ -83,8 +92,8 @@ def _project(engine: str | None) -> dict[Path, str]:
     path = Path(FILE)
     files: dict[Path, str] = {}
     if engine is None:
-        engine = "my_engine:simulate"
-        files[Path("my_engine.py")] = _engine_text()
+        engine = f"{EXAMPLE.stem}:simulate"
+        files[EXAMPLE] = _engine_text()
     else:
         make_engine(engine)
     before = read_text(path).rstrip("\n") + "\n\n" if path.exists() else ""

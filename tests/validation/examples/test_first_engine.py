@@ -1,4 +1,4 @@
-"""The engine that `ghostball init` writes is near the truth, and nearer with a shorter step."""
+"""The example engine of `ghostball init`: only its collisions with loss are wrong."""
 
 import numpy as np
 import pytest

@@ -16,7 +16,7 @@ from ghostball.validation.examples import first_engine
 def twice(tmp_path, monkeypatch, in_this_process):
     """An engine whose only mistake is that it squares the restitution of balls."""
     right = inspect.getsource(first_engine)
-    wrong = right.replace("physics.ball_restitution)", "physics.ball_restitution**2)")
+    wrong = right.replace("restitution = 1.0", "restitution = physics.ball_restitution**2")
     assert wrong != right
     (tmp_path / "twice.py").write_text(wrong, "utf-8")
     monkeypatch.chdir(tmp_path)

@@ -1,12 +1,13 @@
 from __future__ import annotations
 
+import re
 import tomllib
 from email.message import Message
 from pathlib import Path
 
 import pytest
 import yaml
-from commands import refused
+from commands import edit_engine, refused
 from stored_records import cut_short, in_database
 
 from ghostball.cli.show.init import UNKNOWN_REPOSITORY, repository
@@ -67,15 +68,40 @@ def test_a_project_begins_with_two_files(cli, here):
     result = cli("init")
     assert result.exit_code == 0, result.output
     assert result.stdout.split() == ["my_engine.py", "pyproject.toml"]
+    assert "my_engine.py contains a deliberate mistake" in result.stderr
     assert "ghostball regress" in result.stderr
     table = tomllib.loads((here / "pyproject.toml").read_text("utf-8"))["tool"]["ghostball"]
     assert table["engines"] == ["my_engine:simulate"]
     assert cli("run", "stop", "-e", "my_engine:simulate").exit_code == 0
 
 
+@pytest.mark.parametrize(
+    "scenes", [["restitution-head-on", "stop"], pytest.param([], marks=pytest.mark.slow)]
+)
+def test_the_example_fails_until_its_one_mistake_is_fixed(cli, here, in_this_process, scenes):
+    assert cli("init").exit_code == 0
+    first = cli("validate", *scenes, "--no-report")
+    assert first.exit_code == 1, first.output
+    failed = re.findall(r"^failed +(\S+) on my_engine:simulate", first.stdout, re.MULTILINE)
+    assert set(failed) == {"restitution-head-on"}
+    named = "ghostball explain restitution-head-on --engine my_engine:simulate"
+    assert f"next: `{named}`" in " ".join(first.stdout.split())
+    cause = " ".join(cli(*named.split()[1:]).stdout.split())
+    assert "my_engine:simulate behaves as if `ball_restitution` were" in cause
+    assert ": elastic, not 0.9." in cause
+    # The change that the file itself recommends
+    (fixed,) = re.findall("change one line: `(.*)`", Path("my_engine.py").read_text("utf-8"))
+    edit_engine("restitution = 1.0", fixed)
+    again = cli("validate", *scenes, "--no-report")
+    assert again.exit_code == 0, again.output
+    assert " 0 failed" in again.stdout
+
+
 def test_what_a_project_has_stays(cli, here):
     (here / "pyproject.toml").write_text('[project]\nname = "mine"\n', "utf-8")
-    assert cli("init", "-e", "pymunk").exit_code == 0
+    started = cli("init", "-e", "pymunk")
+    assert started.exit_code == 0
+    assert "mistake" not in started.stderr
     plain = tomllib.loads((here / "pyproject.toml").read_text("utf-8"))
     assert plain["project"] == {"name": "mine"}
     assert plain["tool"]["ghostball"]["engines"] == ["pymunk"]
