@@ -108,6 +108,22 @@ def _listed(value: object) -> object:
 Numbers = Annotated[FloatArray, PlainValidator(_numbers)]
 
 
+def _feature(name: object) -> Feature:
+    """Return the feature with a name, such as "pure rolling"."""
+    names = [feature.value for feature in Feature]
+    if name in names:
+        return Feature(name)
+    close = get_close_matches(str(name), names, n=1, cutoff=0.8)
+    hint = f", perhaps {close[0]!r}" if close else ""
+    raise ValueError(
+        "must have as keys the names of features that `ghostball engines ghostball` lists, such as "
+        f"{names[0]!r}{hint}"
+    )
+
+
+FeatureName = Annotated[Feature, PlainValidator(_feature)]
+
+
 class _AnswerPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore", arbitrary_types_allowed=True)
 
@@ -175,7 +191,7 @@ class EngineAnswer(_AnswerPart):
     work: dict[str, int] = Field(default_factory=dict)
     collision_counts: dict[str, int] | None = None
     resolution: Annotated[float, Field(ge=0.0)] | None = None
-    approximate: dict[Feature, str] = Field(default_factory=dict)
+    approximate: dict[FeatureName, str] = Field(default_factory=dict)
 
     @classmethod
     def parse(cls, value: object, where: str) -> EngineAnswer:
@@ -353,6 +369,8 @@ def _refused(where: str, error: ValidationError, *inside: str) -> EngineError:
     """Return an error for the first mistake that validation found: location, rule and value."""
     first = error.errors()[0]
     places, value = (*inside, *first["loc"]), first["input"]
+    if places[-1:] == ("[key]",):  # a wrong key of a mapping: the mapping is the location
+        places = places[:-2]
     key = "".join(f"[{one}]" if isinstance(one, int) else f".{one}" for one in places)
     key = key.lstrip(".") or "the object"
     if first["type"] == "missing":

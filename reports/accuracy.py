@@ -170,9 +170,7 @@ def meaning_text(case: CaseRecord | None) -> str:
         return f"unphysical: {_broken_text(found)}"
     if found.kind == "another shot":
         since = "" if found.at is None else f" from t = {style.format_time(found.at)} on"
-        return (
-            f"wrong collisions{since}: {_agree_text(found)}, compared with the reference{whose} f"
-        )
+        return f"wrong collisions{since}: {_agree_text(found)}, compared with the reference{whose}"
     error = style.format_length(found.error)
     off = f"the largest position error of a ball is {error}, compared with the reference{whose}"
     if found.kind == "exact":

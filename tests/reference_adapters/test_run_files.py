@@ -88,6 +88,13 @@ def test_a_byte_order_mark_is_no_part_of_a_run(tmp_path):
         ({"events": [{"t": 0.0, "kind": "bang", "a": 0}]}, r"`events\[0\].kind` must be one of"),
         ({"events": [{"t": 0.0, "kind": "ball-cushion", "a": 0, "b": "up"}]}, "left, right"),
         ({"samples": None}, "`samples` is missing"),
+        (
+            {"approximate": {"balls of different mass": "equal masses"}},
+            "`approximate` must have as keys the names of features that `ghostball engines "
+            "ghostball` lists, such as 'pure rolling', perhaps 'balls of different masses', got "
+            "'balls of different mass'",
+        ),
+        ({"approximate": {"no cushions": "x"}}, "such as 'pure rolling', got 'no cushions'"),
         ({"samples": {"t": [0], "positions": [], "velocities": []}}, "must have the shape"),
     ],
 )
