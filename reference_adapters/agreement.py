@@ -106,7 +106,7 @@ def _status_problem(result: Result, scene: Scene) -> str:
 
 
 def _mistake(result: Result, shown: FloatArray) -> str:
-    """Return the common mistake that turns the places `shown` into the rest positions, or ""."""
+    """Return the common mistake that turns the positions `shown` into the rest positions, or ""."""
     scene, rest = result.scene, result.rest_positions[:, :2]
     places = shown[:, :2]
     near = 1e-3 * float(np.min(scene.radii))
@@ -125,7 +125,7 @@ def _mistake(result: Result, shown: FloatArray) -> str:
 
 
 def _mirrored(scene: Scene, places: FloatArray) -> Iterator[tuple[str, FloatArray]]:
-    """Yield mirror images of places (n, 2) [m], each with a description."""
+    """Yield mirror images of positions (n, 2) [m], each with a description."""
     x, y = places.T
     yield "x has the wrong sign", np.column_stack([-x, y])
     yield "y has the wrong sign", np.column_stack([x, -y])

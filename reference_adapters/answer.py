@@ -265,8 +265,7 @@ class EngineAnswer(_AnswerPart):
         final, trajectory = Samples(centres, still, still), None
         if self.samples is not None:
             trajectory = _motion(self.samples, scene, where)
-            # Values that aren't finite are detected later, when runs are checked, as for any
-            # engine.
+            # Values that aren't finite are detected when the run is checked, as for any engine.
             with np.errstate(invalid="ignore", over="ignore"):
                 last = trajectory.sample(np.array([self.rest_time]))
             final = Samples(centres, last.velocities, last.angular_velocities)

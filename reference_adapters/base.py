@@ -103,7 +103,7 @@ class EngineBase(ABC):
     def resolution(self, scene: Scene) -> Resolution:  # noqa: ARG002
         """Return the largest position error of a ball at a collision [m]; None if unknown.
 
-        The error doesn't include that of the physical model. It determines the horizon of this
+        The error of the physical model isn't included. The value determines the horizon of this
         engine and the limit on overlaps.
         """
         return None

@@ -1,10 +1,12 @@
 """Read the capabilities of engines from the file `capabilities.toml` next to their modules.
 
-    [pymunk.tuned] ROLLING = "exact" SLIDING = "approximate: the adapter applies the cloth friction
-    between Pymunk's time steps" AIR_DRAG = "none: Pymunk damps in proportion to speed, not to its
-    square"
+    [pymunk.tuned]
+    ROLLING = "exact"
+    SLIDING = "approximate: the adapter applies the cloth friction between Pymunk's time steps"
+    AIR_DRAG = "none: Pymunk damps in proportion to speed, not to its square"
 
-    [pymunk.naive] OPEN_SIDES = "approximate: cushions end at the table's corners"
+    [pymunk.naive]
+    OPEN_SIDES = "approximate: cushions end at the table's corners"
 
 The first configuration of an engine, here "tuned", must list every member of `Feature`, so that
 nothing is exact by default. Any other configuration lists the features that it supports

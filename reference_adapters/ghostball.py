@@ -23,7 +23,7 @@ class GhostballSettings(EngineSettings):
     max_events: Annotated[int, Field(gt=0)] = MAX_EVENTS
     """Number of events after which a run stops with `Status.EVENT_LIMIT`."""
     max_work: Annotated[int, Field(gt=0)] = MAX_WORK
-    """Number of loop iterations, about 6 ns each, after which it stops with `Status.WORK_LIMIT`."""
+    """Number of loop iterations (6 ns each) after which a run stops with `Status.WORK_LIMIT`."""
     no_skip: str | None = None
     """Names of skips to disable, joined by "+"; they are listed in `engine.running.skips`."""
 

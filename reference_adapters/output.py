@@ -53,9 +53,8 @@ def captured(*, errors: bool = False) -> Iterator[Output]:
 
     A process that the block forks ends with the block: see `end_if_forked`.
 
-    `errors`: whether to capture standard error too. This must be False while Ghostball's messages
-        or a
-    progress bar are written to standard error by a different thread.
+    `errors`: whether to capture standard error too. This must be False while a different thread
+        writes Ghostball's messages or a progress bar to standard error.
     """
     output, process = Output(), os.getpid()
     with tempfile.TemporaryFile(buffering=0) as file:

@@ -1,8 +1,8 @@
 """Check that the result of an engine is valid, because anyone's engine may be tested.
 
-`run_engine` in `validation.runs.engine_runs` checks every result here, so that code that judges,
-prints or stores a result may rely on these checks. The result of a function is checked completely,
-whichever parts of it are needed.
+`run_engine` in `validation.runs.engine_runs` calls this module for every result, so that all code
+that judges, prints or stores a result may rely on these checks. The result of a function is always
+checked completely, even if only parts of it are needed.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class ResultRefusedError(Exception):
 
 
 def check_result(result: Result, scene: Scene, engine: str, record: Record = "trajectory") -> None:
-    """Check that a result is one of this scene on this engine, and that all of it can be measured.
+    """Check that a result belongs to this scene and engine, and that everything can be measured.
 
     Raises `ResultRefusedError` if a field has a type or a shape that `Result` doesn't allow, if the
     result names a different engine or scene, if a count is invalid, or if an event is impossible. A
@@ -279,8 +279,8 @@ def _motion_problem(result: Result, scene: Scene, record: Record) -> str:
 def _start_problem(motion: SampledTrajectory, scene: Scene) -> str:
     """Check that the motion starts from the initial state of the scene.
 
-    It doesn't if the motion is that of a different scene, or if an engine that changes its arrays
-    in place returned the arrays themselves: then all samples show the end.
+    A motion starts elsewhere if it belongs to a different scene, or if the engine returned arrays
+    that it changes in place: then all samples show the end.
     """
     if motion.times[0] != 0.0:
         return f"`trajectory` must start at t = 0, got {float(motion.times[0])!r} s"

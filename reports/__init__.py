@@ -1,14 +1,14 @@
-"""Figures and the report, made from stored results alone.
+"""Figures and the report, made only from stored results.
 
     >>> from ghostball.reports import write_report
     >>> write_report("out")
     PosixPath('out/report.html')
 
-The page is one file, to be opened in a browser; pictures lie beside it in `figures/`.
-Importing this package loads no matplotlib: that waits for the first figure.
+The page is one file for a browser; pictures are beside it in `figures/`. Importing this package
+doesn't load matplotlib; the first figure does.
 """
 
-from ghostball.reports import notebook  # noqa: F401  (it registers what a notebook shows)
+from ghostball.reports import notebook  # noqa: F401  (registers the pictures for notebooks)
 from ghostball.reports.ci.summary import summary_markdown, summary_text
 from ghostball.reports.failed_parts import FailedPart, IncompleteReportError, failed_text
 from ghostball.reports.parting_figure import plot_explanation
@@ -27,7 +27,7 @@ __all__ = [
     "write_report",
 ]
 
-if not __name__.startswith("ghostball."):  # else there were two of each class
+if not __name__.startswith("ghostball."):  # otherwise each class would exist twice
     raise ImportError(
         f"this package is part of ghostball: import `ghostball.{__name__}`, or "
         "`from ghostball import Scene, simulate`"

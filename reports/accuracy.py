@@ -104,9 +104,9 @@ def time_text(case: CaseRecord | None, error: float | None) -> str:
 
 
 def allowing_check(case: CaseRecord | None) -> Check | None:
-    """Return the check that lets a large error pass: the tightest limit on the rest error.
+    """Return the check with the tightest limit on the rest error of a case that passed.
 
-    None if the case didn't pass, if its error isn't large, or if no limit is on the rest error.
+    None if the case didn't pass, if its error isn't large, or if the rest error has no limit.
     """
     found = None if case is None else case.accuracy
     if case is None or found is None or found.kind not in LARGE:
@@ -122,13 +122,13 @@ def allowing_check(case: CaseRecord | None) -> Check | None:
 
 
 def allowed_text(case: CaseRecord | None) -> str:
-    """Return the limit that lets a large error pass: "limit 9.66 mm"; "" if there is none."""
+    """Return the limit that permits a large error, as "limit 9.66 mm"; "" if there is none."""
     check = allowing_check(case)
     return "" if check is None else f"limit {style.format_length(check.limit)}"
 
 
 def size_of(found: Accuracy | None) -> float | None:
-    """Return what a column of runs is sorted by: the class, then the error; None without one."""
+    """Return the sorting key of a column of cases: class, then error; None without a class."""
     if found is None:
         return None
     error = found.error or 0.0
@@ -136,9 +136,9 @@ def size_of(found: Accuracy | None) -> float | None:
 
 
 def accuracy_text(case: CaseRecord | None) -> str:
-    """Return how right a case is, as a cell says it: "exact", "3.67 mm", "other shot from 1.21 s".
+    """Return the accuracy of a case for a cell: "exact", "3.67 mm", "wrong at 1 s (3 of 5 right)".
 
-    "" where the case never ran or its engine can't play it.
+    "" if the case didn't run or its engine doesn't support the scene.
     """
     if case is None:
         return ""
@@ -161,7 +161,7 @@ def accuracy_text(case: CaseRecord | None) -> str:
 
 
 def meaning_text(case: CaseRecord | None) -> str:
-    """Return what the class of a case says of it, one sentence without a full stop."""
+    """Return the accuracy of a case in one sentence, without a full stop."""
     found = None if case is None else case.accuracy
     if case is None or found is None:
         return ""
@@ -186,7 +186,7 @@ def meaning_text(case: CaseRecord | None) -> str:
 
 
 def cell_text(case: CaseRecord | None) -> str:
-    """Return what a table of engines and scenes shows of a case: how right, and the mark."""
+    """Return the cell of a case in a table of engines and scenes: accuracy and mark."""
     verdict = verdict_of(case)
     if verdict is Verdict.MISSING:
         return ""
@@ -197,14 +197,15 @@ def cell_text(case: CaseRecord | None) -> str:
 
 @dataclass(frozen=True)
 class Tally:
-    """One engine over all scenes of a run.
+    """The results of one engine over all scenes of a run.
 
-    `counts`: scenes of each class that has any, the best first.
-    `expected`, `worse`: scenes as accurate as its step allows, and worse.
-    `unable`, `crashed`: scenes that it can't play, and that it didn't finish.
-    `compared_with`: scenes in which it is what the others are compared with, for want of a truth.
-    `typical` [m]: median of its errors where collisions are the true ones.
-    `is_typical_exact`: whether that is an error no larger than rounding.
+    `counts`: number of scenes in each accuracy class that occurs, the best class first.
+    `expected`, `worse`: numbers of scenes that passed and that failed.
+    `unable`, `crashed`: numbers of unsupported scenes and of scenes that did not finish.
+    `compared_with`: number of scenes without a reference result, in which the other engines are
+        compared with this engine.
+    `typical` [m]: median error over the scenes with the reference collisions.
+    `is_typical_exact`: whether the median error is no larger than rounding.
     `seconds`: median run time.
     """
 
@@ -221,24 +222,24 @@ class Tally:
 
     @property
     def played(self) -> int:
-        """Scenes that have a class."""
+        """Number of scenes with an accuracy class."""
         return sum(self.counts.values())
 
     @property
     def typical_text(self) -> str:
-        """The median error as tables show it."""
+        """The median error as text for tables."""
         return median_text(self.typical, is_exact=self.is_typical_exact)
 
     @property
     def rank(self) -> float | None:
-        """The mean of the classes, 0 for the best; None where no scene has a class."""
+        """The mean of the classes, 0 for the best class; None if no scene has a class."""
         places = {kind: place for place, kind in enumerate(CLASSES)}
         total = sum(places[kind] * count for kind, count in self.counts.items())
         return total / self.played if self.played else None
 
 
 def tally(results: Results, label: str) -> Tally:
-    """Return what an engine's classes come to."""
+    """Return the results of an engine over all scenes."""
     cases = [case for case in results.cases if case.label == label]
     verdicts = [verdict_of(case) for case in cases]
     found = [case.accuracy for case in cases if case.accuracy is not None]
@@ -276,12 +277,12 @@ def median_error(
 
 
 def median_text(error: float | None, *, is_exact: bool) -> str:
-    """Return a median error [m], from `median_error`, as tables show it."""
+    """Return a median error [m], from `median_error`, as text for tables."""
     return UP_TO_ROUNDING if is_exact else style.format_length(error)
 
 
 def kinds_of(cases: Iterable[CaseRecord]) -> tuple[AccuracyKind, ...]:
-    """Return the classes that there are among cases, the best first."""
+    """Return the accuracy classes that occur among cases, the best first."""
     present = {case.accuracy.kind for case in cases if case.accuracy is not None}
     return tuple(kind for kind in CLASSES if kind in present)
 
@@ -312,8 +313,9 @@ def _broken_text(found: Accuracy) -> str:
 def wrong_text(cases: Iterable[CaseRecord]) -> str:
     """Return "wrong collisions in 2 cases, not judged"; "" if no case has any.
 
-    Cases with unphysical motion are counted, too. Such a case may pass all its limits, because they
-    allow for the engine's step: "not judged" if each does, and none of the limits is on the end.
+    Cases with unphysical motion are counted, too. A counted case may pass all its limits, because
+    limits allow for the time step. The text has ", not judged" if all counted cases pass and no
+    limit judges their final positions.
     """
     whats: Mapping[AccuracyKind, str] = {
         "another shot": "wrong collisions",

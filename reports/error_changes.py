@@ -1,6 +1,6 @@
 """Changes of rest position errors between a baseline and a run, as text and as a text chart.
 
-The page of a CI service can't show a picture that isn't on the web, but it can show text.
+The page of a CI service can't show a picture from the run, but it can show text:
 
     draw-shot  ───────────────────○──●──────   162 mm -> 191 mm
                1 nm      1 µm      1 mm      1 m

@@ -1,6 +1,6 @@
-"""What a notebook shows of `Scene` and `Result`: a small SVG of the scene, or of what became of it.
+"""Pictures of `Scene` and `Result` in notebooks: a small SVG of the scene, or of its simulation.
 
-Text alone, so that no matplotlib is loaded for it. The figures beside this module show more.
+The SVG is written as text, without loading matplotlib; the package `figures` draws larger pictures.
 Importing this module registers both pictures with the model.
 """
 
@@ -16,18 +16,18 @@ from ghostball.model.views import VIEWS
 from ghostball.reports.templating import templates_of
 
 PIXELS = 640.0
-"""Of the longer side."""
+"""Length of the longer side of a picture."""
 
 MARGIN = 0.06
-"""Around the table, or around the balls where there is none [m]."""
+"""Margin around the table, or around the balls if there is no table [m]."""
 
 TIMES = 200
-"""At how many instants the balls are followed, beside those of the events."""
+"""Number of points of a path, in addition to the points at events."""
 
 AIM = 0.15
-"""What the line of a moving ball shows: how far it would go in this time [s]."""
+"""The line at a moving ball is the distance that it would move in this time [s]."""
 
-# From the cue ball to the eight; then again, since every ball has its name beside it.
+# Colours from the cue ball to the eight ball. They repeat; every ball has its name beside it.
 COLOURS = (
     "white",
     "gold",
@@ -44,8 +44,8 @@ COLOURS = (
 def picture(scene: Scene, path: FloatArray | None = None) -> str:
     """Return the table and its balls, seen from above, as SVG.
 
-    `path` (k, n, 3) [m] is where the balls were at k instants, the last of them their end: they are
-    drawn there, and as rings where they began. What isn't finite is left out.
+    `path` (k, n, 3) [m]: positions of the balls at k times. Balls are drawn at their last
+        positions, with rings at the initial positions. Positions that aren't finite are left out.
     """
     moved = scene.positions[np.newaxis] if path is None else path
     xy = np.concatenate([scene.positions[np.newaxis], moved])[:, :, :2]
@@ -73,11 +73,11 @@ def picture(scene: Scene, path: FloatArray | None = None) -> str:
 
 
 def ended(result: Result) -> str:
-    """Return how a shot ended, and the paths of its balls, as HTML."""
+    """Return the end of a shot in words, and the paths of its balls, as HTML."""
     path = result.rest_positions[np.newaxis]
     if result.trajectory is not None:
         times = np.linspace(0.0, result.rest_time, TIMES)
-        if result.events is not None:  # where the paths have their corners
+        if result.events is not None:  # paths have corners at events
             times = np.union1d(times, result.events["t"])
         path = np.concatenate([result.sample(times).positions, path])
     counts = ", ".join(f"{kind} {count}" for kind, count in result.collision_counts.items())

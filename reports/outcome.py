@@ -1,6 +1,6 @@
 """The verdict on a whole run: on its limits, and on its comparison with baselines.
 
-A run fails if one of the two fails. All reports take both verdicts from here.
+A run fails if one of the two fails. All reports use the verdicts of this module.
 """
 
 from __future__ import annotations
@@ -58,9 +58,9 @@ _BESIDES = "; "
 
 @dataclass(frozen=True)
 class Answer:
-    """One answer: its sign, of which ✓ alone is a pass, a word, and one sentence.
+    """The verdict on the limits, or on the comparison: a sign (✓ is a pass), a word, a sentence.
 
-    `besides`: what a reader must know beside a pass; "" if nothing.
+    `besides`: a warning beside a pass, such as wrong collisions that no limit judges; "" if none.
     """
 
     sign: str
@@ -80,16 +80,16 @@ class Overall:
 
     @property
     def short(self) -> str:
-        """The word, without what is said besides."""
+        """The word without the warning."""
         return self.word.partition(_BESIDES)[0]
 
 
 def overall(results: Results | None, *regressions: Regression | None) -> Overall:
-    """Return the verdict on a whole run: the word names both answers, the sign is the worse one's.
+    """Return the verdict on a whole run, with the worse sign and the words of both verdicts.
 
-    `results`: None where a comparison stands alone.
-    `*regressions`: of each engine that was compared, None of one that wasn't; there is one, or
-        results.
+    `results`: None if only a comparison was made.
+    `*regressions`: the comparison of each engine, None if it wasn't compared; at least one
+        comparison or `results` must be given.
     """
     limits = None if results is None else of_limits(results)
     found = [of_comparison(one) for one in regressions if one is not None]
@@ -108,7 +108,7 @@ def overall(results: Results | None, *regressions: Regression | None) -> Overall
     why = " ".join(answer.why for answer in ([] if limits is None else [limits]) + found)
     kind = _KINDS[sign]
     if kind == "pass" and limits is not None and limits.besides:
-        # No check failed, but something is wrong that no check judges: amber, and no tick.
+        # No check failed, but something that no check judges is wrong: amber, without a tick.
         sign, kind = "≈", "holds"
     return Overall(sign, word[0].upper() + word[1:], kind, why)
 

@@ -47,14 +47,14 @@ def plot(result: Result, path: str | Path) -> Path:
     Parameters
     ----------
     result : Result
-        Of any engine, with a motion: `simulate(scene, record="trajectory")`.
+        Result of any engine, with a motion: `simulate(scene, record="trajectory")`.
     path : str or Path
         File to write; its ending, .png, .svg or .pdf, sets the format.
 
     Returns
     -------
     Path
-        Of the file.
+        Path of the file.
 
     Raises
     ------
@@ -69,19 +69,19 @@ def plot(result: Result, path: str | Path) -> Path:
 def film(result: Result, path: str | Path) -> Path:
     """Write a film of a result: the balls move on the table, at their true speed.
 
-    A shot longer than 12 s is shown faster; the clock in the film says how much.
+    A shot longer than 12 s is shown faster; the clock in the film shows the factor.
 
     Parameters
     ----------
     result : Result
-        Of any engine, with a motion: `simulate(scene, record="trajectory")`.
+        Result of any engine, with a motion: `simulate(scene, record="trajectory")`.
     path : str or Path
         File to write; its ending, .gif or .mp4, sets the format. MP4 needs ffmpeg.
 
     Returns
     -------
     Path
-        Of the file.
+        Path of the file.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def film(result: Result, path: str | Path) -> Path:
 
 
 def plot_result(result: Result, path: str | Path) -> Path:
-    """Write a picture or a film of a result, as the ending of `path` says; see `plot`, `film`."""
+    """Write a picture or a film, according to the ending of `path`; see `plot` and `film`."""
     return (film if is_film(path) else plot)(result, path)
 
 
@@ -104,7 +104,7 @@ def is_film(path: str | Path) -> bool:
 
 
 def _shot_of(result: Result) -> Shot:
-    """Return a result as figures take it.
+    """Return a result as a shot with one run, for figures.
 
     Raises `GhostballError` if the result has no motion.
     """
@@ -173,7 +173,7 @@ def _film(result: Result, path: Path) -> None:
 def write_picture(
     path: str | Path, write: Callable[[Path], None], endings: Sequence[str] = ENDINGS
 ) -> Path:
-    """Let a picture or a film be written, whose ending sets the format.
+    """Call `write` with the path of a picture or a film; its ending sets the format.
 
     Raises `GhostballError` if the ending is none of `endings`, or if the file can't be written.
     """
@@ -194,7 +194,7 @@ def write_picture(
 
 
 def _other_function(path: Path) -> str:
-    """Name the function for a file of the other kind; "" if its ending is neither's."""
+    """Return a hint to use `film` or `plot` if the file has an ending of the other function."""
     if is_film(path):
         return ". Call `film` for a film"
     return ". Call `plot` for a picture" if path.suffix.lower() in ENDINGS else ""

@@ -1,4 +1,4 @@
-"""Error against time of each engine over its ladder of steps."""
+"""Charts of each engine's error with shorter and shorter time steps, against run time or steps."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ WIDTH, ROW_HEIGHT, REST_HEIGHT = 9.6, 3.0, 1.5
 COLUMNS = 3
 
 LEGEND_CHARACTERS, HANDLE_CHARACTERS = 160, 9
-"""How many fit beside each other in the legend; what a line and its gaps take of them."""
+"""Characters that fit into a row of the legend, and the room for a line sample, in characters."""
 
 FLOOR = 1e-17
-"""Where errors below it are drawn [m], 0 among them: a tenth of an ulp of a place on a table."""
+"""Smaller errors, including 0, are drawn at this value [m]: a tenth of an ulp of a coordinate."""
 
 
 LINES = {target: style.format_length(target) for target in TARGETS} | {2.0**-52: "an ulp of 1 m"}
-"""Lines that are drawn across each panel [m], with their names."""
+"""Horizontal lines in each panel [m], with their names."""
 
 _NAME: Any = {
     "xycoords": ("axes fraction", "data"),
@@ -43,8 +43,8 @@ _NAME: Any = {
 def draw_against_time(measured: PrecisionMeasurement) -> Figure:
     """Draw the largest rest error against the run time, for at least one point.
 
-    A marker stands at the time of the whole call, which a user waits for; a short vertical line at
-    the part of the call that the engine itself reports.
+    A marker is at the run time of the whole call. A short vertical line is at the time that the
+    engine itself reports, a part of the call.
     """
     title = f"Largest rest error against run time ({measured.where})"
     return _draw(
@@ -64,9 +64,10 @@ NO_STEPS = (
 
 
 def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
-    """Draw it against the steps in a second of play, of engines that have steps, and its knee.
+    """Draw the largest rest error against the number of time steps per simulated second.
 
-    The same on every machine; the step that is worth it is ringed and named.
+    Only time-stepping engines are drawn. Unlike run times, this chart is the same on every machine.
+    A ring with a label marks the recommended step.
     """
     points = tuple(one for one in measured.points if one.step is not None)
     if not points:
@@ -79,7 +80,7 @@ def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
     )
     for axes, scene in zip(figure.axes, dict.fromkeys(one.scene for one in points), strict=False):
         _ring_knees(axes, [one for one in points if one.scene == scene])
-    # The panels share their axes. Beneath all errors is room for the names of the steps.
+    # The panels share their axes. The room below all errors is for the labels of the rings.
     least = max(min(one.error_low for one in points), FLOOR)
     figure.axes[0].set_ylim(bottom=1e-3 * least, top=10.0 * max(one.error_high for one in points))
     return figure
@@ -162,7 +163,7 @@ def _ring_knees(axes: Axes, points: Sequence[PrecisionPoint]) -> None:
 
 
 def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint], cost: _Cost) -> None:
-    """Draw a line with error bars for each engine, over faint lines at the accuracies asked for."""
+    """Draw a line with error bars for each engine, over the faint lines at `LINES`."""
     for height, name in LINES.items():
         axes.axhline(height, color=style.FAINT, linewidth=0.8, zorder=1)
         # Exact engines are at the lower left, the others at the upper right.
@@ -203,7 +204,7 @@ def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint], cost: _Cost) -> No
 
 
 def knee_text(points: Sequence[PrecisionPoint]) -> str:
-    """Return the step that is worth it, "1 ms"; "< 1 ms" where it is the finest that was run."""
+    """Return the recommended step, "1 ms"; "< 1 ms" if it is the shortest measured step."""
     knee = knee_of(points)
     if knee is None or knee.step is None:
         return "\u2013"
@@ -211,15 +212,16 @@ def knee_text(points: Sequence[PrecisionPoint]) -> str:
 
 
 def is_finest(point: PrecisionPoint, points: Iterable[PrecisionPoint]) -> bool:
-    """Whether a point has the shortest step of those on its scene."""
+    """Return True if a point has the shortest step among the points of its scene."""
     same = [one for one in points if one.scene == point.scene]
     return point.step == min(one.step for one in same if one.step is not None)
 
 
 def least_error(points: Sequence[PrecisionPoint]) -> str:
-    """Return the error of the point whose worst phase is nearest, and its time: "1 nm in 24 ms".
+    """Return the smallest error and its run time: "1 nm in 24 ms".
 
-    A median would let an engine win by a step that is good from half of all phases.
+    The error of a step is the largest over the phases of the step. With the median, an engine could
+    win with a step that is good in only half of the phases.
     """
     best = min(points, key=lambda point: point.error_high)
     return f"{style.format_length(best.error_high)} in {style.format_time(best.call_seconds)}"

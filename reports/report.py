@@ -1,6 +1,6 @@
 """Write the report of a results folder: `report.html`, and pictures beside it.
 
-The page is whole without the pictures: a sheet for each scene (`NAME-sheet`).
+The pictures are a sheet for each scene (`NAME-sheet`). The page is complete without them.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ PAGE = "report.html"
 ENDINGS = tuple(f".{ending}" for ending in style.FORMATS)
 
 SHEET = "-sheet"
-"""What stands after a scene's name in the file of its sheet."""
+"""End of the file name of a sheet, after the name of the scene."""
 
 PART = f"part of {PAGE} on scene "
-"""What a task calls a scene's part of the page and its sheet, before the scene's name."""
+"""Start of the name of a task, before the name of the scene: it makes a scene's part and sheet."""
 
 CASES_WORTH_A_PROCESS = 100
-"""How many cases without pictures take as long as a process to start and import what it needs."""
+"""Number of cases without pictures that take as long as starting another process."""
 
 FIGURE = "figure "
-"""What is said of a figure that can't be made, before its file without the ending."""
+"""Start of the name of a figure in messages, before its file name without the ending."""
 
 Pictures = Literal["png", "svg", "none"]
-"""Which pictures are drawn: PNG, SVG beside it, or none at all."""
+"""Pictures to draw: PNG, PNG and SVG, or none."""
 
 _Answer = tuple[ScenePart | Exception, list[FailedPart]]
-"""What came of a task or why all ends here, and what could not be made."""
+"""Result of a task: the part, or the error that stops the report; and the failed parts."""
 
 
 class ReportError(GhostballError):
@@ -57,16 +57,17 @@ def write_report(
     jobs: int = 1,
     figures: Pictures = "png",
 ) -> Path:
-    """Write `report.html` and `figures/`, from what a results folder holds alone.
+    """Write `report.html` and `figures/`, only from the files in a results folder.
 
     `results_dir`: a folder that the suite wrote.
-    `progress`: called with how many parts are done, of how many, and which was the last.
-    `jobs`: processes that make it, at most. With more than one, guard a script with `if __name__
-        == "__main__"`.
-    `figures`: draw a sheet of each scene as PNG, as PNG and SVG, or not at all. What an earlier
-        report drew and this one doesn't is removed.
+    `progress`: called with the number of finished parts, the number of all parts, and the name of
+        the last finished part.
+    `jobs`: largest number of processes. With more than one, protect a script with `if __name__ ==
+        "__main__"`.
+    `figures`: draw a sheet of each scene as PNG, as PNG and SVG, or not at all. Sheets of an
+        earlier report that aren't drawn again are removed.
 
-    Returns of `report.html`, which is replaced only once all is made.
+    Returns the path of `report.html`, which is replaced only when everything is finished.
     """
     _load.cache_clear()
     results, regression = _load(Path(results_dir))
@@ -112,18 +113,18 @@ def _cannot_write(path: Path, error: OSError) -> ReportError:
 
 
 def _make(path: Path, figures: Pictures, task: str) -> _Answer:
-    """Make a scene's part of the page; where it can't be made, what says so."""
+    """Make a scene's part of the page; if this fails, a part that shows the error."""
     name, failed = task.removeprefix(PART), list[FailedPart]()
     try:
         made = attempt(task, partial(_scene_part, path, figures, name, failed), failed)
-    except (GhostballError, OSError) as error:  # whoever asked can mend it
+    except (GhostballError, OSError) as error:  # the user can fix the cause
         return error, failed
     return failed_scene_part(name, failed[-1]) if made is None else made, failed
 
 
 @lru_cache(maxsize=1)
 def _load(path: Path) -> tuple[Results, Regression | None]:
-    """Read a results folder, once in a process: the cases, and what changed."""
+    """Read a results folder, once in each process: the cases, and the changes since baselines."""
     results = Results.open(path)
     return results, load_regression(results.path)
 
@@ -165,7 +166,7 @@ def _drawn(
 
 
 def _remove_stale(folder: Path, drawn: Iterable[PurePosixPath], figures: Pictures) -> None:
-    """Remove pictures that an earlier report left; what somebody else put there stays."""
+    """Remove sheets of an earlier report; files with other names stay."""
     kept = {path.stem for path in drawn}
     for path in (folder / FIGURES).iterdir():
         ours = path.stem.endswith(SHEET)

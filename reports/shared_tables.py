@@ -1,4 +1,4 @@
-"""Tables that the terminal and the page share: comparisons with the reference, and spreads."""
+"""Tables shared by the terminal and the page: comparisons with the reference, and ensembles."""
 
 from __future__ import annotations
 

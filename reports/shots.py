@@ -1,4 +1,4 @@
-"""What figures and the page need of a scene: its cases, motions and verdicts, and their curves."""
+"""The data of a scene for figures and the page: cases, motions, verdicts, and curves."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ MANY_BALLS = 5
 """With this many balls or more, paths of several engines are not drawn over each other."""
 
 CHAOTIC = "(unpredictable)"
-"""Stands for a rest error where an engine's errors may have made another shot: it is no error."""
+"""Text in place of a rest error after the horizon, where a distance says nothing about errors."""
 
 
 ERROR_FLOOR = 1e-5
 """Smallest distance drawn [m].
 
-Frames are joined by straight lines, which run beside a ball that slows down:
-0.01 mm for frames of 20 ms on a common cloth, ten times that where it slides.
+Recorded frames are joined by straight lines, which deviate from the path of a slowing ball: for
+frames of 20 ms on a common cloth by 0.01 mm if it rolls, and ten times as much if it slides.
 """
 
 UNITS = ((1e6, "MJ"), (1e3, "kJ"), (1.0, "J"))
@@ -38,16 +38,16 @@ HIGHEST = 1.8
 
 
 def rest_error_text(case: CaseRecord | None) -> str:
-    """Return the largest rest error as every table and figure shows it.
+    """Return the largest rest error as text for all tables and figures.
 
-    In brackets where no limit judges it; "" where there is none, or it would compare our engine
-    with itself.
+    It is in brackets if no limit judges it. The text is "" if there is no error, or if it would
+    compare Ghostball's engine with itself.
     """
     return standing_text(case, length_text(case, metric_of(case, "rest_error_max")))
 
 
 def standing_text(case: CaseRecord | None, error: str) -> str:
-    """Return an error of the rest state, formatted, as `rest_error_standing` says to show it."""
+    """Return the text for an error of the final state, according to `rest_error_standing`."""
     return {
         RestError.JUDGED: error,
         RestError.UNJUDGED: f"({error})",
@@ -83,7 +83,7 @@ class Run:
 
     @property
     def slides(self) -> bool:
-        """Whether the motion tells that a ball slides; recorded frames don't tell it."""
+        """Whether a ball is known to slide; recorded frames don't contain this."""
         phases = None if self.motion is None else self.motion.phases
         return phases is not None and bool(np.any(phases == Phase.SLIDING))
 
@@ -94,7 +94,7 @@ class Run:
 
     @property
     def standing(self) -> RestError:
-        """What its rest error is worth."""
+        """Whether the rest error is judged, not judged, or meaningless."""
         return rest_error_standing(self.case)
 
 
@@ -113,7 +113,7 @@ class Shot:
 
     @property
     def slides(self) -> bool:
-        """Whether some path has a part that is known to be sliding."""
+        """Whether a ball is known to slide in any run."""
         return any(run.slides for run in self.drawn)
 
     @property
@@ -198,9 +198,9 @@ def collision_times(motion: Motion) -> FloatArray:
 def distance_from(reference: Motion, motion: Motion) -> FloatArray:
     """Return the largest distance of a ball from an exact motion, (k,) [m], at `motion.times`.
 
-    In the plane of the table; the exact motion is taken as it is between its stored states, not
-    along chords: balls slow down evenly there, which a cubic with these ends and slopes says to the
-    last bit but for rounding.
+    Distances are in the plane of the table. Between stored states, the exact motion is a cubic with
+    the stored positions and velocities at both ends. This is exact up to rounding, because the
+    acceleration of a ball is constant there.
     """
     if len(reference.times) == 1:  # nothing moves in the exact motion
         return _distances(motion, reference.positions[:, :, :2])
@@ -210,7 +210,7 @@ def distance_from(reference: Motion, motion: Motion) -> FloatArray:
     h = span[row][:, np.newaxis, np.newaxis]
     s = ((t - at[row]) / span[row])[:, np.newaxis, np.newaxis]
     p, v = reference.positions[:, :, :2], reference.velocities[:, :, :2]
-    # The state before an event is stored one double earlier, so no span holds a jump but that one.
+    # Velocities jump only in the span of one ulp between the states before and after an event.
     with np.errstate(invalid="ignore", over="ignore"):  # where a motion isn't finite
         place = (
             (1.0 + 2.0 * s) * (1.0 - s) ** 2 * p[row]
@@ -222,10 +222,10 @@ def distance_from(reference: Motion, motion: Motion) -> FloatArray:
 
 
 def error_curves(shot: Shot) -> tuple[list[tuple[Run, FloatArray]], float]:
-    """Return how far the other engines are from ours, and the most that is drawn [m].
+    """Return the distance of each other engine from Ghostball's result, and the largest one [m].
 
-    A distance is (k,) [m] at the times of the run's motion, at least `ERROR_FLOOR`; there are none
-    where our engine has no motion.
+    A distance is an array (k,) [m] at the times of the engine's motion, at least `ERROR_FLOOR`.
+    There are no distances if Ghostball's engine has no motion.
     """
     if shot.ours is None:
         return [], ERROR_FLOOR

@@ -35,9 +35,9 @@ PURPLE = "#CC79A7"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
 YELLOW = "#F0E442"
-BROWN = "#7A4A00"  # darker than all but black and blue, so that grey tells it, and no hue of theirs
+BROWN = "#7A4A00"  # a different hue, and distinct in grey: darker than all except black and blue
 
-GREY = "#6E6E6E"  # secondary text: 5.1 : 1 against white, above the 4.5 : 1 that reading needs
+GREY = "#6E6E6E"  # secondary text: contrast 5.1 : 1 to white, above the required 4.5 : 1
 FAINT = "#C8C8C8"
 CLOTH = "#F1F5F2"
 CUSHION = "#8C9A91"
@@ -62,9 +62,9 @@ FAMILY_COLOURS = {
     "box2d3": YELLOW,
 }
 OTHER_COLOURS = (ORANGE, YELLOW)
-"""Of engines that users bring: none is blue as pymunk is, with which most users compare."""
+"""Colours of users' engines, distinct from pymunk's blue: most users compare with pymunk."""
 
-# On, off in points. An engine drawn over another leaves gaps for the one beneath.
+# Lengths of dashes and gaps in points. Through the gaps, the lines beneath are visible.
 _VARIANTS: dict[str, tuple[LineStyle, str]] = {
     "": ("-", "o"),
     "contact_steps=exact": ((0.0, (1.2, 1.6)), "D"),
@@ -75,7 +75,7 @@ _OTHER_VARIANTS: tuple[tuple[LineStyle, str], ...] = (
     ((0.0, (3.0, 1.5)), "d"),
     ((0.0, (6.0, 2.0, 1.2, 2.0, 1.2, 2.0)), "X"),
 )
-# Of engines that users bring, with default settings.
+# Styles of users' engines with default settings.
 _OTHERS: tuple[tuple[LineStyle, str], ...] = (
     ((0.0, (8.0, 2.0)), "P"),
     ((0.0, (5.0, 1.5, 1.0, 1.5)), "<"),
@@ -122,13 +122,13 @@ RC: Any = {
     "lines.linewidth": 1.3,
     "lines.markersize": 5.0,
     "hatch.linewidth": 0.6,
-    "text.hinting": "none",  # letters keep their shape, and take a fifth less time
+    "text.hinting": "none",  # letters keep their shape, and drawing is a fifth faster
     "svg.hashsalt": "ghostball",  # else ids in the SVG are random
     "svg.fonttype": "path",
     "savefig.facecolor": "white",
 }
 
-# rcParams belong to the process; two threads that draw would otherwise restore each other's.
+# matplotlib's rcParams are global: two drawing threads would restore each other's settings.
 _RC_LOCK = threading.RLock()
 
 
@@ -206,9 +206,9 @@ def format_time(seconds: float | None) -> str:
 
 
 def format_quantity(value: float | None, unit: str = "1") -> str:
-    """Return a quantity to three digits, with a unit that suits it; whole numbers whole.
+    """Return a quantity to three digits with a suitable unit; integers have no decimals.
 
-    Of unit "class" it is the name of a class of accuracy.
+    With the unit "class", the text is the name of an accuracy class.
     """
     if value is None:
         return "–"
@@ -232,7 +232,7 @@ _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def power_of_ten(exponent: int) -> str:
-    """Return "10⁻⁶" in plain characters: matplotlib's own takes ten times as long to draw."""
+    """Return "10⁻⁶" in plain characters: matplotlib's superscripts are ten times slower to draw."""
     return "1" if exponent == 0 else "10" + str(exponent).translate(_SUPERSCRIPTS)
 
 
@@ -248,8 +248,8 @@ def drawing() -> Iterator[None]:
 def new_figure(width: float, height: float, *, laid_out: bool = True) -> Figure:
     """Make an empty figure of the given size [inch], without any global state of pyplot.
 
-    With `laid_out`, matplotlib finds the places of axes and legends, which takes longer than
-    drawing them does.
+    With `laid_out`, matplotlib computes the positions of axes and legends, which takes longer than
+    drawing.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
@@ -276,9 +276,9 @@ def save_figure(
 ) -> list[Path]:
     """Write a figure as PNG and SVG beside each other; the same figure gives the same bytes.
 
-    `path`: without its ending.
-    `description`: kept in the files, where nobody sees it: what the figure was drawn from.
-    `endings`: of the files.
+    `path`: path without the ending.
+    `description`: text for the metadata of the files.
+    `endings`: endings of the files.
 
     Returns the files written.
     """
@@ -291,9 +291,10 @@ def save_figure(
 
 
 def save_one(figure: Figure, path: Path, description: str | None = None) -> None:
-    """Write a figure in the format that the ending of `path` says, without dates; whole or not.
+    """Write a figure in the format given by the ending of `path`, without dates.
 
-    Not `Figure.savefig`: it draws everything twice.
+    The file is written completely or not at all. `Figure.savefig` isn't used, because
+    it draws everything twice.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.backends.backend_pdf import FigureCanvasPdf  # noqa: PLC0415
@@ -312,5 +313,5 @@ def save_one(figure: Figure, path: Path, description: str | None = None) -> None
     else:
         canvas = FigureCanvasAgg(figure)
         canvas.print_png(drawn, metadata={"Software": None, "Description": description})
-    figure.dpi = dpi  # some formats leave their own
+    figure.dpi = dpi  # some formats change it
     write_whole(path, drawn.getvalue())

@@ -65,7 +65,7 @@ def collect(session: pytest.Session, picked: Sequence[str]) -> list[pytest.Item]
     Raises `pytest.UsageError` if an option or a name is invalid.
     """
     config = session.config
-    # At the end of the path, as the commands do: pytest finds `my_engine:simulate` here.
+    # Like the commands, append the working directory to the import path, for engines in it.
     for folder in (config.invocation_params.dir, config.rootpath):
         if str(folder) not in sys.path:
             sys.path.append(str(folder))
@@ -154,7 +154,7 @@ class _TestPlan:
     `options`: options of the command that repeats one of the tests.
     `time_limit` [s]: for a scene; None is no limit, and the engine runs in this process.
     `gate`: the baselines of the engine.
-    `process`: closes the engine's process.
+    `process`: exit stack that closes the engine's process.
     `printed`: what the engine printed in the current scene.
     """
 
@@ -339,7 +339,7 @@ class MetricItem(pytest.Item):
             pytest.fail(harmless(f"{words}\n  more      {command}"), pytrace=False)
 
     def reportinfo(self) -> tuple[Path, None, str]:
-        """Return the name of the test in reports."""
+        """Return file and name of the test in reports."""
         return self.path, None, f"{self.parent.scene.name}: {self.name}"
 
     def _report_all(self, outcome: SceneRun) -> None:

@@ -2,8 +2,8 @@
 
 It resolves contacts before balls touch ("speculative", up to 0.02 units), in soft sub-steps, and
 applies restitution once, after the solver. So single impacts conserve energy, but simultaneous
-contacts lose it: a break loses half, at any time step. Tuned, a metre has 100 units, impacts have
-no threshold, and the speed of bodies isn't limited. `config="naive"` is what a newcomer types:
+contacts lose energy: a break loses half, at any time step. Tuned, a metre has 100 units, impacts
+have no threshold, and the speed of bodies isn't limited. `config="naive"` is what a newcomer types:
 metres, time steps of 1/60 s, and inelastic impacts below 1 m/s.
 """
 

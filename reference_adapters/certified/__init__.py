@@ -12,14 +12,14 @@ next event if it is proved to come before all others (`run`). If the order can't
 precision is doubled and the computation starts again (`prove`), up to a maximum.
 
 Anything that can't be decided at the maximum precision is "ambiguous": exact ties and tangencies.
-The certificate names them, and ends there. Ties of events of different balls that can't affect each
-other are accepted, because the outcome is the same in either order. A shot with resting contact is
-certified up to the start of the contact, and a shot with a slide in air, which has no closed form,
-up to the slide: `validation.truth.integration` computes such shots with the same events and impacts
-and integrated slides (`integrated_slide`). Flight is a parabola (`flight`), and contacts of
-airborne balls are contacts in space (`gaps`, `obstacle_gaps`); the rules by which the model merges
-the lowest bounces are part of the proof. The proof ends if a ball comes to lie on a different ball
-or on a nose.
+The certificate names the events, and ends there. Ties of events of different balls that can't
+affect each other are accepted, because the outcome is the same in either order. A shot with resting
+contact is certified up to the start of the contact. A shot with a slide in air, which has no closed
+form, is certified up to the slide: `validation.truth.integration` computes such shots with the same
+events and impacts and integrated slides (`integrated_slide`). Flight is a parabola (`flight`), and
+contacts of airborne balls are contacts in space (`gaps`, `obstacle_gaps`); the rules by which the
+model merges the lowest bounces are part of the proof. The proof ends if a ball comes to lie on a
+different ball or on a nose.
 
 Differences from Ghostball's engine, which rounds: a gap of 1e-17 m between balls of a rack is a gap
 here, a slip of 1e-17 m/s is a slip, and every slow impact on a resting ball is an impact.

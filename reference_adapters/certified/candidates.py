@@ -73,7 +73,7 @@ class Candidate:
 
     @property
     def age(self) -> arb:
-        """Time of the event since that of its gap, or of its ball [s]; only for a known event."""
+        """Time of the event since the start of its gap or ball [s]; only for a known event."""
         assert self.meeting is not None
         assert self.meeting.s is not None
         return self.meeting.s
@@ -105,8 +105,8 @@ class Agenda:
         self._bits = bits
         self._heap: list[tuple[float, int, Candidate]] = []
         self._ticket = count()
-        # By ball, in the order of their tickets. In a long shot, the heap contains thousands of
-        # void candidates, which must not be searched for each event.
+        # Candidates by ball, in the order in which they were added. In a long shot, the heap
+        # contains thousands of void candidates, which must not be searched for each event.
         self._by_ball: defaultdict[int, dict[Candidate, None]] = defaultdict(dict)
 
     def add(self, candidate: Candidate) -> None:

@@ -38,8 +38,8 @@ higher than this, the contact is a resting contact from then on, as in the certi
 TOUCHING = 2.0**-37
 """Gap, in diameters, below which an engine in doubles can't decide whether bodies touch.
 
-4e-13 m for pool balls, as in the certified model (`docs/physics.md`). In addition, a
-gap is uncertain by the rounding of the positions.
+4e-13 m for pool balls, as in the certified model (`docs/physics.md`). In addition, a gap has the
+uncertainty of the rounding of the positions.
 """
 
 MAX_LOW_BOUNCES = 4

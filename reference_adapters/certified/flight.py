@@ -1,10 +1,10 @@
 """A ball above the cloth until the next event, and the reaction of the table when it lands.
 
-As `motion`, with the height in addition. In flight only gravity acts, so the velocity along the
-cloth, the slip and the spin are constant: a parabola, which ends on the table. The table returns e
-times the downward speed. Friction changes the velocity by mu (1 + e) times the downward speed,
-against the slip, but at most by 2/7 of the slip, which ends the slip (Alciatore, technical proof
-B.5; the slip changes by 7/2 of the change of the velocity).
+The state is that of `motion`, with the height in addition. In flight only gravity acts, so the
+velocity along the cloth, the slip and the spin are constant, and the path is a parabola that ends
+on the table. The table returns e times the downward speed. Friction changes the velocity by
+mu (1 + e) times the downward speed, against the slip, but at most by 2/7 of the slip, which ends
+the slip (Alciatore, technical proof B.5; the slip changes by 7/2 of the change of the velocity).
 
 Bounces lower than `LOWEST_BOUNCE` are no separate events: in the model, all remaining bounces are
 one motion along the cloth. They form a geometric series, whose duration, distance and loss of slip

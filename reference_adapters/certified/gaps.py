@@ -148,7 +148,7 @@ class PairGap(DistanceGap):
         a, b = self._a.doubles, self._b.doubles
         if not (a.exact_enough and b.exact_enough):
             return unsearched(high)
-        # Differences of times are computed before rounding, which would be coarser.
+        # Times are subtracted before rounding, because the difference of rounded times is coarser.
         sa, sb = (float(self._age(body, ZERO)) for body in (self._a, self._b))
         first = motion_in_doubles(self._a, sa, in_space=self.free)
         second = motion_in_doubles(self._b, sb, in_space=self.free)
@@ -163,7 +163,7 @@ class PairGap(DistanceGap):
 def motion_of(body: Body, s: arb, order: int = 0, *, in_space: bool) -> Direction:
     """Return the centre of a ball a time s [s] after its start time, or a derivative.
 
-    In m, m/s or m/s^2; in space with the height above the cloth.
+    The unit is m, m/s or m/s^2; `in_space` adds the height above the cloth.
     """
     if body.resting:
         level = ((body.x, body.y), (body.vx, body.vy), (ZERO, ZERO))[order]
@@ -185,7 +185,7 @@ def level_reach(a: Body, b: Body) -> arb:
 def error_in_doubles(place: float, speed: float, pull: float, s: float) -> float:
     """Return an error bound of a length computed in doubles after a time s [m].
 
-    `place`, `speed` and `pull` bound the sums of the terms.
+    `place`, `speed` and `pull`: bounds of the sums of terms of position, velocity, acceleration.
     """
     return DOUBLES_ERROR * (place + s * (speed + s * pull))
 

@@ -1,4 +1,4 @@
-"""One impact: balls are moved to its time, put in the contact's frame, and resolved."""
+"""One impact: balls are moved to its time, transformed to the contact's frame, and resolved."""
 
 from __future__ import annotations
 
@@ -156,5 +156,5 @@ class Impacts:
 def age_of(body: Body, chosen: Candidate) -> arb:
     """Return the time from a ball's start time to the contact of a pair [s]."""
     assert chosen.gap is not None
-    # The gap's time is a narrower interval than a difference of times.
+    # The gap's own time is a narrower interval than the difference of two times.
     return chosen.age if body.t is chosen.gap.t else (chosen.gap.t - body.t) + chosen.age

@@ -36,7 +36,8 @@ class SlidePiece(NamedTuple):
 class IntegratedSlide(NamedTuple):
     """A slide in air from a given time to a little beyond its end.
 
-    `friction`, `drag`: deceleration by the cloth, and the air's k [m/s^2] and [1/m].
+    `friction`: deceleration by the cloth [m/s^2].
+    `drag`: k in the deceleration k v^2 by the air [1/m].
     `pieces`: the last piece continues in a straight line after the end, for searches beyond it.
     `duration`: time until the ball rolls [s].
     `end`: displacement at that time, (x, y) [m].

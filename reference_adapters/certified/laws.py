@@ -185,8 +185,8 @@ def _exchanged(own: InContactFrame, other: InContactFrame, part: arb) -> InConta
 def capped(most: arb, slip: arb) -> arb:
     """Return the fraction of a slip that friction of at most `most` removes, at most 2/7.
 
-    It increases with `most` and decreases with the slip: if the slip may be 0, the ends give the
-    range.
+    The fraction increases with `most` and decreases with the slip: if the slip may be 0, interval
+    ends give the range.
     """
     limit = arb(STICKING)
     if most.is_zero():

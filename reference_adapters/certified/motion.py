@@ -36,7 +36,7 @@ EXACT_ENOUGH = 1e-13
 """Relative width of a state up to which a search in doubles may replace it; see `contacts`."""
 
 _SMALLEST, _LARGEST = 1e-60, 1e60
-"""Products of four doubles between these neither overflow nor underflow."""
+"""Products of four doubles between these two bounds neither overflow nor underflow."""
 
 
 class Constants(NamedTuple):
@@ -320,7 +320,7 @@ class Body:
 def decayed(spin: arb, loss: arb) -> arb:
     """Return a spin reduced in size by `loss`, at most to 0.
 
-    It increases with the spin and moves towards 0 with the loss, so interval ends give the range.
+    The result is monotonic in the spin and in the loss, so interval ends give the range.
     """
     if spin.is_zero():
         return ZERO

@@ -27,8 +27,8 @@ from ghostball.reference_adapters.certified.ties import are_at_once, commute, fi
 TIE_BITS = 100
 """Events of different balls that are within 2^-100 s count as simultaneous.
 
-Either order then has the same outcome, which is proved; some are at one instant by the laws, for
-example if a rolling ball hits a resting ball and both slides end together.
+It is proved that either order has the same outcome. Some events are exactly simultaneous by the
+laws: if a rolling ball hits a resting ball, both slides end together.
 """
 
 
@@ -86,7 +86,7 @@ class EventOrder:
             if not t <= self._t_max:
                 raise UndecidedError("whether it comes before `t_max`", (first.choice,), t)
         rivals = [c for c in group if c is not first and not c.instant > t]
-        # By rank: which of a tie's middles is the first changes with the precision.
+        # Sorted by rank, because the order of the midpoints in a tie changes with the precision.
         ranked = sorted((first, *rivals), key=lambda c: c.rank)
         choices = tuple(c.choice for c in ranked)
         if not first.known:
@@ -145,7 +145,7 @@ class EventOrder:
     def _tie_error(
         self, first: Candidate, rivals: list[Candidate], choices: tuple[Choice, ...]
     ) -> UndecidedError | None:
-        """Return why events of undecided order need an order; None if they don't."""
+        """Return the error if the order of undecided events matters; None if it doesn't."""
         t = first.instant
         for c in rivals:
             if not c.known or set(c.balls) & set(first.balls):

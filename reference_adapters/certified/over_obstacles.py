@@ -136,7 +136,10 @@ def _from_way(point: Point, start: Point, end: Point) -> float:
 
 
 def _cross(a: Point, b: Point, c: Point, d: Point) -> bool:
-    """Whether two straight ways cross; by a hair, an end of one is near the other in any case."""
+    """Return True if two straight paths cross.
+
+    If rounding hides a crossing, `nearness` still finds that an end is near the other path.
+    """
 
     def side(p: Point, q: Point, r: Point) -> float:
         return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])

@@ -1,4 +1,4 @@
-"""A scene reduced to the numbers that determine its motion; equal problems, equal proofs."""
+"""A scene reduced to the numbers that determine its motion; equal problems have equal proofs."""
 
 from __future__ import annotations
 

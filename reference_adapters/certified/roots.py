@@ -208,7 +208,7 @@ def _signs(coefficients: Sequence[Any], margin: float) -> int:
 def _bernstein(gap: Sequence[float], low: float, high: float) -> tuple[float, ...]:
     """Return the Bernstein coefficients of a polynomial of degree 4 on [low, high].
 
-    Written out: it runs some hundred times for each event.
+    Written without loops, because the function runs some hundred times for each event.
     """
     c0, c1, c2, c3, c4 = gap
     if low != 0.0:
@@ -241,7 +241,7 @@ def _bernstein(gap: Sequence[float], low: float, high: float) -> tuple[float, ..
 def _bernstein_of_balls(
     gap: Sequence[arb], low: arb, high: arb, ratios: Sequence[Sequence[tuple[int, int]]]
 ) -> list[arb]:
-    """Return the Bernstein coefficients as intervals, with quotients: 1/6 is no double."""
+    """Return the Bernstein coefficients as intervals; quotients such as 1/6 aren't doubles."""
     shifted = _shifted(gap, low)
     width = high - low
     scale = arb(1)

@@ -115,7 +115,7 @@ class CertifiedRun:
                         self.segments.append((k, self.bodies[k]))
             self._predict_touched({k for one in chosen for k in one.balls})
 
-    # -- what may come next ----------------------------------------------------------------------
+    # -- prediction of events --------------------------------------------------------------------
 
     def _begin(self) -> None:
         for i in range(len(self.bodies)):
@@ -233,12 +233,12 @@ class CertifiedRun:
             end = min(end, self._problem.t_max)
         return max(end - float(later.t.lower()), 0.0) * (1.0 + 2.0**-20) + 2.0**-30
 
-    # -- what it does ----------------------------------------------------------------------------
+    # -- resolution of events --------------------------------------------------------------------
 
     def _resolve(self, group: list[Candidate]) -> tuple[Choice, ...]:
         """Resolve an event, or impacts that act together; advance the clock and the balls.
 
-        Returns the events. Nothing is changed if the outcome can't be decided.
+        Returns the events. If the outcome can't be decided, the run is unchanged.
         """
         first, t = group[0], group[0].instant
         same = t is self.now

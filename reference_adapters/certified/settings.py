@@ -16,8 +16,8 @@ class CertifiedSettings(EngineSettings):
     `max_precision`: largest precision [bits].
     `max_events`: number of events after which the proof ends.
     `time_limit`: computing time after which the proof ends [s]; such a certificate isn't stored.
-    `width`: largest width of the final enclosure of a position [m]; also that of a time in s and of
-        a speed in m/s. The default is a hundredth of the rounding of a double on a table.
+    `width`: largest width of the final enclosure of a position [m], a time [s] and a speed [m/s].
+        The default is a hundredth of the rounding of a coordinate on a table.
     """
 
     start_precision: Annotated[int, Field(ge=24, le=2**20)] = 53

@@ -86,7 +86,7 @@ def _changed(path: str) -> int:
 
 @cache
 def _version_of(node: str, changed: int) -> str:  # noqa: ARG001 - key of the cache
-    """Return node's version, or the error that occurred."""
+    """Return the version that Node.js prints, or the error that occurred."""
     try:
         done = subprocess.run(
             [node, "--version"],

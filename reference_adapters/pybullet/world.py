@@ -73,7 +73,7 @@ class PybulletWorld(ContactWorld):
         self._parts: dict[int, WorldBody] = {}
         self._cloths: list[int] = []
         self._flies = scene.physics.airborne
-        # Velocities of balls in the plane, so that Bullet isn't asked for those of balls at rest.
+        # Velocities of balls in the plane, stored so that Bullet is only asked about moving balls.
         self._in_plane = np.zeros((len(scene.balls), 2))
         self.coefficients = Coefficients.of(scene, planar=not own_cloth)
         idle = _IDLE_CLIENTS[self._config]
@@ -254,7 +254,7 @@ class PybulletWorld(ContactWorld):
         )
         if self._tuned:
             self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=MAX_SPEED)
-        else:  # it also acts while a ball slides; tuned, the adapter slows rolling balls instead
+        else:  # rolling friction that also slows sliding balls; if tuned, the adapter slows balls
             self._change(
                 body,
                 rollingFriction=float(factors.rolling_friction[i]),
@@ -264,11 +264,9 @@ class PybulletWorld(ContactWorld):
     def _part(self, part: Segment | Disc, height: float, laws: tuple[float, float]) -> int:
         """Add a cushion segment or a disc at the height of the balls' centres [m].
 
-        It is a line or a sphere.
-
-        The line is the edge of a triangle: Bullet's contacts of a ball with a triangle or a sphere
-        are accurate to the last digits. Contacts with capsules and cylinders are less accurate,
-        because Bullet finds them by iteration, and boxes have rounded edges.
+        A segment is the edge of a triangle, a disc is a sphere: Bullet's contacts of a ball with a
+        triangle or a sphere are accurate to the last digits. Contacts with capsules and cylinders
+        are less accurate, because Bullet finds them by iteration, and boxes have rounded edges.
         """
         if isinstance(part, Disc):
             sphere = self._shape(self._bullet.GEOM_SPHERE, radius=part.radius)

@@ -192,7 +192,7 @@ class PymunkWorld:
     def _add_ball(self, i: int) -> None:
         ball = self.scene.balls[i]
         moment = pymunk.moment_for_circle(ball.mass, 0.0, ball.radius)
-        if self.tuned:  # the moment of a ball, not of a disc; without friction nothing turns it
+        if self.tuned:  # the moment of a ball, not of a disc; without friction a ball never turns
             moment = math.inf if self.friction is None else 0.4 * ball.mass * ball.radius**2
         body = pymunk.Body(ball.mass, moment)
         body.position = ball.position[0], ball.position[1]
@@ -211,7 +211,7 @@ class PymunkWorld:
         self._add_cushion(pymunk.Segment(self._space.static_body, *spine, radius), side.cushion)
 
     def _add_part(self, part: Segment | Disc) -> None:
-        """Add a disc, or a segment without thickness, which would reach into the table."""
+        """Add a disc, or a segment without thickness: thickness would reach into the table."""
         body = self._space.static_body
         if isinstance(part, Disc):
             shape: pymunk.Shape = pymunk.Circle(body, part.radius, part.centre)

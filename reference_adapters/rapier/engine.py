@@ -5,8 +5,7 @@ any time step. Tuned, the distance is 1e-5 units, so contacts are detected when 
 break then gains a third of its energy, at any time step (with the default distance it loses some).
 Use Rapier's results for single impacts, not for racks.
 `config="naive"` is what a newcomer types: time steps of 1/60 s, the default prediction distance,
-    and
-the mean of two restitutions.
+and the mean of two restitutions.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from ghostball.reference_adapters.stepping.slowing import accelerate, last, move
 EPS = float(np.finfo(np.float64).eps)
 
 SHORTEST_PHASE = 1e-6
-"""Slides, rolls and spins that would end within this time after a contact end at once [s]."""
+"""Slides, rolls and spins shorter than this time after a contact end at once [s]."""
 
 
 class ClosedFormCloth:
@@ -180,7 +180,7 @@ class ClosedFormCloth:
     def _durations(self) -> FloatArray:
         """Return how long each ball keeps sliding or rolling, and spinning, (n, 2) [s].
 
-        0 means that it doesn't now, inf that it never ends.
+        0 means that the ball doesn't slide, roll or spin now; inf means that it never stops.
         """
         durations = np.empty((len(self.rolling), 2))
         last(*self._motion, self._rolls_by, self._slides_by, self._spins_by, durations)
@@ -189,7 +189,7 @@ class ClosedFormCloth:
     def _end_rolls(self, collided: BoolArray, shortest: float) -> None:
         """Stop the rolling balls that collided and would roll for less than `shortest` [s].
 
-        The reason is that for slides, see `_end_slides`.
+        The reason is the same as for slides, see `_end_slides`.
         """
         speeds = np.hypot(self.velocities[:, 0], self.velocities[:, 1])
         self.velocities[collided & (speeds <= shortest * self._rolls_by)] = 0.0

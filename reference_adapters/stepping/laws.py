@@ -42,7 +42,7 @@ def cushion_restitution(physics: Physics) -> float:
 
 
 class SpeedDependentRestitution:
-    """Restitution of cushions that decreases with speed, for engines that ask at each contact."""
+    """Restitution of cushions that decreases with speed, for engines that set it per contact."""
 
     def __init__(self, physics: Physics) -> None:
         self._slow, self._loss = cushion_restitution(physics), physics.cushion_restitution_loss

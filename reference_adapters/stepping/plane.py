@@ -86,7 +86,7 @@ class PlaneWorld(Protocol):
     def collides_first(self) -> bool:
         """Whether a step first finds contacts and then moves the balls, or the reverse.
 
-        This determines the times of events: the times at which the engine detected them.
+        The times of events depend on this, because an event has the time of its detection.
         """
         ...
 
@@ -121,8 +121,8 @@ class PlaneWorld(Protocol):
 def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
     """Return which of n balls have no active contact, (n,) bool.
 
-    A change of their velocities, caused by the frames of reference of an engine, is rounding and no
-    collision.
+    The velocities of these balls may still change by rounding, if the engine uses other frames of
+    reference. Such a change isn't a collision.
     """
     free = np.ones(n, dtype=bool)
     for contact in pushing:
@@ -179,7 +179,7 @@ class WorldStepper(ABC):
         """
         if before is not None and self.collisions:
             recorder.frame(self.seen_at, before, force=True)
-            # If `keep_frame`, the step is within the contact: a frame here would show the velocity
+            # If `keep_frame`, a contact is active in this step, and a frame would have the velocity
             # of the middle of the step.
             if not self.keep_frame:
                 after = self._just_after(before)

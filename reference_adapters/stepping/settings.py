@@ -33,7 +33,7 @@ class SteppingSettings(EngineSettings):
     """Longest step if steps end at contacts [s], the paper's frame; it doesn't affect results."""
 
     EXACT_IF_NAIVE: ClassVar[bool] = True
-    """Whether steps can end at contacts in the naive configuration; not for lasting contacts."""
+    """Whether steps can end at contacts in the naive configuration; False if contacts last."""
 
     CLOTH_BETWEEN_STEPS: ClassVar[bool] = True
     """Whether the adapter applies the cloth between the engine's steps, with its own kernels."""

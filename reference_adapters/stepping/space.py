@@ -55,8 +55,8 @@ class OwnClothStepper(WorldStepper):
 
     `slows`: whether the adapter applies rolling friction and slows spins, or the engine does.
 
-    Slow landings don't bounce, see `slowest_bounce`. A ball therefore counts as flying if it is
-    higher than such a ball could bounce, or if it moves faster vertically.
+    Landings below `slowest_bounce` don't bounce. A ball therefore counts as flying if it is higher
+    than a bounce of this speed, or if its vertical speed is larger.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class OwnClothStepper(WorldStepper):
         # The friction of a step ends any smaller slip; a remaining slip comes from the solver.
         self._no_slip = scene.sliding_frictions * scene.physics.gravity * self._clock.dt
         self._spins_by = scene.spinning_friction_rates * half
-        # Uses the step in the settings, as the world does, not the one shortened to end at `t_end`.
+        # The step of the settings, as in the world, not the step shortened to end at `t_end`.
         self._slowest_fall = slowest_bounce(scene, dt)
         self._lowest_bounce = self._slowest_fall * dt
         self._noses = sides_of(scene) if scene.physics.airborne else ()

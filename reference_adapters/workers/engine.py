@@ -129,7 +129,7 @@ class PooltoolEngine(WorkerEngine):
             yield _SEQUENTIAL_ONLY
 
     def resolution(self, scene: Scene) -> float:  # noqa: ARG002
-        """Return the distance by which it moves balls at an impact [m]."""
+        """Return the distance by which pooltool moves balls at an impact [m]."""
         return 1e-6
 
 
@@ -150,5 +150,5 @@ class BilliardsEngine(WorkerEngine):
             yield _SEQUENTIAL_ONLY
 
     def resolution(self, scene: Scene) -> float:  # noqa: ARG002
-        """Return 0: it advances from collision to collision, and only rounding causes errors."""
+        """Return 0: the engine advances from collision to collision and only rounds."""
         return 0.0

@@ -34,7 +34,7 @@ PYTHON = "GHOSTBALL_PEERS_PYTHON"
 """Environment variable for the interpreter."""
 
 PEERS_VENV = Path(__file__).resolve().parents[2] / ".venv-peers"
-"""Default environment, created by `make peers`; the engines' requirements conflict with ours."""
+"""Default environment, created by `make peers`: engines have requirements that conflict."""
 
 DISTRIBUTIONS = ("pooltool-billiards", "billiards")
 """Distributions of the engines of the workers."""
@@ -52,7 +52,7 @@ def interpreter() -> Path:
 
 
 def installed() -> Mapping[str, str]:
-    """Return the versions of all packages in the workers' interpreter; empty if it is missing.
+    """Return the versions of all packages in the workers' interpreter; empty if there is none.
 
     All packages are listed, because any dependency of an engine may change its results.
     """
@@ -126,7 +126,7 @@ class Worker:
         if "error" in answer:
             raise WorkerFailedError(str(answer["error"]))
         if (answered := answer.get("scene", scene.name)) != scene.name:
-            self.close()  # its next answers may be for different scenes, too
+            self.close()  # the next answers may also be for different scenes
             raise WorkerFailedError(
                 f"its process must answer for the requested scene, {scene.name!r}, got "
                 f"{str(answered)[:80]!r}"

@@ -1,6 +1,6 @@
-"""What fails in a run, or moved and may, for the lines of any CI and for the notes of GitHub.
+"""Failures and permitted changes of a run, as lines for any CI service and as notes for GitHub.
 
-Notes are workflow commands: lines `::error title=TITLE::MESSAGE` that a step prints.
+A note is a workflow command: a line `::error title=TITLE::MESSAGE` that a step prints.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from ghostball.validation.results.store import Results
 from ghostball.validation.scenes import commands
 
 SHOWN = 10
-"""Number of errors that GitHub shows for a step, and number of warnings; it drops the rest."""
+"""Number of errors, and number of warnings, that GitHub shows for a step."""
 
 NAMED = 6
-"""Largest number of scenes that are named; more are counted."""
+"""Largest number of scenes that a message names; with more, it gives only their number."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that fails, or that moved and may; `about` names its scene, or what else it is."""
+    """A failure or a permitted change; `about` names its scene, its engine or the baselines."""
 
     level: Literal["error", "warning"]
     about: str
@@ -88,7 +88,7 @@ def _of_regression(regression: Regression, lost: set[tuple[str, str]]) -> Iterat
         if change.change in UNCOMPARED or not shown:
             continue
         if (change.scene, regression.label) in lost or not (change.moved or not change.broken):
-            continue  # what it did is said of its run
+            continue  # the findings of the run already name this case
         yield Finding(
             "error" if change.failed else "warning",
             change.scene,

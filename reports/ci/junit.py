@@ -1,13 +1,15 @@
-"""One JUnit document of a run: what limits judge, and what moved since baselines were accepted.
+"""A run as a JUnit document: the checks of all cases, and the changes since the baselines.
 
-A test case for each scene, engine and metric. The first of a scene and engine says how right the
-run is: its class is a property `accuracy`, with its numbers in the output. A metric with a limit
-passes or fails. One that has none, that proves nothing (our engine against itself) or that could
-not be measured is skipped with the reason: a test that can't fail must not count as passed. A case
-that did not run is one test case, skipped or in error; one that stopped early has a test case in
-error too, and so has a run in which nothing was judged, or of an engine nothing of how its shots
-end. A scene that was compared with its baseline has a test case `baseline`, which fails where what
-moved fails, and is in error where there was nothing to compare with.
+There is one test case for each scene, engine and metric. The first test case of a scene and engine
+has the accuracy class as the property `accuracy`, and the errors in its output. A metric with a
+limit passes or fails. A metric is skipped, with the reason, if it has no limit, if it compares
+Ghostball's engine with itself, or if it could not be measured: a test that can't fail must not
+count as passed.
+
+A case that did not run is one test case, skipped or in error. A case that stopped early has an
+additional test case in error. So have a run in which nothing was judged, and an engine whose final
+positions were not judged in any case. A scene that was compared with its baseline has a test case
+`baseline`: it fails if the change fails, and is in error if there was nothing to compare with.
 """
 
 from __future__ import annotations
@@ -69,7 +71,7 @@ def _of_case(case: CaseRecord) -> Iterator[Element]:
     for position, metric in enumerate(METRICS):
         found = _of_metric(case, metric, checks[metric])
         if position == 0:
-            # A simulation's time is given once, with its first metric, so that sums are right.
+            # The run time is given once, with the first metric, because readers add all times.
             found.set("time", f"{case.wall_time or 0.0:.6f}")
             said = case.printed.splitlines()
             if case.accuracy is not None:

@@ -3,7 +3,7 @@
     >>> from ghostball.reports import summary_markdown
     >>> print(summary_markdown(Results.open("out"), *load_regressions(Path("out"))))
 
-Made from stored results alone, like the report.
+Summaries use only stored results, like the report.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def summary_markdown(results: Results | None, *regressions: Regression) -> str:
                 for scene, cases in results.by_scene()
             ],
         }
-    # Markdown: cells escape what is someone else's.
+    # Markdown, not HTML: cells escape external texts themselves.
     template = templates_of("ghostball.reports", escaped=False).get_template("summary.md")
     text = template.render(
         whole=overall(results, *regressions),
@@ -90,7 +90,8 @@ def summary_markdown(results: Results | None, *regressions: Regression) -> str:
 def summary_text(results: Results | None, *regressions: Regression) -> str:
     """Return the summary as lines `ABOUT: LEVEL: MESSAGE`, errors first, then warnings.
 
-    The level is "error", "warning" or "note"; the last lines, of `ghostball`, are the verdicts.
+    The level is "error", "warning" or "note". The last lines, with the place `ghostball`, are the
+    verdicts.
     """
     lines: list[tuple[str, str, str]] = [
         (one.about, one.level, one.message.replace("\n", "; "))

@@ -120,7 +120,7 @@ def _draw_shaped(axes: Axes, table: Table) -> None:
 
 
 def _few_ticks(axes: Axes, view: View) -> None:
-    """As many ticks as there is room for: a narrow strip gets two or three."""
+    """Set as many ticks as fit: a narrow strip gets two or three."""
     from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
 
     aspect = aspect_of(view)
@@ -139,7 +139,7 @@ def draw_ball(axes: Axes, centre: FloatArray, radius: float, **look: Any) -> Non
 def draw_discs(
     axes: Axes, centres: FloatArray, radii: FloatArray, **look: Any
 ) -> EllipseCollection:
-    """Draw balls to scale as one artist, and return it: one for each takes much longer."""
+    """Draw all balls to scale as one artist and return it; one artist per ball is much slower."""
     from matplotlib.collections import EllipseCollection  # noqa: PLC0415
 
     discs = EllipseCollection(
@@ -157,7 +157,7 @@ def draw_discs(
 
 
 def draw_scale_bar(axes: Axes, view: View, length: float, text: str) -> None:
-    """Draw a bar of the given length [m] at the lower left, where no pocket is, for ticks."""
+    """Draw a scale bar of the given length [m] at the lower left, away from pockets."""
     from matplotlib.patheffects import withStroke  # noqa: PLC0415
 
     left, right, bottom, top = view

@@ -41,7 +41,7 @@ def draw_fit(fitted: Fit, path: Path) -> None:
 
 
 def _draw(axes: Axes, speeds: NDArray[np.float64], left: NDArray[np.float64]) -> None:
-    """Draw points (n, k), the means of some of them with their errors, and where noise would be."""
+    """Draw residuals (n, k) as points, means of groups with error bars, and the noise level."""
     x, y = np.repeat(speeds, left.shape[1]), left.ravel()
     axes.axhspan(-2.0, 2.0, color=style.GREY, alpha=0.12, linewidth=0.0)
     axes.axhline(0.0, color=style.GREY, linewidth=0.8)
@@ -51,4 +51,4 @@ def _draw(axes: Axes, speeds: NDArray[np.float64], left: NDArray[np.float64]) ->
             error = np.std(y[part]) / np.sqrt(len(part))
             axes.errorbar(np.mean(x[part]), np.mean(y[part]), error, fmt="o", color="black")
     axes.set_ylim(-_SHOWN - 0.3, _SHOWN + 0.3)
-    axes.set_ylabel("left")
+    axes.set_ylabel("residual")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 FLIES_FROM = 1e-4
-"""Smallest height over the cloth of a ball in flight [m]; smaller heights are numerical noise."""
+"""Smallest height above the cloth of a ball in flight [m]; smaller heights are numerical noise."""
 
 
 CORNERS = 600
@@ -25,7 +25,7 @@ CORNERS = 600
 
 
 def heights_of(run: Run, radii: FloatArray) -> FloatArray:
-    """Return the height of the lowest point of each ball over the cloth, (k, n) [m]."""
+    """Return the height of the lowest point of each ball above the cloth, (k, n) [m]."""
     return motion_of_run(run).positions[:, :, 2] - radii
 
 
@@ -47,7 +47,10 @@ def part_in_flight(shot: Shot) -> float:
 
 
 def draw_heights(axes: Axes, shot: Shot, looks: Callable[[Run, int], Mapping[str, Any]]) -> None:
-    """Draw how high each ball flies while one does, `looks` of an engine and a ball."""
+    """Draw the height of each ball against time while a ball flies.
+
+    `looks`: function that returns the style of a line for an engine and a ball.
+    """
     for run in shot.drawn:
         for ball in np.flatnonzero(flying(shot)).tolist():
             t, (_, _, z) = _curve(run, ball, part_in_flight(shot))
@@ -58,9 +61,9 @@ def draw_heights(axes: Axes, shot: Shot, looks: Callable[[Run, int], Mapping[str
 
 
 def _curve(run: Run, ball: int, end: float) -> tuple[FloatArray, FloatArray]:
-    """Return instants a little past `end` (k,) [s], and where a ball is then, (3, k) [m].
+    """Return times (k,) [s] up to slightly after `end`, and the positions of a ball, (3, k) [m].
 
-    Of an exact motion also between what is stored: a flight is the parabola with these velocities.
+    In an exact motion, positions between stored states are interpolated: a flight is a parabola.
     """
     motion = motion_of_run(run)
     known, places = motion.times, motion.positions[:, ball].T
@@ -71,14 +74,14 @@ def _curve(run: Run, ball: int, end: float) -> tuple[FloatArray, FloatArray]:
     row = np.clip(np.searchsorted(known, t, side="right") - 1, 0, len(known) - 2)
     h = known[row + 1] - known[row]
     u = (t - known[row]) / h
-    # In the middle of its time it is off the chord by what its slope changes on the way.
+    # Distance from the chord of a parabola, from the change of its slope.
     slopes = motion.velocities[:, ball].T
     bow = 0.5 * h * u * (1.0 - u) * (slopes[:, row] - slopes[:, row + 1])
     return t, places[:, row] + u * (places[:, row + 1] - places[:, row]) + bow
 
 
 def draw_side(axes: Axes, shot: Shot, look: Callable[[Run], Mapping[str, Any]]) -> None:
-    """Draw the paths of balls that fly from the side, and the others as they start."""
+    """Draw a side view: the paths of flying balls, and the other balls at their starts."""
     from matplotlib.patches import Circle  # noqa: PLC0415
 
     end, radii = part_in_flight(shot), shot.scene.radii

@@ -45,7 +45,7 @@ def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = No
 
     `colours`: colours of the balls, instead of those of the engines.
     """
-    # A band that others are drawn upon would hide what a single run shows.
+    # A band is for drawing other lines on top; a single run gets a normal line.
     alone = {"linewidth": 1.2, "alpha": 1.0} if len(shot.drawn) == 1 else {}
     for order, run in enumerate(shot.drawn):
         look = {"zorder": 2 + 0.01 * order, **line_of(run), **alone}
@@ -58,7 +58,7 @@ def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = No
 
 
 def _range_of_x(shot: Shot) -> tuple[float, float]:
-    """Return the range of x against time: that of the balls, within the picture above it."""
+    """Return the range of x for the chart against time: that of all balls, within the view."""
     left, right, _, _ = view_shown(shot, collinear=True)
     x = np.concatenate([motion_of_run(run).positions[:, :, 0].ravel() for run in shot.drawn])
     x = x[(left <= x) & (x <= right)]
@@ -101,7 +101,7 @@ def line_of(run: Run) -> dict[str, Any]:
 
 
 def scale_of(view: View, height: float) -> float:
-    """Return the metres to a point of a picture of `view` that is at most `height` inches high."""
+    """Return the scale [m/pt] of a picture of `view` that is at most `height` inches high."""
     left, right, bottom, top = view
     return max((right - left) / (WIDTH - 0.8), (top - bottom) / height) / 72.0
 
@@ -112,11 +112,11 @@ def label_balls(
     metres_to_a_point: float,
     paths: FloatArray,
 ) -> None:
-    """Write the names of balls beside them: off other names and balls, and off paths where it can.
+    """Write each ball's name beside it, away from other names and balls and, if possible, paths.
 
-    `balls` [m] and [m].
-    `metres_to_a_point`: scale of the picture, to estimate how much room a name takes.
-    `paths` (..., 3) float64 [m]: points of the paths that are drawn.
+    `balls`: name, centre [m] and radius [m] of each ball.
+    `metres_to_a_point`: scale of the picture [m/pt], to estimate the size of a name.
+    `paths` (..., 3) float64 [m]: points of the drawn paths.
     """
     from matplotlib.patheffects import withStroke  # noqa: PLC0415
 
@@ -196,7 +196,7 @@ def view_shown(shot: Shot, collinear: bool) -> View:
 
 
 def median_end(shot: Shot) -> float:
-    """Return the median end of the runs [s], so that one endless run doesn't set the scale."""
+    """Return the median end time of the runs [s], so that one endless run doesn't set the scale."""
     return float(np.median([motion_of_run(run).times[-1] for run in shot.drawn])) or 1.0
 
 
@@ -208,12 +208,12 @@ def draw_motion(
     colours: Sequence[str] | None = None,
     **look: Any,
 ) -> None:
-    """Draw the paths of all balls of a run; where they slide, as `sliding_look` says.
+    """Draw the paths of all balls of a run; sliding parts have the style of `sliding_look`.
 
-    `run`: with a motion.
+    `run`: a run with a motion.
     `against_time`: draw x against time rather than y against x.
-    `colours`: of the balls' paths, instead of one for all in `look`.
-    `**look`: goes to matplotlib's `plot`; `linewidth` and `alpha` must be in it.
+    `colours`: colours of the paths by ball, instead of one colour in `look`.
+    `**look`: arguments of matplotlib's `plot`, with at least `linewidth` and `alpha`.
     """
     motion = run.motion
     assert motion is not None
@@ -243,13 +243,13 @@ def sliding_look(look: dict[str, Any]) -> dict[str, Any]:
 
 
 def parts_of(line: FloatArray, slides: NDArray[np.bool_]) -> Iterator[tuple[bool, FloatArray]]:
-    """Yield whether a part slides, and its points, (m, 2), for the rolling and the sliding part.
+    """Yield two parts of a line, rolling and sliding: True for sliding, and its points (m, 2).
 
-    `line` (k, 2) float64.
-    `slides` (k,) bool: whether the ball slides from each point on.
+    `line` (k, 2) float64: points.
+    `slides` (k,) bool: whether the ball slides after each point.
 
-    Stretches of the same part are joined by NaN, where matplotlib lifts the pen: one line however
-    often the phase changes. Neighbouring stretches share a point, so that no gap opens.
+    The stretches of a part are separated by NaN, where matplotlib interrupts the line, so each part
+    is a single line. Neighbouring stretches share a point, so there is no gap between them.
     """
     changes = np.flatnonzero(np.diff(slides[:-1])) + 1
     bounds = [0, *changes.tolist(), len(line) - 1]

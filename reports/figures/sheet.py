@@ -94,7 +94,7 @@ def draw_sheet(shot: Shot) -> Figure | None:
     _draw_cloth(place, shot)
     _draw_numbers(figure, shot, TITLE + TABLE_HEIGHT + 0.3, notes)
     flies = bool(flying(shot).any())
-    # Below the last panel against time stand its numbers, and so they do below that of heights.
+    # Tick labels are below the last panel against time, and below the panel of heights.
     room = (height - TITLE - FOOT - 0.2 * flies) / (3.0 + flies)
     end = 1.02 * median_end(shot)
     panels = (_draw_collisions, _draw_energy, _draw_errors)
@@ -113,7 +113,7 @@ def draw_sheet(shot: Shot) -> Figure | None:
 
 
 def _draw_cloth(place: Any, shot: Shot) -> None:
-    """Draw where the balls start, go and rest; of balls on one line also x against time."""
+    """Draw start, paths and rest positions; for balls on one line also x against time."""
     collinear = is_collinear(shot)
     view = view_shown(shot, collinear)
     room = 0.9 if collinear else TABLE_HEIGHT
@@ -194,9 +194,10 @@ def _draw_errors(axes: Axes, shot: Shot) -> None:
 
 
 def _draw_numbers(figure: Figure, shot: Shot, top: float, notes: Sequence[str]) -> None:
-    """Write a row for each engine that has a motion: its line, and what was measured of it.
+    """Write a row for each engine with a motion: its line and its numbers.
 
-    On the figure itself, `top` inches beneath its edge: axes would take longer than all they hold.
+    The rows are on the figure itself, `top` inches below its edge, because creating axes takes
+    longer than writing the rows.
     """
     from matplotlib.lines import Line2D  # noqa: PLC0415
 
@@ -230,7 +231,7 @@ def _draw_numbers(figure: Figure, shot: Shot, top: float, notes: Sequence[str]) 
 
 
 def _notes(shot: Shot) -> list[str]:
-    """Say what the signs mean, what the truth is, and which engines have no motion, and why."""
+    """Return lines of notes: kind of reference, meaning of signs, engines without a motion."""
     slides = "Thick lines: sliding. " * (shot.slides and not shot.has_many_balls)
     signs = legend_text(run.verdict for run in shot.drawn)
     said = [f"Reference: {shot.truth or 'none'}. {slides}{signs}."]
@@ -249,7 +250,7 @@ def _scale(view: View) -> tuple[float, str]:
 
 
 def _set_title(axes: Axes, text: str) -> None:
-    """Write a title at a height that is given: to look for one takes as long as to draw a panel."""
+    """Write a title at a fixed height; computing a height takes as long as drawing a panel."""
     axes.set_title(text, y=1.0)
 
 

@@ -37,17 +37,16 @@ BALL_COLOURS = (
     *(style.BLUE, style.VERMILLION, style.GREEN, style.PURPLE, style.ORANGE, style.BROWN),
     *("#332288", "#882255", "#117733", "#88A020", "#3F3F3F", "#AA4466"),
 )
-"""Of balls in one picture, all dark enough for lines on the cloth and white names within them."""
+"""Colours of balls, dark enough for lines on the cloth and for white names inside the balls."""
 
 LEGIBLE = 8.0
 """Smallest diameter of a ball with a legible name inside [pt]."""
 
 
 def draw_single(shot: Shot) -> Figure:
-    """Draw the paths of the one run of a shot, on axes in metres.
+    """Draw the paths of a shot with a single run, on axes in metres.
 
-    Balls that stay on one line get their position against time as well, since their paths hide
-    each other.
+    If balls stay on one line, their paths hide each other, so a second panel shows x against time.
     """
     collinear = is_collinear(shot)
     view = view_shown(shot, collinear)
@@ -110,7 +109,7 @@ def _draw_on_table(axes: Axes, shot: Shot, view: View, height: float) -> None:
 
 
 def ball_colours(count: int) -> list[str]:
-    """Return a colour for each ball; of more balls than colours, names distinguish some."""
+    """Return a colour for each ball; with more balls than colours, colours repeat."""
     return [BALL_COLOURS[ball % len(BALL_COLOURS)] for ball in range(count)]
 
 
@@ -128,7 +127,7 @@ def _naming(scene: Scene) -> str:
 
 
 def _outside(shot: Shot, view: View) -> str:
-    """Say which balls end beyond the picture: one far away would shrink the table to a dot."""
+    """Return a note with the balls that end outside the picture; "" if there are none."""
     (run,) = shot.drawn
     assert run.case is not None
     assert run.case.rest_positions is not None  # it ran
@@ -140,7 +139,7 @@ def _outside(shot: Shot, view: View) -> str:
 
 
 def _separate(start: FloatArray, end: FloatArray, radius: float) -> list[FloatArray]:
-    """Return the places to write a name at: one where a ball ends where it started."""
+    """Return the positions of a ball's name: start and end, or one position if they are close."""
     return [start] if float(np.hypot(*(end - start)[:2])) < 2.0 * radius else [start, end]
 
 

@@ -221,7 +221,7 @@ def _show(
 
 
 def _untested(label: str, own: Sequence[CaseRecord]) -> Iterator[str]:
-    """Yield lines about what these scenes don't test."""
+    """Yield lines about the kinds of shots that these scenes don't test."""
     tries = f"ghostball stress{'' if label == OURS else f' -e {label}'}"
     yield (
         f"[dim]This compared {many(len(own), 'scene')}. `{escape(tries)}` tests grazing balls, "

@@ -1,1 +1,1 @@
-"""The commands that play shots and say how right engines are."""
+"""Commands that simulate shots and measure the errors of engines."""

@@ -256,7 +256,7 @@ def _say_changed(regression: Regression, console: Console) -> ExitStatus:
 
 
 def _left(outcome: SuiteResult) -> str:
-    """Return what the folder of an interrupted run holds if none of its cases finished."""
+    """Return the contents of the folder, in words, of a run interrupted before its first case."""
     if not has_results(outcome.folder):
         return "no results"
     if not outcome.begun:

@@ -69,7 +69,7 @@ def _failures(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
 
 
 def _largest_passed(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
-    """Yield why the largest error that passed did so, and what shows its cause."""
+    """Yield why the largest error passed, and the command that finds its cause."""
     found = [(case.accuracy, case, allowing_check(case)) for case in own]
     errors = [(one.error or 0.0, case, check) for one, case, check in found if one and check]
     if not errors:

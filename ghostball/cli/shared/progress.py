@@ -33,20 +33,20 @@ LOG_INTERVAL = 10.0
 """Seconds between two lines of progress in a log."""
 
 SPEED_PERIOD = 600.0
-"""Seconds over which the speed of a step is averaged: one part can take minutes."""
+"""Time over which the speed of a step is averaged [s]; a single part can take minutes."""
 
 COMPILING, RUNNING, DRAWING = "compiling", "running", "drawing"
 """Steps of several commands. COMPILING is skipped if all kernels are compiled."""
 
 UNKNOWN_PACE = {COMPILING: "takes a few minutes, once"}
-"""Said in place of the time left in steps whose parts differ too much for an estimate.
+"""Text in place of the time left, for steps without an estimate.
 
-One kernel is compiled in seconds, the next one in minutes.
+Compiling has no estimate, because one kernel takes seconds and another takes minutes.
 """
 
 
 class _LeftColumn(TimeRemainingColumn):
-    """The time left of a step; in its place, what is said of a step without an estimate."""
+    """The time left of a step, or the text for a step without an estimate."""
 
     def render(self, task: Task) -> Text:
         """Return the text of the column."""
@@ -56,7 +56,7 @@ class _LeftColumn(TimeRemainingColumn):
 
 
 class Steps:
-    """The steps of a command, in order; one bar or several bars in turn show them.
+    """The steps of a command, in order, shown by one bar or by several bars in turn.
 
     >>> steps = Steps(COMPILING, RUNNING)
     >>> with steps.bar() as step:

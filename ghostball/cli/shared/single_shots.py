@@ -36,11 +36,11 @@ def engine_process(engine: ReferenceEngine, time_limit: float) -> Iterator[Refer
 
 
 def compile_first(scenes: Sequence[Scene], label: str) -> None:
-    """Compile the missing kernels of an engine's adapter and of our engine, with a bar.
+    """Compile the missing kernels of an engine's adapter and of Ghostball's engine, with a bar.
 
-    An engine that runs in another process would compile its kernels there, without a bar.
+    An engine in another process would compile its kernels there, without a bar.
 
-    `scenes`: played on our engine; empty if only the adapter's kernels are needed.
+    `scenes`: scenes for Ghostball's engine; empty if only the adapter's kernels are needed.
     """
     if not all(one.is_made for one in needed_kernels(scenes, [label])):
         with counting(COMPILING) as count:

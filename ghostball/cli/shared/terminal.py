@@ -94,7 +94,7 @@ def tables(form: str) -> Console:
 
 @functools.cache
 def stderr() -> Console:
-    """Return the only console for messages; a progress bar must know all that is printed on it."""
+    """Return the only console for messages; a progress bar must know everything printed on it."""
     return _console(stderr=True)
 
 

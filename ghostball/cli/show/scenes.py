@@ -90,8 +90,8 @@ def _export(scenes: Sequence[Scene], folder: Path) -> None:
 def _json_values(scene: Scene) -> dict[str, object]:
     """Return a scene as values for JSON.
 
-    Strikes are replaced by the velocities that they give, and the angular velocity of a rolling
-    ball, which a scene file may leave out, is written out.
+    Strikes are replaced by the resulting velocities. The angular velocity of a rolling ball, which
+    a scene file may leave out, is included.
     """
     values = scene.without_strikes().model_dump(mode="json", by_alias=True)
     for ball, spin in zip(values["balls"], scene.angular_velocities.tolist(), strict=True):
