@@ -38,7 +38,7 @@ class EventKind(enum.IntEnum):
 
 COLLISION_KINDS = (EventKind.BALL_BALL, EventKind.BALL_CUSHION)
 OBSTACLE_KINDS = (EventKind.BALL_CUSHION, EventKind.POCKETED, EventKind.LEAVES_TABLE)
-"""Kinds of events of a ball with an obstacle or a pocket; `b` is the index of that."""
+"""Kinds of events of a ball with an obstacle or a pocket, whose index is `b`."""
 
 LEAVING_KINDS = (EventKind.POCKETED, EventKind.LEAVES_TABLE)
 """Kinds of events after which a ball is no longer part of the shot."""

@@ -18,8 +18,8 @@ from ghostball.model.scene.sides import CUSHIONS
 class Feature(enum.Enum):
     """A piece of physics that a scene may need; the value is its name in reports.
 
-    `ROLLING` is the paper's model: balls roll from the start and after every impact, and never
-        slide.
+    `ROLLING` is the model of the paper (docs/paper.md): balls roll from the start and after every
+        impact, and never slide.
     Engines whose balls slide until they roll have `SLIDING`, not `ROLLING`.
     """
 

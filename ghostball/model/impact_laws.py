@@ -46,10 +46,8 @@ BALL_LAWS = (
         "integrated over the impulse, with the friction of the cloth (Mathavan et al. 2014)",
         feature="MATHAVAN_BALL",
         # With far larger friction, the ball on the cloth could jam between the cloth and the other
-        # ball
-        # and leave the cloth. Below 5/7, the cloth can't prevent slip, however strong the normal
-        # force
-        # is: the slip passes through zero, and the ball never rolls during an impact.
+        # ball and leave the cloth. Below 5/7, the cloth can't prevent slip, however strong the
+        # normal force is: the slip passes through zero, and the ball never rolls during an impact.
         limits=(("ball_friction", 1.0), ("sliding_friction", 0.7)),
         turns=True,
         integrated=True,

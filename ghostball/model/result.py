@@ -78,7 +78,7 @@ class Result:
     reason: str = ""
 
     def __repr__(self) -> str:
-        """Return what matters of the result in a few lines; arrays are named, not printed."""
+        """Return the most important values of the result in a few lines, without arrays."""
         counts = ", ".join(f"{count} {kind}" for kind, count in self.collision_counts.items())
         events = "not recorded" if self.events is None else str(len(self.events))
         motion = "not recorded" if self.trajectory is None else type(self.trajectory).__name__

@@ -17,7 +17,8 @@ POSITION_ULPS = 16.0
 """Rounding errors, in units of EPS times the coordinates, that a *given* position may carry.
 
 A rack computed from sqrt(3) and a few sums overlaps itself by up to about 4 of them; 16 leaves room
-for longer sums. It decides only whether a scene is refused as overlapping; balls are never moved.
+for longer sums. This number only decides whether a scene is rejected for overlaps; balls are never
+moved.
 """
 
 CONTACT_TOLERANCE = 2.0**-37

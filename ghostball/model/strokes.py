@@ -40,7 +40,7 @@ class StruckBall:
         `velocity`, `angular_velocity`: initial velocities of the ball, after the reaction of the
             table [m/s, rad/s].
         """
-        assert self.ball.angular_velocity is not None  # a strike gives it
+        assert self.ball.angular_velocity is not None  # a strike sets the angular velocity
         return {
             "ball": self.index,
             "strike": self.strike.model_dump(mode="json"),

@@ -1,4 +1,4 @@
-"""Read files from users: named pipes are refused, and byte-order marks are removed."""
+"""Read files from users: named pipes are rejected, and byte-order marks are removed."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _DESCRIPTORS = ("/dev/fd/", "/dev/stdin", "/proc/self/fd/")
 def read_bytes(path: Path, most: int = -1) -> bytes:
     """Return the content of a file, or its first `most` bytes.
 
-    A named pipe is refused, because it has no end until somebody writes to it. A pipe that this
-    process has open (`/dev/fd/63`) is read to its end, and so is a terminal.
+    A named pipe is rejected, because reading it would wait until somebody writes to it. A pipe that
+    this process has open (`/dev/fd/63`) is read to its end, and so is a terminal.
 
     Raises `OSError` if the file can't be read; `ValueError` if no file can have such a path.
     """

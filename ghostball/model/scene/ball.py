@@ -28,7 +28,7 @@ from ghostball.model.scene.fields import (
 from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.strike import Strike, Vector, stroke_of
 
-# The paper's ball is Alciatore's pool ball (2 1/4 in, 6 oz).
+# The ball in the paper (docs/paper.md) is Alciatore's pool ball (2 1/4 in, 6 oz).
 POOL_BALL_RADIUS = 0.028575  # [m]
 POOL_BALL_MASS = 0.170097  # [kg]
 
@@ -38,7 +38,7 @@ SNOOKER_BALL: Final = {"radius": 0.02625, "mass": 0.1406}
 """Mathavan, Jackson and Parkin 2014."""
 
 CAROM_BALL: Final = {"radius": 0.03075, "mass": 0.21}
-"""Within the range that the rules of the Union Mondiale de Billard permit."""
+"""These values are within the range that the rules of the Union Mondiale de Billard permit."""
 
 
 class Ball(ScenePart):
@@ -55,19 +55,21 @@ class Ball(ScenePart):
     )
     position: PlaneVector = Field(description="centre [m]; z defaults to the radius: on the cloth")
     velocity: PlaneVector = Field(
-        default=(0.0, 0.0, 0.0), description="of the centre [m/s]; z defaults to 0"
+        default=(0.0, 0.0, 0.0), description="velocity of the centre [m/s]; z defaults to 0"
     )
     angular_velocity: SpaceVector | None = Field(
-        default=None, description="[rad/s]; default: rolling without slip"
+        default=None, description="angular velocity [rad/s]; default: rolling without slip"
     )
     strike: Strike | None = Field(
         default=None, description="stroke of a cue, instead of `velocity` and `angular_velocity`"
     )
     radius: Positive = Field(
-        default=POOL_BALL_RADIUS, description="[m]; default: from the preset of table or physics"
+        default=POOL_BALL_RADIUS,
+        description="radius [m]; default: from the preset of table or physics",
     )
     mass: Positive = Field(
-        default=POOL_BALL_MASS, description="[kg]; default: from the preset of table or physics"
+        default=POOL_BALL_MASS,
+        description="mass [kg]; default: from the preset of table or physics",
     )
     rolling_friction: NonNegative | None = Field(
         default=None, description="coefficient of rolling friction [1]; default: the scene's"

@@ -133,7 +133,7 @@ def rolling(v: FloatArray, w: FloatArray, radii: FloatArray) -> BoolArray:
 
 
 def rolls_alone(v: Sequence[float], w: Sequence[float], radius: float) -> bool:
-    """Return `rolling` of one ball, in less time unless rounding decides."""
+    """Return `rolling` for one ball; faster, unless rounding decides."""
     x, y = v[0] - radius * w[1], v[1] + radius * w[0]
     if x == 0.0 and y == 0.0:
         return True

@@ -1,6 +1,6 @@
 """Describe the mistakes in a scene, one line each: location, field, rule, value, remedy.
 
-The code works for any pydantic model whose parts are models; only the sentences are about scenes.
+The code works for any pydantic model that consists of models; only the sentences are about scenes.
 """
 
 from __future__ import annotations

@@ -127,9 +127,8 @@ def _check_ends(scene: SceneContents, starts: InitialStates) -> None:
 
 
 def _check_impacts_end(scene: SceneContents, starts: InitialStates) -> None:
-    # If only rolling dissipates energy, the balls together roll the distance in which it is lost.
-    # On a
-    # closed table, no straight path is longer than the diagonal.
+    # If only rolling dissipates energy, the total distance that the balls roll follows from the
+    # energy. On a closed table, no straight path is longer than the diagonal.
     physics, table = scene.physics, scene.table
     elastic = physics.cushion == "mirror" and physics.ball_restitution == 1.0
     drag = physics.air_drag + physics.rolling_friction_quadratic
@@ -183,8 +182,8 @@ def _check_stops(
 
 
 def _check_spin_ends(scene: SceneContents, starts: InitialStates, speeds: FloatArray) -> None:
-    # Vertical spin may also come from friction in an impact, out of speed. The run doesn't wait for
-    # spin that doesn't decay.
+    # Friction in an impact may also turn speed into vertical spin. Spin that doesn't decay doesn't
+    # prolong the run.
     rates = scene.spinning_friction_rates
     if not np.any(rates > 0.0):
         return

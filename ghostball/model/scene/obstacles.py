@@ -106,7 +106,7 @@ def partner_name(kind: EventKind, index: int) -> str:
 def partner_index(kind: EventKind, name: str) -> int:
     """Return the index, in events, of the obstacle or pocket with a name.
 
-    The inverse of `partner_name`.
+    This is the inverse of `partner_name`.
 
     Raises `ValueError` if nothing can have this name.
     """

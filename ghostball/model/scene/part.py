@@ -12,7 +12,10 @@ from ghostball.model.scene.messages import describe
 
 
 class ScenePart(BaseModel):
-    """A part of a scene: validated on construction, frozen, rejected with one sentence."""
+    """Base class of a part of a scene: validated on construction, and frozen.
+
+    An invalid part is rejected with a message of one line for each mistake.
+    """
 
     # Whether validation created the part. A slot, because pydantic would copy a field or a private
     # attribute to a part with changed fields.

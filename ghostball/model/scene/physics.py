@@ -37,11 +37,11 @@ class Physics(ScenePart):
     `ghostball/model/impact_laws.py` lists the fields and the source of each impact law. A field
     that the chosen law ignores is rejected, unless it has the value of the preset or the default.
 
-    Sources: the paper's model ("paper": sections 4.2 and 5.2, mu = 0.02, elastic collisions);
-    Alciatore's table of pool constants ("pool"); the same with constant restitution and friction
-    coefficients, as in game engines ("pool-coulomb"); a heated table for three-cushion billiards
-    ("carom") and a snooker table ("snooker"), both mostly from measurements and with balls of
-    their own, see `docs/real-tables.md`.
+    Sources: the model of the paper in docs/paper.md ("paper": sections 4.2 and 5.2, mu = 0.02,
+    elastic collisions); Alciatore's table of pool constants ("pool"); the same with constant
+    restitution and friction coefficients, as in game engines ("pool-coulomb"); a heated table for
+    three-cushion billiards ("carom") and a snooker table ("snooker"), both mostly from measurements
+    and with balls of their own, see `docs/real-tables.md`.
     """
 
     PRESETS: ClassVar[dict[str, dict[str, Any]]] = {
@@ -200,9 +200,9 @@ def _check_laws(physics: Physics) -> None:
             value = getattr(physics, field)
             given = value in _preset_values(physics, field)
             if field in chosen.uses or field == "sliding_friction" or given:
-                continue  # the cloth uses sliding friction with any law
+                continue  # the cloth uses sliding friction with every law
             if field == "cushion_height" and physics.airborne:
-                continue  # airborne balls meet cushions at this height with any law
+                continue  # airborne balls hit cushions at this height with every law
             raise problem(
                 "no_effect",
                 f'`{field}` = {value} has no effect with `{chooser}` = "{chosen.name}". Set '

@@ -31,7 +31,7 @@ def _cut_angle(value: float) -> float:
 
 
 class Pocket(ScenePart):
-    """A pocket: its mouth between two rounded jaws, the facings behind the jaws, and its hole."""
+    """Dimensions of a pocket: mouth between two rounded jaws, facings behind the jaws, and hole."""
 
     mouth: Positive = Field(
         description="width of the mouth, between the (unrounded) corners of nose and facing [m]"
@@ -83,7 +83,8 @@ def facing_of(pocket: Pocket, is_corner: bool) -> Facing:
     half = pocket.mouth / (math.sqrt(2.0) if is_corner else 2.0)
     cosines, sines = cosines_and_sines(np.array([pocket.angle]))
     cosine, sine = float(cosines[0]), float(sines[0])
-    # The nose runs away from the axis, along (1, 0); the facing at the cut angle to it, outwards.
+    # The nose runs away from the axis, along (1, 0). The facing leaves the nose at the cut angle,
+    # outwards.
     along: Point = (cosine, -sine)
     offset = pocket.jaw_radius * (1.0 + cosine) / sine  # r / tan(angle / 2)
     start = (half + offset * along[0], offset * along[1])
@@ -196,8 +197,8 @@ def obstacles_of_pockets(length: float, width: float, pockets: Pockets) -> list[
     behind: list[Obstacle] = []
     for one in placed:
         shape = facing_of(one.shape, one.is_corner)
-        # At the same distance from both lines: along the bisector of their normals, (0, 1) and
-        # (x, y) / radius.
+        # Set back by the same distance from both lines: along the bisector of their normals, (0, 1)
+        # and (x, y) / radius.
         (u, v), radius = shape.jaw, one.shape.jaw_radius
         x, y = shape.start[0] - u, shape.start[1] - v
         centre = (u - back * x / (radius + y), v - back)

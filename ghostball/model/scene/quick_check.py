@@ -1,7 +1,7 @@
 """Fast check for scenes with few balls: whether the initial state certainly keeps the rules.
 
 Each condition here is sufficient for some of the rules in `scene.rules` and `scene.motion_rules`,
-with the same limits and tolerances. If a condition fails, these rules decide and word the error.
+with the same limits and tolerances. If a condition fails, the rules decide, and make the message.
 """
 
 from __future__ import annotations

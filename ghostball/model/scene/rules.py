@@ -231,8 +231,7 @@ def _reach_of_nose(scene: SceneContents, starts: InitialStates) -> FloatArray:
 
 def _check_overlaps(scene: SceneContents, starts: InitialStates) -> None:
     # Balls touch if the distance of their centres is the sum of their radii: in the plane for balls
-    # on
-    # the cloth (see "Geometry" in engine/__init__.py), in space for airborne balls.
+    # on the cloth (see "Coordinates" in engine/__init__.py), in space for airborne balls.
     dimensions, n = 3 if scene.physics.airborne else 2, len(scene.balls)
     radii = scene.radii
     centres = starts.position[:, :dimensions].reshape(-1, n, dimensions)

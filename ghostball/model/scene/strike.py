@@ -101,7 +101,7 @@ class Strike(ScenePart):
         description="offset of the contact point from the centre, upwards; negative: downwards "
         "[radii]",
     )
-    cue_mass: Positive = Field(default=0.567, description="[kg]")
+    cue_mass: Positive = Field(default=0.567, description="mass of the cue [kg]")
     tip_restitution: Fraction = Field(default=0.73, description="restitution of tip and ball [1]")
     tip_friction: NonNegative = Field(
         default=0.6, description="coefficient of friction of tip and ball [1]; limits the offset"

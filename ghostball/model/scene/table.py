@@ -44,8 +44,8 @@ _DEGREE = math.pi / 180.0  # [rad]
 class Post(ScenePart):
     """A round obstacle that stands on the table."""
 
-    centre: tuple[Real, Real] = Field(description="[m]")
-    radius: Positive = Field(description="[m]")
+    centre: tuple[Real, Real] = Field(description="centre [m]")
+    radius: Positive = Field(description="radius [m]")
 
 
 def _pool_pockets() -> dict[str, Any]:
@@ -115,9 +115,8 @@ class Table(ScenePart):
                 },
             },
         },
-        # The pockets are pooltool's (`collection.py`, commit 13a571d): the rules of snooker give
-        # templates
-        # without numbers.
+        # The pockets are pooltool's (`collection.py`, commit 13a571d), because the rules of snooker
+        # give templates without numbers.
         "snooker-12ft": {
             "length": 3.569,
             "width": 1.778,
@@ -155,18 +154,18 @@ class Table(ScenePart):
         description="a standard table: sets the size and the pockets, and the radius and mass of "
         "balls for which the scene gives none",
     )
-    length: Positive = Field(description="along x, between the noses of the cushions [m]")
-    width: Positive = Field(description="along y [m]")
+    length: Positive = Field(description="size along x, between the noses of the cushions [m]")
+    width: Positive = Field(description="size along y, between the noses of the cushions [m]")
     cushions: tuple[CushionName, ...] = Field(
-        default=CUSHIONS, description="the sides that have one: x = 0, x = length, y = 0, y = width"
+        default=CUSHIONS, description="sides with a cushion: x = 0, x = length, y = 0, y = width"
     )
     vertices: tuple[tuple[Real, Real], ...] = Field(
         default=(),
-        description="of a polygon in place of the rectangle, counterclockwise [m]; the least x and "
-        "the least y are 0, and `length` and `width` are left out",
+        description="corners of a polygon, instead of a rectangle, counterclockwise [m]; smallest "
+        "x and y must be 0; omit `length` and `width`",
     )
     pockets: Pockets | None = Field(
-        default=None, description="of a rectangle with all four cushions; left out: there are none"
+        default=None, description="pockets of a rectangle with four cushions; default: none"
     )
     posts: tuple[Post, ...] = Field(
         default=(), description="round obstacles that stand on the table"

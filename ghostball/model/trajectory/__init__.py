@@ -1,4 +1,4 @@
-"""Recorded motion, exact or in frames, which can be sampled for states, energy and orientation."""
+"""Recorded motion, exact or in frames; gives states, energy and orientation at any time."""
 
 from ghostball.model.trajectory.segment import Phase
 from ghostball.model.trajectory.tangent_map import TangentMap

@@ -98,9 +98,10 @@ def orientation_at(times: FloatArray, pieces: Pieces) -> FloatArray:
 
     `times` (k,) are between the start of the first piece and the end of the last [s]. Raises
     `GhostballError` if a ball needs more than `MAX_STEPS` steps. The steps depend only on the
-    motion, not on `times`: a time gives the same bits, whatever other times are asked for. The
-    error is a few roundings for each step, plus the effect of the rounding of the time, |w| eps t.
-    The latter dominates: about 1e-13 rad for a ball that turns a hundred times in ten seconds.
+        motion, not on `times`, so the result for one time has the same bits for any other `times`.
+        The error is a few roundings for each step, plus the effect of the rounding of the time, |w|
+        eps t. The latter dominates: about 1e-13 rad for a ball that turns a hundred times in ten
+        seconds.
     """
     fixed = has_fixed_axis(pieces)
     steps = _steps_of(pieces, fixed)
@@ -169,9 +170,9 @@ def series_turn(spin: FloatArray, duration: FloatArray, terms: int) -> FloatArra
 def terms_needed(spin: FloatArray, duration: FloatArray) -> int:
     """Return the number of terms of `series_turn` for a truncation error of at most `TRUNCATION`.
 
-    The recurrence in absolute values bounds each term. It uses the last d terms. Once n is twice
-    the sum of its factors, the next d terms are at most half of the largest of the last d. All
-    further terms therefore sum to at most d times the largest.
+    The recurrence in absolute values bounds each term by the d terms before it. If n is at least
+    twice the sum of its factors, the next d terms are at most half of the largest of these d terms.
+    All further terms therefore add up to at most d times this largest term.
     """
     half = 0.5 * np.max(np.linalg.norm(_scaled(spin, duration), axis=2), axis=0, initial=0.0)
     bounds, d = [1.0], len(half)

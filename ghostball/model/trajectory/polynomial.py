@@ -32,13 +32,14 @@ def speed(velocity: Number, acceleration: Number, s: Number) -> Number:
 
 
 def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
-    """Return what powers above the second add to x, y, their velocities and accelerations.
+    """Return the part of x, y, their velocities and accelerations from powers above the second.
 
     `coefficients`: (PER_POWER k,) or (PER_POWER k, m), by power. The first `count` powers are used,
         at most k.
     `s`: time since the start of the piece [s], a number or (m,).
     """
-    # All as s^3 q(s): q, its derivative, and half of its second one, by Horner's scheme.
+    # Each is s^3 q(s): this computes q, its derivative, and half of its second derivative, by
+    # Horner's scheme.
     x, y, vx, vy, ax, ay = 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s, 0.0 * s
     for power in range(count - 1, 0, -1):
         ax, ay = ax * s + vx, ay * s + vy
@@ -52,11 +53,11 @@ def tails(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any, Any, An
 
 
 def rises(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any]:
-    """Return what powers from the second add to a height, its velocity and acceleration.
+    """Return the part of a height, its velocity and acceleration from powers of at least 2.
 
     Arguments as in `tails`.
     """
-    # As s^2 q(s): q, its derivative, and half of its second one.
+    # The height is s^2 q(s): this computes q, its derivative, and half of its second derivative.
     z, vz, az = 0.0 * s, 0.0 * s, 0.0 * s
     for power in range(count - 1, -1, -1):
         az = az * s + vz
@@ -66,7 +67,7 @@ def rises(coefficients: Any, count: int, s: Any) -> tuple[Any, Any, Any]:
 
 
 def turns(coefficients: Any, count: int, s: Any) -> tuple[Any, Any]:
-    """Return what powers from the second add to the angular velocities wx and wy.
+    """Return the part of the angular velocities wx and wy from powers of at least 2.
 
     Arguments as in `tails`.
     """

@@ -20,7 +20,7 @@ EPOCH, X, Y, VX, VY, AX, AY, WX, WY, WZ, BX, BY, BZ, PHASE = range(COLUMNS)
 
 
 class Phase(enum.IntEnum):
-    """How a ball moves on the cloth, that it flies, or that it has left the table."""
+    """How a ball moves: on the cloth, in flight, or not at all because it has left the table."""
 
     RESTING = 0
     """The centre is at rest; the ball may spin about the vertical."""
