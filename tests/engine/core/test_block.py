@@ -1,4 +1,4 @@
-"""One block for all arrays of a shot: each from a whole double on, none beside the others."""
+"""Tests of the block with all arrays of a shot: arrays start at whole doubles and don't overlap."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ghostball.engine.running.from_scene import balls_of, cells_of, pairs_of
 
 @pytest.mark.parametrize("in_cells", [False, True])
 def test_each_array_begins_where_the_one_before_ends(in_cells):
-    """Of three balls, whose bytes and halves of doubles fill no whole ones."""
+    """Use three balls, whose booleans and 32-bit integers don't fill whole doubles."""
     scene = scene_of(*(ball((float(k), 0.0)) for k in range(3)))
     balls, pairs = balls_of(scene), pairs_of(0 if in_cells else 3)
     cells = cells_of(scene) if in_cells else None

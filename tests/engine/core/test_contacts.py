@@ -1,4 +1,4 @@
-"""The arrays of contacts share three: none overlaps another, and no number is left over."""
+"""Tests of the three arrays that store all arrays of contacts: no overlap, and no unused number."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_each_array_has_its_own_part(n):
     marks, integers, numbers = room
     assert np.all(marks)
     assert np.all(integers == 1)
-    # These two are rows alone, without a matrix beside them.
+    # These two arrays have rows only, without a matrix that shares their memory.
     rows = n * MEMBER_COLUMNS + 2 * MOST_DIRECT * COMPLIANCE_COLUMNS
     assert len(numbers) == numbers_of_contacts(n, len(contacts.columns))
     assert np.bincount(numbers.astype(np.int64)).tolist() == [rows, len(numbers) - rows]

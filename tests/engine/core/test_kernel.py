@@ -1,4 +1,4 @@
-"""The decorator of kernels: who may call one, and as what."""
+"""Tests of the decorator of kernels: who may call a kernel, and how."""
 
 from kernels import entry_to
 

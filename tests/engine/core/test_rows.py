@@ -1,4 +1,4 @@
-"""Rows and their matrix are one memory, whichever of them is written."""
+"""Tests that rows and their matrix share one memory: writing either changes both."""
 
 from __future__ import annotations
 

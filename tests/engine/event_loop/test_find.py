@@ -1,4 +1,4 @@
-"""Why a run ends before its next event."""
+"""Tests of the reasons for which a run ends before its next event."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The end of a run, at `t_max`: balls are where their closed forms say."""
+"""Tests of the end of a run at `t_max`: balls are at the positions of their closed forms."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Balls that jump, drop and bounce: what must hold in space whatever the shot.
+"""Tests of balls that jump, drop and bounce: properties in space that hold for any shot.
 
-A jump clears a ball or clips its top; a ball that falls on another, however near to its middle,
-comes off it; endless bounces end when their series does.
+A jump clears a ball or hits its top. A ball that falls on another ball, however near to the centre,
+falls off it. Endless bounces end at the limit of their series.
 """
 
 import math
@@ -21,9 +21,9 @@ FLIES = Physics(preset="pool", airborne=True, table_restitution=0.5)
 
 
 def over_the_top(depth, turn):
-    """Return a jump whose apex is above a resting ball, `depth` diameters nearer than a touch.
+    """Return a jump over a resting ball, with the apex `depth` diameters below the contact.
 
-    At 1 m/s, fast enough for the path to be nearest there: 2 R g < v^2.
+    The speed of 1 m/s is large enough for the path to be nearest there: 2 R g < v^2.
     """
     speed, before = 1.0, 0.1
     c, s = math.cos(turn), math.sin(turn)
@@ -46,7 +46,7 @@ def over_the_top(depth, turn):
 
 
 def on_top(aside, restitution, drop=0.1):
-    """Return a ball that falls on another, `aside` radii from its middle."""
+    """Return a ball that falls on another ball, `aside` radii from its centre."""
     return Scene(
         name="on-top",
         physics=FLIES.model_copy(update={"ball_restitution": restitution}),
@@ -83,7 +83,7 @@ def test_a_ball_that_falls_on_another_comes_off_it(aside, restitution, drop):
 @pytest.mark.parametrize("count", [1, 2])
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.6, 0.9, 0.99])
 def test_endless_bounces_end_when_their_series_does(restitution, count):
-    """To 1e-14 of that time for each landing; balls that are let go together land together."""
+    """Allow 1e-14 of the time for each landing. Balls that are released together land together."""
     drop = 0.1
     scene = Scene(
         name="endless",

@@ -1,4 +1,4 @@
-"""Every shot ends, or hears Ctrl-C: no loop of the kernels goes on for ever."""
+"""Tests that every shot ends or reacts to Ctrl-C: no loop of the kernels is endless."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def along_a_cushion(**physics) -> Scene:
 
 
 def displacement_in_air(speed: float) -> float:
-    """Return how far a ball of the paper's rolls in air [m]: v dv/dx = -(mu g + k v^2)."""
+    """Return how far a ball with the paper's physics rolls in air: v dv/dx = -(mu g + k v^2)."""
     return math.log1p(K * speed * speed / (0.02 * 9.81)) / (2.0 * K)
 
 
 def test_a_ball_in_air_along_a_cushion_that_it_touches_rolls_as_one_in_the_middle():
-    """The bound took the jerk along the cushion, too: the kernel never returned."""
+    """The bound once included the jerk along the cushion, and the kernel never returned."""
     result = simulate(along_a_cushion(), max_work=10**5)
     far = 0.5 + displacement_in_air(1.0)
     mirrored = 2.0 * (POOL_TABLE.length - R) - far
@@ -62,7 +62,7 @@ def test_two_balls_frozen_into_a_corner_in_air_end():
 
 @pytest.mark.compiled
 def test_a_ball_that_bounces_without_room_and_without_loss_stands_still():
-    """Between two noses as wide apart as it is, each impact is at the same instant."""
+    """The distance of two noses is the diameter of the ball, so all impacts have the same time."""
     scene = scene_of(
         ball((0.5, R), (1.0, 0.1)), table=Table(length=2.54, width=2.0 * R), cushion="mirror"
     )
@@ -80,7 +80,7 @@ def test_a_ball_that_bounces_without_room_and_without_loss_stands_still():
 
 @pytest.mark.compiled
 def test_elastic_balls_that_fill_a_row_between_two_posts_are_given_up_soon():
-    """What goes to and fro there does so every 1e-15 s: the clock moves, but next to nothing."""
+    """The impulse travels through the row every 1e-15 s, so the clock hardly advances."""
     posts = [{"centre": (0.6, 0.5 + side * (3.0 * R + 0.02)), "radius": 0.02} for side in (-1, 1)]
     row = [ball((0.6, 0.5 + k * 2.0 * R)) for k in (-1, 0, 1)]
 

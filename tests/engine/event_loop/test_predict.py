@@ -1,4 +1,4 @@
-"""After an event the old motion of its balls is void, and what they would have come to."""
+"""Tests that an event cancels the old motion of its balls and their predicted events."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ghostball.model import EventKind
 
 
 def test_balls_that_exchange_their_motions_stop_once_and_when_the_other_would_have():
-    """Equal, elastic and in a line: each goes on as the other one, two radii further."""
+    """Equal elastic balls in a line: each continues like the other, two radii ahead."""
     slow, fast, start = 0.2, 1.0, 0.5
     scene = scene_of(ball((start, 0.0), (slow, 0.0)), ball((0.0, 0.0), (fast, 0.0)))
     slowing = scene.physics.rolling_friction * scene.physics.gravity

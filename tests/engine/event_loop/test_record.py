@@ -1,4 +1,4 @@
-"""A NaN or an infinity that comes up in a run ends it, which says where; nothing hangs."""
+"""Tests that a NaN or an infinity ends a run with a message that names the ball; no run hangs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def shot(**physics):
 
 
 def play_events(run, count):
-    """Play the first events of a run, one after the other; the first call begins it."""
+    """Run the first events of a run, one after the other; the first call starts the run."""
     run.play(Limits(events=10, work=10**8), budget=1)
     while run._counters[st.EVENTS] < count:
         run.play(Limits(events=10, work=10**8), budget=1)
@@ -40,7 +40,7 @@ def play_events(run, count):
 @pytest.mark.parametrize("after", [0, 2, 5])
 @pytest.mark.parametrize("name", [*MOTION, *CONSTANTS])
 def test_planted_in_the_midst_of_a_run(name, after, physics):
-    # Breaks where a loop within a kernel waits for a comparison with NaN to hold.
+    # Fails if a loop in a kernel waits until a comparison with NaN is true.
     for i in range(3):
         for value in NOT_FINITE:
             run = Run(shot(**physics), True)
@@ -51,7 +51,7 @@ def test_planted_in_the_midst_of_a_run(name, after, physics):
             if run.status is Status.FAILED:
                 assert "`balls[" in run.reason
                 assert "at t = " in run.reason
-            else:  # a number that nothing reads any more
+            else:  # a number that is no longer read
                 assert run.status is Status.REST
                 assert np.all(np.isfinite(run.final_state()))
 

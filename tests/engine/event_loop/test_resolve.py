@@ -1,6 +1,6 @@
-"""Balls leave the run at an obstacle that takes them out.
+"""Tests of balls that leave the run at an obstacle that takes them out.
 
-Broken by a scheduler or a contact step that still sees the ball, or by an energy that stays.
+They fail if a scheduler or a contact step still includes the ball, or if its energy is kept.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from ghostball.model import EventKind, Phase, Result, Status, event_dict
 
 @pytest.fixture
 def played(monkeypatch: pytest.MonkeyPatch) -> Play:
-    """Play a scene with more obstacles than its cushions."""
+    """Simulate a scene with more obstacles than its cushions."""
     return partial(played_among, monkeypatch)
 
 
 @pytest.fixture(params=["all pairs", "cells"])
 def either(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let either scheduler play."""
+    """Run the test with each of the two schedulers."""
     if request.param == "cells":
         monkeypatch.setattr(skips, "MOST_PAIRED", 0)
 
@@ -36,7 +36,7 @@ def either(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> N
 HOLE = (st.DISC, 0.5, 0.0, 0.0, 0.0, 0.05, st.TAKES_OUT, 4)
 
 WAY = 0.5 - 0.05
-"""To where the centre of a ball that comes along x enters it [m]."""
+"""Distance along x to where the centre of a ball enters the obstacle [m]."""
 
 
 def gone(result: Result) -> list[tuple[float, int, int]]:
@@ -69,7 +69,7 @@ def test_a_ball_leaves_where_its_centre_enters_with_all_its_energy(played, eithe
 
 
 def test_no_ball_meets_one_that_is_gone(played, either):
-    """One comes the same way, into the hole too; another passes where the first left the run."""
+    """One ball moves along the same path into the hole; another crosses where the first left."""
     across = ball((WAY - R, -1.0), (0.0, 1.2))
     balls = [ball((0.0, 0.0), (2.0, 0.0)), ball((-0.5, 0.0), (2.0, 0.0)), across]
     result = played(scene_of(*balls, rolling_friction=0.0, t_max=1.0), HOLE)
@@ -80,7 +80,7 @@ def test_no_ball_meets_one_that_is_gone(played, either):
 
 
 def test_a_ball_in_a_line_of_touching_ones_leaves_without_the_others(played, either):
-    """They are pushed over a line that takes them out, the first of them first."""
+    """The balls are pushed over a line that takes them out, one after the other."""
     line = (st.LINE, 0.5, 0.0, -1.0, 0.0, 0.0, st.TAKES_OUT, 4)
     row = [ball((2.0 * R * k, 0.0)) for k in range(3)]
     shot = [*row, ball((-0.3, 0.0), (2.0, 0.0))]
@@ -95,9 +95,9 @@ def test_a_ball_in_a_line_of_touching_ones_leaves_without_the_others(played, eit
     assert all(result.rest_positions[k, 0] == pytest.approx(0.5 - R, abs=1e-9) for k in left)
 
 
-@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
+@pytest.mark.skipif(COMPILED, reason="compiled kernels can't be replaced")
 def test_a_collapse_leaves_no_pair_of_its_cluster_to_collide(monkeypatch):
-    """Two pairs are due at once, of which one collapses: its end ends the other's approach too."""
+    """Two pairs are due at once. One collapses, which ends the approach of the other, too."""
     listed = []
     whole = resolve._end_collapses
     monkeypatch.setattr(resolve, "_collapses", lambda world, c: c == 0)

@@ -1,4 +1,4 @@
-"""What a block of arrays was packed from is what kernels find in it."""
+"""Tests that kernels find in a block of arrays what was packed into it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ AIR = {"air_drag": 0.1, "motion": "sliding", "airborne": True}
 
 
 def fill(parts):
-    """Fill arrays with numbers that differ from one to the next."""
+    """Fill arrays with numbers that are all different."""
     arrays = [one for part in parts for one in (part if isinstance(part, tuple) else (part,))]
     for k, one in enumerate(one for one in arrays if one is not None):
         one[:] = (np.arange(one.size) * 7 + k).reshape(one.shape) % 100
@@ -38,7 +38,7 @@ def test_every_array_comes_back(n, physics):
     np.testing.assert_array_equal(made.numbers[start:end].reshape(n, STATE_COLUMNS), balls.state)
     for name in ("own_kind", "changed", "touched", "powers", "height"):
         np.testing.assert_array_equal(getattr(found, name), getattr(balls, name), name)
-    for name in ("touching", "near"):  # of scratch, the room is kept and not what is in it
+    for name in ("touching", "near"):  # scratch: the size is kept, but not the contents
         assert getattr(found, name).shape == getattr(balls, name).shape
     assert np.shape(found.series) == np.shape(balls.series)
     packed_pairs = pairs_in(numbers, made.offsets)
@@ -46,7 +46,7 @@ def test_every_array_comes_back(n, physics):
         np.testing.assert_array_equal(getattr(packed_pairs, name), getattr(pairs, name))
     assert packed_pairs.track.shape == pairs.track.shape
     for name, one in cells_in(numbers, made.offsets)._asdict().items():
-        packed = getattr(cells, name)  # `first` comes with what fills its last double
+        packed = getattr(cells, name)  # `first` includes the padding of its last double
         np.testing.assert_array_equal(one.ravel()[: packed.size], packed.ravel(), name)
 
 

@@ -1,4 +1,4 @@
-"""Logs that fill up: no event or motion is lost or kept twice."""
+"""Tests of logs that fill up: no event or motion is lost or stored twice."""
 
 from __future__ import annotations
 

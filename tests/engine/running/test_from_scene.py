@@ -1,4 +1,4 @@
-"""A scene as arrays: what has no room in them is refused."""
+"""Tests of the conversion of a scene to arrays; a scene that doesn't fit is rejected."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ghostball.model import Status, UnsupportedSceneError
 
 
 def test_more_obstacles_than_bits_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Breaks where one is let through: a contact step would hold balls off another one."""
+    """Otherwise a contact step would keep balls off the wrong obstacle."""
     disc = (st.DISC, 50.0, 50.0, 0.0, 0.0, 0.01, 0.0, 4)
     scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)), rolling_friction=0.1)
     assert played_among(monkeypatch, scene, *[disc] * st.MOST_OBSTACLES).status is Status.REST
@@ -23,7 +23,7 @@ def test_more_obstacles_than_bits_are_refused(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_a_ball_begins_to_roll_or_slide_as_its_scene_says() -> None:
-    """Breaks if a ball within a rounding of rolling is judged otherwise than in arrays."""
+    """Fails if the check for single balls and the check for arrays differ near rolling."""
     chance, balls = np.random.default_rng(1), []
     for k in range(500):
         vx, vy = chance.uniform(-1.0, 1.0, 2).tolist()

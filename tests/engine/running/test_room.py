@@ -1,4 +1,4 @@
-"""The room that shots are played in: nothing in it is read before it is written."""
+"""Tests of the memory in which shots are simulated: nothing is read before it is written."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ghostball.validation.scenes.library import FOLDER
 ON_CLOTH = ["break-7", "frozen-triangle", "push-line"]
 PLAYED = [
     *((name, many) for name in ON_CLOTH for many in (False, True)),
-    ("air-slides", False),  # in cells they need kernels that no other test does
+    ("air-slides", False),  # in cells, this scene would need kernels that no other test needs
     ("flight-jump", False),
 ]
 

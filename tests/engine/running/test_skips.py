@@ -1,4 +1,4 @@
-"""What the engine leaves out is left out harmlessly: each skip, switched off, changes no bit."""
+"""Tests that skips are harmless: switching a skip off changes no bit."""
 
 import re
 
@@ -30,7 +30,7 @@ def test_all_of_them_off_change_no_bit(seed):
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["galperin-3", "elastic-gas"])
 def test_advancement_agrees_with_the_quadratic_to_rounding(name):
-    """To rounding at first: an elastic gas doubles an error with every collision or so."""
+    """Only the start is compared: in an elastic gas an error doubles about every collision."""
     scene = Scene.load(FOLDER / f"{name}.toml")
     kept = simulate(scene, record="events").events
     off = simulate(scene, record="events", no_skip=["advancement"]).events
@@ -95,7 +95,7 @@ def test_a_matrix_that_would_not_fit_is_refused():
         simulate(scene, no_skip=["far-cells"])
 
 
-@pytest.mark.skipif(COMPILED, reason="compiled, the slow tests of random scenes play them")
+@pytest.mark.skipif(COMPILED, reason="compiled runs have the slow tests of random scenes")
 @pytest.mark.parametrize(
     ("number", "having"),
     [
@@ -111,5 +111,5 @@ def test_cells_change_no_bit_in_air_and_in_flight_without_compilation(number, ha
 
 
 def test_balls_of_other_sizes_that_may_fly_and_do_not_have_the_same_bits_in_cells():
-    """On the cloth their line of centres isn't level: they touch nearer than the radii's sum."""
+    """Their line of centres isn't level: they touch at less than the sum of the radii."""
     assert CHECKS["cells"](random_scene(330)) is None

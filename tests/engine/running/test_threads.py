@@ -1,4 +1,4 @@
-"""Threads that share shots: every part of a sweep, and each scene of many, is as by itself."""
+"""Tests of threads that share shots: each shot has the same result as alone."""
 
 from threading import Event
 
@@ -18,7 +18,7 @@ from ghostball.validation.scenes.random_scenes import random_scene
 @pytest.mark.compiled
 @pytest.mark.parametrize("workers", [1, 2])
 def test_every_part_of_a_long_sweep_is_as_shot_by_shot(workers):
-    """Threads take a share of the shots at a time: some of each share are looked at one by one."""
+    """Threads take a share of the shots at a time; the test compares some shots of each share."""
     speeds, angles = np.linspace(0.4, 3.0, 300), np.linspace(0.0, 1.5, 300)
     scene = scene_of(ball((0.6, 0.6), (1.0, 0.0)), table=POOL_TABLE)
     batch = simulate_sweep(scene, speeds, angles, threads=workers)
@@ -31,7 +31,7 @@ def test_every_part_of_a_long_sweep_is_as_shot_by_shot(workers):
 @pytest.mark.compiled
 @pytest.mark.parametrize(("first", "second"), [(223, 153), (153, 223)])
 def test_scenes_with_as_many_balls_are_each_played_as_their_own(first, second):
-    """A thread plays them in one room, where the first one ends in the middle of a contact."""
+    """A thread simulates both in one room; the first shot ends during a resting contact."""
     scenes = [random_scene(number, **RUBBING) for number in (first, second)]
     stop = 0.02 * simulate(scenes[0]).rest_time
     scenes[0] = Scene.model_validate(dict(scenes[0]) | {"t_max": stop})
@@ -48,7 +48,7 @@ RUBBING = {
     "cushion": ("none", "mirror", "restitution", "frictional"),
     "quadratic": "no",
 }
-"""Of 153 and 223: four balls that come to push each other."""
+"""Options for scenes 153 and 223: four balls that come to push each other."""
 
 
 def test_an_error_in_a_thread_is_raised_and_ends_the_others(monkeypatch):

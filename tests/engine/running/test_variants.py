@@ -1,4 +1,4 @@
-"""Variants of the kernels: what a scene needs is in the one that it gets."""
+"""Tests of the variants of the kernels: each scene gets a variant that has what it needs."""
 
 from __future__ import annotations
 

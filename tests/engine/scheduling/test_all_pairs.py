@@ -1,7 +1,7 @@
-"""Bounds of pairs, computed a block at a time: none is missing, and each is the root it should be.
+"""Tests of bounds computed for blocks of pairs: none is missing, and each is the expected root.
 
-A bound that is dropped is seldom missed in a shot: another ball's event brings a new one. So they
-are looked at themselves, by the hundred thousand.
+A missing bound rarely shows in a shot, because the event of another ball brings a new bound.
+Therefore these tests compare hundreds of thousands of bounds directly.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ T = 1.0
 
 
 def tracks(slowed: bool):
-    """Return blocks of balls of which most come near a ball of their own block's, and those."""
+    """Return blocks of balls, most of which approach a ball of their own block, and these balls."""
     chance = np.random.default_rng(5)
     track = np.zeros((BLOCKS, st.TRACKS, st.TRACK_BALLS))
     turn = chance.uniform(0.0, 2.0 * np.pi, (BLOCKS, st.TRACK_BALLS))
@@ -40,7 +40,7 @@ def tracks(slowed: bool):
 
 
 def roots(track, mine, slowed):
-    """Return when each pair's projected gap, or its distance, first closes: by the schoolbook."""
+    """Return when the gap or the distance of each pair first closes, by the school formula."""
     x, y, vx, vy, ax, ay, epoch, radius, own, _ = np.moveaxis(track, 1, 0)
     mx, my, mvx, mvy, max_, may = mine.T[:, :, np.newaxis]
     s = T - epoch
@@ -82,7 +82,7 @@ def test_no_bound_of_a_pair_is_missing(slowed):
 
 @pytest.mark.compiled
 def test_no_bound_of_a_pair_that_bends_is_late():
-    """However accelerations change meanwhile, at their rates at most: the gap is open until it."""
+    """The gap is open until the bound, for any change of the accelerations within their limits."""
     track, mine = tracks(slowed=True)
     chance = np.random.default_rng(6)
     track[:, 9] = 10.0 ** chance.uniform(-4.0, 0.5, (BLOCKS, st.TRACK_BALLS))
@@ -107,5 +107,5 @@ def test_no_bound_of_a_pair_that_bends_is_late():
         after = part * (np.where(due, found, until) - T)
         gap = distance - radius - 0.03 + after * (rate + 0.5 * pull * after)
         gap -= (bent * (s + after) ** 3 + jerk[:, np.newaxis] * after**3) / 6.0
-        # A pair that is so near that the bends since its epoch may have closed the gap is due now.
+        # A pair is due now if the jerks since its epoch may have closed its gap.
         assert np.all((gap > -1e-12) | (found == T))

@@ -1,4 +1,4 @@
-"""The broad phase looks at few pairs, however many balls there are."""
+"""Tests that the broad phase checks few pairs, for any number of balls."""
 
 import math
 
@@ -21,7 +21,7 @@ def test_many_balls_look_at_their_neighbours_only():
 
 
 def test_a_dense_rack_on_a_large_table_needs_few_bounds():
-    """Cells that are sized by the whole table alone have hundreds of its balls within reach."""
+    """If only the table determined the size of the cells, hundreds of balls would be in reach."""
     balls = [ball((2.0, 3.6), (8.0, 0.0))]
     gap = 2.0 * R + 5e-4
     for row in range(32):
@@ -34,7 +34,7 @@ def test_a_dense_rack_on_a_large_table_needs_few_bounds():
 
 @pytest.mark.compiled
 def test_an_event_takes_as_much_work_among_many_balls_as_among_few():
-    """A gas of 100 000 met the limit of work: each event counted as if all balls were looked at."""
+    """A gas of 100 000 balls once reached the work limit: an event counted as a full search."""
     few, many = (
         simulate(many_balls(count, t_max=9.0, rolling_friction=0.0), max_work=200_000)
         for count in (1_000, 6_400)
@@ -45,7 +45,7 @@ def test_an_event_takes_as_much_work_among_many_balls_as_among_few():
 
 @pytest.mark.compiled
 def test_of_events_that_tie_each_takes_as_much_work_however_many_there_are():
-    """All of them were looked at for each: 100 us an event of 16 000 balls that stop at once."""
+    """Each event once searched all others: 100 us per event if 16 000 balls stop at once."""
     scene = alike(np.full((6_400, 2), (0.05, 0.0)))
     result = simulate(scene, max_work=6_400 * 200)
     assert (result.status, result.work["events"]) == (Status.REST, 6_400)

@@ -1,4 +1,4 @@
-"""Of two events at one instant, which comes first: by both schedulers."""
+"""Tests of the order of two simultaneous events, in both schedulers."""
 
 import pytest
 from many_balls import by_both
@@ -13,8 +13,8 @@ from ghostball.model import EventKind, Table
 def test_a_balls_own_event_comes_before_a_contact_of_the_same_instant(
     monkeypatch, turned, cushion_first
 ):
-    """Also while the pair's bound is advanced towards that instant, whichever ball has the slot."""
-    gap = 0.25  # [m], to the cushion across and to the ball ahead: met at one instant
+    """This also holds while the bound of the pair is advanced, in the slot of either ball."""
+    gap = 0.25  # [m], to the cushion and to the ball ahead, which are reached simultaneously
     mover = ball((0.5, R + gap), (1.0, -1.0))
     ahead = ball((0.5 + gap + (R if cushion_first else 2 * R), R))
     balls = [ahead, mover] if turned else [mover, ahead]
@@ -25,7 +25,7 @@ def test_a_balls_own_event_comes_before_a_contact_of_the_same_instant(
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_of_own_events_of_one_instant_a_rest_comes_before_a_cushion(monkeypatch, turned):
-    """Whatever the numbering: the order of the log is by kind. All numbers here are exact."""
+    """The log is ordered by kind, for any numbering of the balls. All numbers here are exact."""
     rests = ball((2.0, 0.5), (1.0, 0.0), radius=0.25)  # slowed by 1 m/s^2: at t = 1 s
     bounces = ball((1.25, 2.0), (-1.0, 0.0), radius=0.25, rolling_friction=0.0)  # over 1 m
     balls = [bounces, rests] if turned else [rests, bounces]

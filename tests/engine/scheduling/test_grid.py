@@ -1,4 +1,4 @@
-"""The cells of the broad phase: how often balls change them."""
+"""Tests of the cells of the broad phase: how often balls change cells."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def _cells_for_all(monkeypatch):
 @pytest.mark.parametrize("bend", [0.0, 9e-14, -9e-14], ids=["straight", "back", "away"])
 @pytest.mark.parametrize("across", [-1e-33, 0.0, 1e-33])
 def test_a_ball_along_the_side_of_a_cell_does_not_change_cells_without_end(bend, across):
-    """There are two cells, side by side: rounding has the ball in either."""
+    """Rounding puts the ball in either of two adjacent cells."""
     along = ball((1.27, 0.3), (across, 1.0), angular_velocity=(0.0, bend, 0.0))
     result = simulate(
         scene_of(along, table=POOL_TABLE, preset="pool", rolling_friction=0.1), max_work=100_000

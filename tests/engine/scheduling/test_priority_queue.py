@@ -1,4 +1,4 @@
-"""The tournament of instants finds what a list would, for any number of balls."""
+"""Tests that the priority queue agrees with a search in a list, for any number of balls."""
 
 import math
 

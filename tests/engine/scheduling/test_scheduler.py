@@ -1,4 +1,4 @@
-"""Cells and a bound for every pair are two schedulers of one engine: the same bits."""
+"""Tests that both schedulers, cells and a bound for every pair, give bit-identical results."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ SLIDES = {
 @pytest.mark.compiled
 @pytest.mark.parametrize("spread", [1.0, 4.0])
 def test_cells_give_the_same_bits(spread, monkeypatch):
-    """Of more balls than random scenes have, which the stress suite asks this of."""
+    """Use more balls than random scenes have; the stress suite tests random scenes."""
     scene = many_balls(60, 0.5, t_max=1.0, rolling_friction=0.0, spread=spread)
     paired, celled = by_both(scene, monkeypatch)
     assert len(paired.events) > 100
@@ -39,7 +39,7 @@ GASES = {
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("physics", GASES.values(), ids=GASES)
 def test_a_small_gas_in_cells_has_the_same_bits_and_no_overlap(physics, seed, monkeypatch):
-    """Balls of many sizes, dense enough that a pair's bound is moved on again and again."""
+    """The balls have many sizes, and are so dense that bounds are advanced many times."""
     table = Table(length=0.8, width=0.5)
     scene = random_shot(2 * seed, 14, table=table, **({"t_max": 2.0} | physics))
     paired, celled = by_both(scene, monkeypatch)
@@ -54,7 +54,7 @@ def test_a_small_gas_in_cells_has_the_same_bits_and_no_overlap(physics, seed, mo
 @pytest.mark.compiled
 @pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (3.0, 7.0, 20.0)])
 def test_events_of_several_kinds_that_tie_have_the_same_order(monkeypatch, spin):
-    """Slides that end, and rolls that stop."""
+    """Slides end, and rolls end, at the same time."""
     velocities, spins = np.full((128, 2), (1.0, 0.0)), np.full((128, 3), spin)
     velocities[1::3], spins[1::3] = (0.3, 0.0), (0.0, 0.3 / R, 0.0)  # rolls
     paired, celled = by_both(alike(velocities, spins, preset="pool"), monkeypatch)
@@ -63,7 +63,7 @@ def test_events_of_several_kinds_that_tie_have_the_same_order(monkeypatch, spin)
 
 
 def test_an_event_of_a_lesser_kind_that_ties_later_comes_before_the_others(monkeypatch):
-    """Each slide ends so slow that the ball rests at that instant, before others' slides end."""
+    """Each slide ends with the ball at rest, before the other slides of the same time end."""
     count, spin = 5, -2.5 / R * (1.0 + 2.0**-52)
     scene = alike(
         np.full((count, 2), (1.0, 0.0)),

@@ -1,4 +1,4 @@
-"""Impacts of one ball with two at one instant, against closed forms: no proof covers them."""
+"""Tests of simultaneous impacts of one ball with two balls, by closed forms; none is certified."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ NORMALS = {
     "uneven": ((24.0 / 25.0, 7.0 / 25.0), (3.0 / 5.0, -4.0 / 5.0)),
     "symmetric": ((4.0 / 5.0, 3.0 / 5.0), (4.0 / 5.0, -3.0 / 5.0)),
 }
-"""Directions in which a ball that moves along x touches two others, which don't touch each other.
+"""Directions in which a ball moving along x touches two balls, which don't touch each other.
 
-So that all places are exact: whole numbers of 25ths of the distance.
+All positions are exact: whole multiples of 1/25 of the distance.
 """
 
 UNIT = 2.0**-9
-"""A 25th of the distance [m]."""
+"""1/25 of the distance [m]."""
 
 ROUNDING = 1e-14
-"""What rounding may do to a velocity over one instant's impacts, in units of the speed."""
+"""Permitted rounding error of a velocity after simultaneous impacts, in units of the speed."""
 
 
 def tie(kind: str, impacts: str, restitution: float) -> Scene:
-    """Return a ball that collides with two at the very beginning of a shot."""
+    """Return a ball that collides with two balls at the very start of a shot."""
     places = [
         (0.0, 0.0),
         *((UNIT * round(25 * x), UNIT * round(25 * y)) for x, y in NORMALS[kind]),
@@ -50,10 +50,10 @@ def tie(kind: str, impacts: str, restitution: float) -> Scene:
 def velocities_after(kind: str, impacts: str, restitution: float) -> np.ndarray:
     """Return the velocities of the three balls, (3, 2) [m/s].
 
-    Sequential impacts come in the order of their speeds, and, of equal ones, of their places. The
-    first impact gives its ball (1 + e) / 2 of the speed of approach; after both, the cue ball may
-    approach the first one again. Simultaneous ones are (1 + e) times the impulses that just end
-    both approaches: 2 p + c q = a, c p + 2 q = b, with c the cosine between the normals.
+    Sequential impacts are ordered by approach speed and, if equal, by position. The first impact
+    gives its ball (1 + e) / 2 of the approach speed. After both impacts, the cue ball may approach
+    the first ball again. Simultaneous impacts have (1 + e) times the impulses that just end both
+    approaches: 2 p + c q = a, c p + 2 q = b, where c is the cosine between the normals.
     """
     normals = np.array(NORMALS[kind])
     velocities = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]])

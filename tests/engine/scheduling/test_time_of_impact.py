@@ -1,7 +1,7 @@
-"""When balls that touch collide: never by less than rounding left of their speeds at an instant.
+"""Tests of the collision times of touching balls: rounding errors of their speeds cause no impact.
 
-Rows of balls that touch exactly, and don't bounce off each other: each impact hands half of the
-approach on to the next contact, without end but for rounding.
+The rows consist of balls that touch exactly and don't bounce. Each impact passes half of the
+approach speed on to the next contact, so only rounding ends the series.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene, Status, Table
 
 RADIUS = 2.0**-5
-"""So that all places, and all gaps, are exact [m]."""
+"""With this value all positions and all gaps are exact [m]."""
 
 SPEED = 0.5
-"""Of the ball that pushes the row [m/s]."""
+"""Speed of the ball that pushes the row [m/s]."""
 
 
 def pushed(count: int, x: float, along: float, table: Table | None = None, **physics) -> Scene:
-    """Return a row of balls from x [m] on, of which the first pushes the others."""
+    """Return a row of balls from x [m] on, in which the first ball pushes the others."""
     return Scene(
         name="row",
         table=table,
@@ -47,7 +47,7 @@ def pushed(count: int, x: float, along: float, table: Table | None = None, **phy
 
 @pytest.mark.parametrize(("count", "restitution"), [(3, 1.0), (4, 0.5)])
 def test_a_row_without_bounce_pushed_into_a_cushion_comes_to_an_end(count, restitution):
-    """Its speed was halved at one instant until no product of two such numbers was left."""
+    """The speed was once halved at one time until the product of two speeds underflowed."""
     table = Table(length=1.0, width=0.5)
     physics = {"cushion": "restitution", "cushion_restitution": restitution}
     scene = pushed(count, 1.0 - RADIUS * (2 * count - 1), 1.0, table, **physics)
@@ -60,7 +60,7 @@ def test_a_row_without_bounce_pushed_into_a_cushion_comes_to_an_end(count, resti
 
 @pytest.mark.parametrize("along", [1.0, -1.0])
 def test_a_row_without_bounce_goes_on_together_in_air(along):
-    """Contacts that approach by rounding, or not, ended each other's steps for ever."""
+    """Contacts that approached by rounding, or didn't, once ended each other's steps endlessly."""
     result = simulate(pushed(6, 0.3, along, air_drag=0.1), record="events")
     assert result.status is Status.T_MAX, result.reason
     velocities = result.final_state.velocities[0]
