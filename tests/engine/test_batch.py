@@ -1,4 +1,4 @@
-"""Batches: each shot to the bit as `simulate` gives it, whoever does it."""
+"""Tests of batches: each shot is bit-identical to `simulate`, in any thread."""
 
 import os
 import signal
@@ -37,7 +37,7 @@ def test_a_wrong_number_of_threads_is_refused(wrong):
 @pytest.mark.compiled
 @pytest.mark.parametrize("way", ["sweep", "many", "starts"])
 def test_endless_shots_are_interrupted(way):
-    # Whoever waits for the limit of events waits for days.
+    # Reaching the event limit would take days.
     rolls_on = scene_of(
         ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=1e50
     )

@@ -1,4 +1,4 @@
-"""Which variants of the kernels scenes need."""
+"""Tests of the variants of the kernels that scenes need."""
 
 import math
 
@@ -31,7 +31,7 @@ def test_scenes_that_need_the_same_kernel_name_it_once():
 
 
 BEYOND = {"table": crowded_table()}
-"""What our engine doesn't do."""
+"""A scene that our engine doesn't support."""
 
 
 def test_a_scene_that_is_not_played_needs_nothing():

@@ -1,4 +1,4 @@
-"""The pressure of hard discs, from the collisions of an elastic gas, against the literature."""
+"""Tests of the pressure of hard discs, from collisions of an elastic gas, against literature."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ghostball.validation.checks.relations import begun_at_end
 from ghostball.validation.stress.gas import collision_rate, gas
 
 LAYERS = 10.0 * RADIUS
-"""How far from a cushion the gas is as in the middle [m]: five diameters."""
+"""Distance from a cushion beyond which the gas is as in the middle [m]: five diameters."""
 
 BLOCKS = 20
-"""Parts of a run from whose scatter the error of its pressure is estimated."""
+"""Number of parts of a run; the scatter between them gives the error of the pressure."""
 
 MIXING = 30.0
-"""Collisions of each disc before its gas is measured."""
+"""Number of collisions of each disc before the gas is measured."""
 
 SIGMAS = 4.0
-"""Standard errors that a pressure may be off."""
+"""Permitted error of a pressure, in standard errors."""
 
 
 VIRIAL = (
@@ -40,16 +40,16 @@ VIRIAL = (
 """B_(k+2) / B_2^(k+1) of hard discs: Clisby and McCoy 2006, J. Stat. Phys. 122 15, table 1."""
 
 TAIL_RATIOS = (0.53, 0.57)
-"""Between which the ratio of a virial coefficient to the one before is taken to continue.
+"""Range of the ratio of consecutive virial coefficients beyond the known ones.
 
-From B_8 on the known ones are 0.566, 0.557 and 0.551.
+From B_8 on, the known ratios are 0.566, 0.557 and 0.551.
 """
 
 
 def places_of(
     result: Result, balls: NDArray[np.int64], times: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where each of these balls is at its instant, and its velocity: (k, 2) each."""
+    """Return the position and the velocity of each ball at its own time: (k, 2) each."""
     places, velocities = np.empty((len(times), 2)), np.empty((len(times), 2))
     assert isinstance(result.trajectory, ExactTrajectory)
     for i, segments in enumerate(result.trajectory.segments):
@@ -63,13 +63,13 @@ def places_of(
 
 
 def literature(packing: float) -> tuple[float, float]:
-    """Return p / (n k T) of hard discs that cover this part of the plane, and how sure it is.
+    """Return p / (n k T) of hard discs with a packing fraction, and its uncertainty.
 
     Notes
     -----
-    1 + the sum of B_(k+1) / B_2^k (2 x)^k, and beyond B_10 as a geometric series; what its ratio
-    makes of it, between `TAIL_RATIOS`, is the uncertainty. At x = 0.6 that is 0.33 %, at
-    0.5 and below less than 0.05 %.
+    The value is 1 + the sum of B_(k+1) / B_2^k (2 x)^k. Beyond B_10 the sum is continued as a
+    geometric series; its ratio is between `TAIL_RATIOS`, which gives the uncertainty: 0.33 % at x =
+    0.6, and less than 0.05 % at 0.5 and below.
     """
     y = 2.0 * packing
     known = 1.0 + sum(b * y ** (k + 1) for k, b in enumerate(VIRIAL))
@@ -79,10 +79,10 @@ def literature(packing: float) -> tuple[float, float]:
 
 
 def middle_of(result: Result, begin: float, end: float) -> tuple[float, float, float, float, float]:
-    """Return what a run says of the middle of its table between two instants [s].
+    """Return what a run contributes to the state in the middle of its table between two times [s].
 
-    Discs times seconds, seconds, collisions, the sum of their speeds of approach [m/s], and the
-    temperature k T [J] times the seconds.
+    The results are discs times seconds, seconds, collisions, the sum of their approach speeds
+    [m/s], and the temperature k T [J] times the seconds.
     """
     assert result.events is not None
     table = result.scene.table
@@ -100,7 +100,7 @@ def middle_of(result: Result, begin: float, end: float) -> tuple[float, float, f
     inside = np.all((0.5 * (a + b) > low) & (0.5 * (a + b) < high), axis=1)
     between = (b - a)[inside]
     speeds = np.sum((vb - va)[inside] * between, axis=1) / np.hypot(*between.T)
-    temperature = 0.5 * float(np.mean(np.sum(states.velocities**2, axis=2)))  # of 1 kg
+    temperature = 0.5 * float(np.mean(np.sum(states.velocities**2, axis=2)))  # for a mass of 1 kg
     seconds = end - begin
     return (
         float(discs) * seconds,
@@ -112,11 +112,11 @@ def middle_of(result: Result, begin: float, end: float) -> tuple[float, float, f
 
 
 def state_of(parts: NDArray[np.float64], side: float) -> tuple[float, float, float]:
-    """Return p / (n k T), the packing, and the mean speed of approach over Maxwell's.
+    """Return p / (n k T), the packing fraction, and the mean approach speed over Maxwell's value.
 
-    By the virial theorem p / (n k T) is 1 + the sum over collisions of m v_n d / (2 N k T t), for
-    those in the middle and the discs there; for v_n its mean over collisions of discs with
-    Maxwell's velocities, sqrt(pi k T / m), is taken.
+    By the virial theorem, p / (n k T) is 1 + the sum over collisions of m v_n d / (2 N k T t), with
+    the collisions and the discs in the middle of the table. For v_n this uses the mean over
+    collisions of discs with Maxwell's velocities, sqrt(pi k T / m).
     """
     discs, seconds, collisions, speeds, heat = parts.sum(axis=0).tolist()
     maxwell = math.sqrt(math.pi * heat / seconds)
@@ -132,7 +132,10 @@ def state_of(parts: NDArray[np.float64], side: float) -> tuple[float, float, flo
 @pytest.mark.compiled
 @pytest.mark.parametrize(("packing", "collisions"), [(0.1, 30_000), (0.3, 60_000), (0.5, 300_000)])
 def test_the_pressure_is_that_of_the_literature(packing, collisions):
-    """Within as many standard errors, of the jackknife over blocks; so is the speed of approach."""
+    """The tolerance is in standard errors, from a jackknife over blocks.
+
+    The mean approach speed has the same tolerance.
+    """
     rows = 24
     rate = collision_rate(rows**2, packing)
     scene = gas(rows, packing, MIXING * rows**2 / rate)
@@ -158,7 +161,7 @@ def test_the_pressure_is_that_of_the_literature(packing, collisions):
 
 
 def test_the_literature_is_a_known_equation_of_state():
-    """Henderson 1975 is within a part in 200 up to 0.5, and the series of low density exact."""
+    """Henderson (1975) is within 1/200 up to 0.5, and the series for low density is exact."""
     for x in (0.01, 0.1, 0.3, 0.5):
         assert literature(x)[0] == pytest.approx((1 + x**2 / 8) / (1 - x) ** 2, rel=5e-3)
     assert literature(1e-4)[0] == pytest.approx(1.0 + 2e-4 + 0.7820044 * 4e-8, abs=1e-11)

@@ -1,8 +1,9 @@
-"""Random shots, odd ones, and those of many balls are played as interval arithmetic proves them.
+"""Tests of random shots, unusual shots and shots with many balls against certified results.
 
-Every event that is proved happens, in that order, no other does, and the balls end within 32
-roundings of the state per event; as far as the proof goes, and the shot can be predicted in double
-precision. Shipped scenes are asked the same by `ghostball validate`.
+The engine has exactly the certified events, in the certified order, and the rest positions agree
+within 32 roundings of the state per event. The comparison ends where the certified result or the
+predictability in double precision ends. `ghostball validate` makes the same comparison for shipped
+scenes.
 """
 
 import pytest
@@ -18,15 +19,15 @@ from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 from ghostball.validation.truth.scene_truth import truth_of
 
 PROOF = CertifiedSettings(max_events=500, max_precision=848)
-"""How far a random shot is proved: a few have thousands of events, or bits."""
+"""Limits on certifying a random shot: a few shots need thousands of events or bits."""
 
 BATCH = 10
-"""Random shots of a test."""
+"""Number of random shots in a test."""
 
 LEAST_PROVED = 5
-"""Of the random shots of a test, how many must be proved to their ends.
+"""Number of random shots of a test that must be certified up to their ends.
 
-Others are proved up to a contact that lasts, a tie, or bounces that no precision follows.
+The other shots are certified up to a resting contact, a tie, or bounces that no precision resolves.
 """
 
 SHAPES = {**PROVABLE, "table": ("polygon", "pockets", "posts")}
@@ -34,7 +35,10 @@ OVER_SHAPES = {**SHAPES, "flight": ("low", "jump", "drop", "on-top")}
 
 
 def judged(result, settings=None, least=None):
-    """Return what a run breaks of the law by its proof, and whether that is of all of it."""
+    """Return the limits that a run fails against its certified result.
+
+    The second value is whether the certified result is complete.
+    """
     truth = truth_of(result.scene, settings=settings, least=least)
     faults = broken(result, truth=truth)
     proof, graded = truth.certificate, truth.graded
@@ -68,7 +72,7 @@ def test_so_many_balls_that_only_neighbours_are_looked_at_are_as_proved(physics)
 
 
 def test_a_ball_that_its_spin_throws_back_to_the_cushion_that_it_left_is_as_proved():
-    """It still slides when it comes back."""
+    """The ball still slides when it comes back."""
     scene = Scene(
         name="thrown-back",
         table=Table(length=2.54, width=1.27),
@@ -100,7 +104,7 @@ def test_a_ball_that_rubs_against_another_while_the_cloth_changes_its_spin_is_as
 @pytest.mark.parametrize("rail", ["bottom", "top"])
 @pytest.mark.parametrize("preset", ["wpa-9ft", "bar-7ft", "snooker-12ft"])
 def test_a_ball_that_glides_along_a_rail_touches_no_jaw_of_the_side_pocket(preset, rail, backwards):
-    """Breaks where a jaw sticks out past its nose by a rounding: the mirror image then differs."""
+    """Fails if a jaw sticks out beyond its nose by rounding: the mirror image then differs."""
     shot = kept_scene("along-side-pocket")
     table = Table.model_validate(preset)
     (ball,) = shot.balls

@@ -1,9 +1,9 @@
-"""Random scenes of all that the engine knows come out the same by every path.
+"""Tests that random scenes with all features have the same results on every path to the engine.
 
-Alone, in a batch, in a sweep on any number of threads and as one of many starts, with the scheduler
-of few balls and of many, with each skip off, renumbered and mirrored; the scene, the run and the
-proof read back as they were stored; the motion agrees with its events and its end, and gains no
-energy. And each check sees what isn't so.
+The paths are: alone, in a batch, in a sweep on any number of threads, as one of many starts, with
+either scheduler, with each skip switched off, renumbered, and mirrored. The scene, the result and
+the certified result are read back as they were stored. The motion agrees with its events and its
+end, and gains no energy. Each check is also shown to detect an error.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ FOUND = {
     "a rail and the jaw at its end push as one": (757, {"table": "pockets"}),
     "the same at another rail": (2959, {"table": "pockets"}),
 }
-"""What was wrong in random scenes, with their number and their options."""
+"""Mistakes found in random scenes, with the number and the options of the scene."""
 
 
 @pytest.mark.compiled
@@ -83,7 +83,7 @@ def test_what_random_scenes_found_is_gone(number, having):
 ALOFT = tuple(how for how in ASPECTS["flight"] if how != "no")
 
 LONG_SWEEP = 600
-"""Shots of a sweep that threads share among them: more than each takes at a time."""
+"""Number of shots in a sweep that threads share: more than a thread takes at a time."""
 
 SHAPES = ("polygon", "pockets", "posts")
 
@@ -95,13 +95,13 @@ KINDS = {
     "flight-in-air": (20, {"air": "yes", "flight": ALOFT}),
     "flight-over-shapes": (20, {"table": SHAPES, "flight": ALOFT}),
 }
-"""How many random scenes of each kind are played, and the options that they have."""
+"""Number of random scenes of each kind, and their options."""
 
 MORE = int(os.environ.get("GHOSTBALL_RANDOM_SCENES", "1"))
-"""How many times as many are played: more than 1 where somebody looks for what is wrong."""
+"""Factor on the number of scenes, larger than 1 to search for mistakes."""
 
 AT_ONCE = 20
-"""Scenes of a test."""
+"""Number of scenes in a test."""
 
 
 @pytest.mark.compiled
@@ -156,7 +156,7 @@ OTHER = Scene(**{**dict(SHOT), "physics": Physics(preset="pool", rolling_frictio
 
 
 def altered(monkeypatch, module, name, when=lambda *_, **__: True):
-    """Let a function be that of another shot, where `when` says so of its arguments."""
+    """Replace a function by one with a wrong result, if `when` returns True for its arguments."""
     function = getattr(module, name)
 
     def wrong(scene, *others, **options):

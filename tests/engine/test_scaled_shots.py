@@ -1,4 +1,4 @@
-"""Shots made larger, faster, heavier by powers of two: they are the same to the bit."""
+"""Tests of shots with lengths, times and masses scaled by powers of two: bit-identical results."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ SIZES = (
     (0, 30, 0), (19, -13, 20), (-11, 30, -20), (0, -13, 0), (-11, 0, 0), (19, 0, 0),
     (-30, -40, 0), (40, 7, -40), (100, 50, 60), (-100, -60, 30),
 )  # fmt: skip
-"""Powers of two that lengths, times and masses are multiplied by: 1e-9 to 1e4 times as fast, tables
-of 0.2 mm to 2e5 m, 1e-6 to 1e6 of the mass; then far beyond."""
+"""Powers of two as factors on lengths, times and masses: speeds times 1e-9 to 1e4, tables of 0.2 mm
+to 2e5 m, masses times 1e-6 to 1e6; then far more extreme factors.
+"""
 
 AIR = Physics(preset="pool", ball_friction=0.06, air_drag=0.0041)
-"""Its drag goes with one over a length."""
+"""The drag coefficient scales like 1 / length."""
 
 
 def scaled(scene: Scene, x: float, t: float, m: float) -> Scene:
     """Return the scene with lengths, times and masses multiplied by powers of two.
 
-    Everything else follows from its unit. Frictions and restitutions have none. A law with
-    constants of its own, as that of "alciatore", doesn't scale.
+    All other values follow from their units; frictions and restitutions have none. A law with
+    constants that have units, such as "alciatore", doesn't scale.
     """
     balls = [
         ball.model_dump()
@@ -52,7 +53,7 @@ def scaled(scene: Scene, x: float, t: float, m: float) -> Scene:
 def test_a_shot_is_the_same_at_any_size(physics, shape):
     scene = shape(physics, t_max=0.4)
     one = simulate(scene, record="events")
-    # Of a shot in air that is tiny, or lasts no time, the drag is refused.
+    # For a tiny or very short shot in air, the drag would be rejected.
     for length, time, mass in SIZES[:6] if physics is AIR else SIZES:
         x, t = 2.0**length, 2.0**time
         other = simulate(scaled(scene, x, t, 2.0**mass), record="events")

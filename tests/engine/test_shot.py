@@ -1,7 +1,7 @@
-"""The engine's front door: what is asked is checked, and what comes back keeps its promises.
+"""Tests of the engine's interface: arguments are checked, and results are consistent.
 
-Scenes made past their checks are refused on every path to the kernels, no scene has one write
-beyond its arrays, and the same scene gives the same bits.
+Scenes created without validation are rejected on every path to the kernels, no scene makes a kernel
+write beyond its arrays, and the same scene gives the same bits.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def with_ball(scene, i, **fields):
 
 
 def heap():
-    """Ten balls at one place, all of which touch: 45 pairs, where room for 31 is laid out."""
+    """Ten balls at one place, all of which touch: 45 pairs, with memory for 31."""
     balls = tuple(
         Ball(id=f"b{k}", position=(0.5 + 1e-4 * k, 0.5), velocity=(1.0 - 0.1 * k, 0.0))
         for k in range(10)
@@ -53,7 +53,7 @@ def heap():
 
 
 def paths(scene):
-    """Yield every way from a scene to a kernel."""
+    """Yield every path from a scene to a kernel."""
     recorded = simulate(SHOT, record="trajectory")
     change = np.ones((1, len(scene.balls), 7))
     yield lambda: simulate(scene)
@@ -84,7 +84,7 @@ def paths(scene):
     ids=["heap", "nan", "inf", "radius", "t_max", "empty", "list", "missing", "law"],
 )
 def test_a_scene_made_without_its_checks_is_refused_on_every_path(scene, says):
-    # Without the refusal, the heap makes a compiled kernel write past an array.
+    # If the heap weren't rejected, a compiled kernel would write beyond an array.
     paths_of = paths(scene) if "balls" in scene.__dict__ else [lambda: simulate(scene)]
     for path in paths_of:
         with pytest.raises(SceneError, match="created without validation") as caught:
@@ -98,13 +98,13 @@ FIELDS = [
     *((field, None) for field in ("rolling_friction", "sliding_friction")),
     ("spinning_friction_rate", None),
 ]
-"""Numbers of a ball, and the component of those that are vectors."""
+"""Fields of a ball, and a component of each field that is a vector."""
 
 NUMBERS_OF_PHYSICS = [field for field, value in Physics() if isinstance(value, float)]
 
 
 def spoilt(scene, value):
-    """Yield the scene with each of its numbers in turn replaced, and the name of that number."""
+    """Yield the scene with each of its numbers replaced in turn, and the name of that number."""
     for i in (0, len(scene.balls) - 1):
         for field, axis in FIELDS:
             planted = value
@@ -144,7 +144,7 @@ def test_each_number_of_a_scene_that_got_past_its_checks_is_refused_by_name(phys
 
 
 def far_away(velocity, **fields):
-    """Balls in a square that are hardly larger than the rounding of their places, 1e6 m away."""
+    """Balls in a square, 1e6 m away, hardly larger than the rounding of their positions."""
     place, rows = 1e6, 6
     radius = 1.5 * 16.0 * 2.0**-52 * 2.0 * place
     balls = []
@@ -159,14 +159,15 @@ def far_away(velocity, **fields):
 OVERFULL = pytest.mark.parametrize(
     "scene",
     [
-        # More pairs collide at once than balls side by side can: all run to the middle.
+        # More pairs collide at once than possible for balls side by side: all balls move to the
+        # middle.
         far_away(lambda i, j: (1e-3 * (3 - i), 1e-3 * (3 - j))),
-        # More stay in contact: each column is slowed more than the one behind it.
+        # More pairs stay in contact: each column decelerates more than the column behind it.
         far_away(lambda i, j: (1e-4, 0.0), rolling_friction=lambda i: 0.01 * (1 + i)),
     ],
     ids=["impacts", "resting contact"],
 )
-"""Scenes in order, whose balls overlap by no more than rounding."""
+"""Valid scenes, whose balls overlap by no more than rounding."""
 
 
 @OVERFULL
@@ -183,7 +184,7 @@ def test_more_contacts_than_there_is_room_for_end_a_shot_of_a_sweep(scene):
     assert not batch.complete.any()
 
 
-# --- what is asked, and what comes back
+# --- arguments and results
 
 
 def test_an_unknown_record_is_refused():
@@ -242,8 +243,10 @@ def test_a_resting_scene_has_no_events_and_no_time():
     ],
 )
 def test_a_shot_has_the_bits_of_its_baseline(name):
-    """Compiled and interpreted, whatever ran before: a fused multiply-add, or a sum in another
-    order, shows here. Where numbers are to move, `ghostball accept` stores the new hash.
+    """This holds compiled and interpreted, after any other run.
+
+    A fused multiply-add, or a sum in another order, would fail here. After an intended change,
+    `ghostball accept` stores the new hash.
     """
     accepted = json.loads((BASELINES / f"{name}.json").read_text(encoding="utf-8"))
     found = fingerprint(simulate(find_scene(name), record="events"))

@@ -1,4 +1,4 @@
-"""Many starts of one scene: each to the bit as `simulate` plays the scene that begins so."""
+"""Tests of many starts of one scene: each is bit-identical to `simulate` with the changed scene."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from ghostball.model import Ball, GhostballError, Scene, SceneError
 
 
 def begun(scene: Scene, **columns) -> Scene:
-    """Return the scene whose balls have other fields."""
+    """Return the scene with other fields of its balls."""
     balls = [
         Ball(**{**dict(one), **{name: tuple(values[i]) for name, values in columns.items()}})
         for i, one in enumerate(scene.balls)

@@ -1,4 +1,4 @@
-"""Sweeps: each shot to the bit as `simulate` gives it."""
+"""Tests of sweeps: each shot is bit-identical to `simulate`."""
 
 import math
 
@@ -13,12 +13,12 @@ from ghostball.model.sines import cosines_and_sines
 
 
 def test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order():
-    """Each shot ends while balls rest on each other: what a room holds then is nobody else's."""
+    """Each shot ends during resting contacts, which must not affect the next shot in the room."""
     scene = scene_of(
         ball((0.6, 0.6), (1.0, 0.0)),
         ball((0.7, 0.603)),
         ball((0.7 + 2 * R, 0.603)),
-        # These stay in contact from the start on.
+        # These two balls stay in contact from the start.
         ball((1.2, 0.3), (0.3, 0.1), angular_velocity=(4.0, 60.0, 8.0)),
         ball((1.2 + 2 * R, 0.3), (0.3, -0.02), angular_velocity=(-30.0, -20.0, -5.0)),
         table=POOL_TABLE,
@@ -123,7 +123,7 @@ def one_ball(**fields) -> Scene:
 def test_a_shot_is_refused_that_a_scene_would_be_refused_for(scene, speeds, rule):
     with pytest.raises(SceneError, match=rule):
         simulate_sweep(scene, speeds, 0.0)
-    # As the scene itself is, whose rules these are.
+    # The rules are those of the scene itself.
     cue, v = scene.balls[0], scene.balls[0].velocity[0]
     spin = cue.angular_velocity and tuple(speeds[1] / v * w for w in cue.angular_velocity)
     shot = {**cue.model_dump(), "velocity": (speeds[1], 0.0), "angular_velocity": spin}
@@ -136,7 +136,8 @@ def test_no_shots_give_an_empty_batch():
 
 
 def test_a_ball_that_is_struck_is_struck_harder_in_another_direction():
-    # What a stroke gives turns with the cue and grows with its speed, and so does a bounce.
+    # The result of a stroke turns with the cue and is proportional to its speed, and so is a
+    # bounce.
     def struck(speed, direction):
         strike = {"elevation": 0.4, "offset_left": 0.2, "offset_up": -0.2}
         cue = {"position": (0.5, 0.5), "strike": {"speed": speed, "direction": direction, **strike}}

@@ -1,4 +1,4 @@
-"""What becomes of small changes: of given ones, or of what rounding does."""
+"""Tests of the growth of small changes: of given changes, and of rounding."""
 
 from __future__ import annotations
 

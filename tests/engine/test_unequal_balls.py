@@ -1,8 +1,7 @@
-"""Shots of balls of different radii and masses: the same when renumbered, mirrored or with cells.
+"""Tests of balls with different radii and masses: same result renumbered, mirrored or with cells.
 
-A kernel that takes the radius or the mass of one ball for the other's is right as long as all balls
-are alike, and gives another shot where their order changes. Radii and places are sums of powers of
-two, so that a mirror image rounds nothing.
+A kernel that uses the radius or the mass of the wrong ball is right for equal balls, but changes
+with their order. Radii and positions are sums of powers of two, so mirroring rounds nothing.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ PAIR = (
     ball((0.5, 0.25 + R), radius=R, mass=0.1),
     ball((0.5, 0.25 - R), radius=R, mass=0.3),
 )
-"""Two balls that touch, and that a third of their radius meets at once along x."""
+"""Two touching balls; a third ball of their radius, moving along x, hits both simultaneously."""
 
 AT_BOTH = ball((0.25, 0.25), (2.0, 0.0), radius=R, mass=0.2, angular_velocity=(0.0, 0.0, 60.0))
 ALOFT = ball(
@@ -88,7 +87,7 @@ SCENES = {
 def test_a_shot_of_unequal_balls_is_the_same_by_every_path(scene):
     result = simulate(scene, record="events")
     assert EventKind.BALL_BALL in result.events["kind"]
-    assert is_promised(scene)  # renumbered, it isn't passed over
+    assert is_promised(scene)  # otherwise the renumbered scene would be skipped
     assert image(scene, "diagonal") != scene
     assert differences(scene, ("sampled", "invariants", "cells", "renumbered", "mirrored")) == {}
 
@@ -106,7 +105,7 @@ PUSHES = {
 
 @pytest.mark.parametrize("scene", PUSHES.values(), ids=PUSHES)
 def test_a_push_of_unequal_balls_ends_alike_when_renumbered_or_mirrored(scene):
-    """To 1e-10 m, not to the bit: the forces of contact steps are found by iteration."""
+    """The tolerance is 1e-10 m, because contact steps find forces by iteration."""
     result = simulate(scene)
     assert result.work["contact_steps"] > 5
     order = list(range(len(scene.balls)))[::-1]

@@ -1,7 +1,7 @@
-"""Corners, funnels and gates that are too narrow for a ball: it comes back, or jams and rests.
+"""Tests of corners, funnels and gates narrower than a ball: the ball returns, or jams and rests.
 
-Broken by bounces without end at one instant, by a ball that passes, and by steps of a resting
-contact that become ever shorter: each shot may take a stated amount of work.
+They fail for endless bounces at one time, for a ball that passes, and for contact steps that become
+ever shorter: each shot has a limit of work.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from ghostball.model import Result, Scene, Status
 from ghostball.validation.stress.pockets import wedge
 
 MOST_WORK = 5 * 10**6
-"""Units of work of a shot, of some 6 ns each."""
+"""Limit of work for a shot, in units of about 6 ns."""
 
 OVERLAP = 2.0**-37 * 2.0 * R + 1e-14
-"""What a resting contact may overlap by, and rounding [m]."""
+"""Permitted overlap of a resting contact, plus rounding [m]."""
 
 LAWS = ("mirror", "restitution", "frictional", "han2005", "mathavan2010")
 
@@ -44,7 +44,7 @@ def shot(
 
 
 def corner(degrees: float) -> Shot:
-    """Return a triangular table with this angle at (2, 0)."""
+    """Return a triangular table with an angle of `degrees` at (2, 0)."""
     return {"vertices": [[0, 0], [2, 0], [0, 2.0 * math.tan(math.radians(degrees))]]}
 
 
@@ -52,7 +52,7 @@ FUNNEL: Shot = {"vertices": [[0, 0], [2, 0], [2, 0.04715], [0, 0.08715]]}
 
 
 def gate(lacking: float, radius: float = 0.02) -> Shot:
-    """Return a table with a post at x = 1 beside a cushion, nearer than a ball is wide [m]."""
+    """Return a table with a post at x = 1, nearer to a cushion than the diameter of a ball [m]."""
     post = {"centre": [1.0, 2.0 * R - lacking + radius], "radius": radius}
     return {"length": 2, "width": 1, "posts": [post]}
 
@@ -66,7 +66,7 @@ SPIN = (-2.0, -20.0, 61.0)
 
 
 def check(scene: Scene) -> Result:
-    """Play a shot; it rests, takes little work, and is never deeper in anything than permitted."""
+    """Simulate a shot; it must rest, take little work, and overlap nothing beyond tolerance."""
     result = simulate(scene, record="events", max_work=MOST_WORK)
     assert result.status is Status.REST, result.reason
     assert result.work["unsolved_contact_steps"] == 0
@@ -77,7 +77,7 @@ def check(scene: Scene) -> Result:
 
 
 def least_gap(scene: Scene, positions: np.ndarray) -> float:
-    """Return the least gap between the ball and anything on its table [m]."""
+    """Return the smallest gap between the ball and the obstacles on its table [m]."""
     table, x, y = scene.table, positions[:, 0], positions[:, 1]
     gaps = []
     if table.vertices:
@@ -120,7 +120,7 @@ def test_a_ball_jams_in_a_funnel_or_comes_back(law, restitution):
     if law == "mirror":
         assert result.rest_positions[0, 0] < 0.5
     else:
-        # Where the funnel is as wide as the ball, across its bisector.
+        # The place at which the funnel is as wide as the ball, across its bisector.
         slope = 0.04 / 2.0
         at = (0.08715 - R * (1.0 + math.hypot(1.0, slope))) / slope
         assert result.rest_positions[0, 0] == pytest.approx(at, abs=1e-8)
@@ -142,7 +142,7 @@ def test_a_ball_between_parallel_noses_that_just_fit_it_goes_on_along_them():
 
 
 def random_shot(seed: int) -> Scene:
-    """Return a ball that runs into a corner, a funnel, a gate, or between two posts."""
+    """Return a shot of a ball into a corner, a funnel, a gate, or between two posts."""
     rng = random.Random(seed)
     law = rng.choice(LAWS[:4])
     slides = law in ("frictional", "han2005") or rng.random() < 0.4

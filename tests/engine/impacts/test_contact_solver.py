@@ -1,4 +1,4 @@
-"""The contact solver: its impulses end every approach and take energy, whatever the order."""
+"""Tests of the contact solver: impulses end every approach and dissipate energy, in any order."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Group:
         return contacts
 
     def solve(self) -> tuple[bool, np.ndarray]:
-        """Return whether it is solved, and the velocities afterwards."""
+        """Return whether the impulses were found, and the velocities afterwards."""
         contacts, count = self.contacts(), len(self.ends)
         solved = end_approach(contacts, count, 0.0)
         assert np.all(contacts.columns[:count, FORCE] >= 0.0)
@@ -83,7 +83,7 @@ class Group:
 
 
 def patch(chance: random.Random, n: int) -> list[tuple[float, float]]:
-    """Return n places of a triangular lattice, each but the first beside an earlier one."""
+    """Return n sites of a triangular lattice, each next to an earlier one."""
     steps = [(1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1)]
     cells = [(0, 0)]
     while len(cells) < n:
@@ -102,7 +102,7 @@ def random_group(seed: int, ratio: float) -> Group:
         (chance.gauss(0, 1), chance.gauss(0, 1)) if chance.random() < 0.6 else (0.0, 0.0)
         for _ in range(n)
     ]
-    if chance.random() < 0.3:  # what rests, stays
+    if chance.random() < 0.3:  # a ball at rest stays at rest
         masses = [m if any(v) else math.inf for m, v in zip(masses, velocities, strict=True)]
     low = min(y for _, y in places) - 0.5 if chance.random() < 0.5 else None
     high = max(y for _, y in places) + 0.5 if chance.random() < 0.5 else None
@@ -127,7 +127,7 @@ def test_no_approach_is_left_and_no_energy_gained(ratio):
 @pytest.mark.parametrize("mass", [1.0, 17.0])
 @pytest.mark.parametrize("n", [1, 2, 3, 4])
 def test_balls_that_fill_a_table_from_cushion_to_cushion(n, mass):
-    """There is one contact more than needed: some impulses do nothing, and mustn't grow."""
+    """There is one contact more than needed, so some impulses have no effect and must not grow."""
     places = [(0.0, float(k)) for k in range(n)]
     for seed in range(300):
         chance = random.Random(seed)
@@ -152,7 +152,7 @@ def test_what_rests_stays_between_balls_that_must_not_move_it():
 
 
 def test_a_ball_all_but_wedged_continues_along_the_gap():
-    """Between a ball that stays and a cushion, off the line by rounding: no force would stop it."""
+    """Nothing stops a ball between a fixed ball and a cushion, off the line by rounding."""
     group = Group([(0.0, 0.0), (1e-14, 1.0)], [1.0, math.inf], [(1e-3, 2e-6), (0.0, 0.0)], -0.5)
     solved, after = group.solve()
     assert solved
@@ -162,7 +162,7 @@ def test_a_ball_all_but_wedged_continues_along_the_gap():
 @pytest.mark.parametrize("angle", [1e-3, 1e-5, 2e-7, 1e-9])
 @pytest.mark.parametrize("slower", [1e-3, 0.5])
 def test_of_two_contacts_all_but_parallel_the_one_that_is_needed_pushes(angle, slower):
-    """A rail and the jaw at its end, approached at two speeds: together they would have to pull."""
+    """The approach speeds at a rail and the jaw at its end differ: together, one would pull."""
     sine, cosine = math.sin(angle), math.cos(angle)
     group = Group([(0.0, 0.0)], [1.7], [((1.0 - cosine * slower) / sine, slower)])
     group.ends = [(0, TOP), (0, BOTTOM)]
@@ -175,7 +175,7 @@ def test_of_two_contacts_all_but_parallel_the_one_that_is_needed_pushes(angle, s
 
 @pytest.mark.parametrize("n", [4, 20])
 def test_a_contact_that_stays_out_changes_nothing(n):
-    """Its rate is inf, which times 0 was NaN: so twenty contacts got no forces at all."""
+    """Its rate is inf, and inf times 0 was NaN: twenty contacts once got no forces."""
     places = [(float(k), 0.0) for k in range(n)]
     row = Group(places, [1.0] * n, [(1.0, 0.0)] + [(0.0, 0.0)] * (n - 1))
     contacts, shorter, count = row.contacts(), row.contacts(), n - 1
@@ -188,7 +188,7 @@ def test_a_contact_that_stays_out_changes_nothing(n):
 
 
 def test_what_no_impulses_end_of_an_approach_may_be_noise():
-    """The gaps of a row between two cushions add up to the same, whatever pushes."""
+    """The gaps of a row between two cushions have a constant sum, with any impulses."""
     row = Group([(0.0, 0.0), (0.0, 1.0)], [1.0, 1.0], [(0.0, 0.0), (0.0, 0.0)], low=-0.5, high=1.5)
     contacts, rates = row.contacts(), (-1.0, 1.0, -1e-6)
     count = len(row.ends)

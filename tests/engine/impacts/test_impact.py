@@ -1,7 +1,7 @@
-"""One impact of two balls, or of a ball and a cushion, in closed form.
+"""Tests of one impact of two balls, or of a ball and a cushion, against closed forms.
 
-To a few ulp times the shot's conditioning: the exact numbers come from mpmath, from the scene's own
-doubles, so that only the engine's rounding is left to see.
+The tolerance is a few ulps times the condition number of the shot. The exact numbers are computed
+with mpmath from the doubles of the scene, so only the rounding of the engine remains.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ BALL_BALL, CUSHION = EventKind.BALL_BALL, EventKind.BALL_CUSHION
 
 
 def time_to_roll(distance, speed, a):
-    """Time in which a ball of this speed rolls so far: the stable root of s = v t - a t^2 / 2."""
+    """Time in which a ball rolls a distance: the stable root of s = v t - a t^2 / 2."""
     return 2 * distance / (speed + mp.sqrt(speed**2 - 2 * a * distance))
 
 
@@ -31,9 +31,9 @@ def test_a_full_elastic_collision_hands_the_motion_over(distance):
     result = simulate(scene, record="events")
     a, path = deceleration(scene), mpf(distance) - 2 * mpf(R)
     assert collisions(result) == [(BALL_BALL, 0, 1)]
-    # The time has the condition number v / (v - a t) <= 3 here.
+    # Here the condition number of the time is v / (v - a t) <= 3.
     assert_close(result.events["t"][0], time_to_roll(path, mpf(1), a), 32)
-    # Together they roll as far as one would have alone.
+    # The sum of their distances is the distance of a single ball.
     assert_close(result.rest_positions[1, 0], 1 / (2 * a) + 2 * mpf(R), 16)
     assert_close(result.rest_positions[0, 0], path, 32)
 
@@ -66,7 +66,7 @@ def test_masses_and_restitution_of_a_full_collision(masses, e):
 def test_a_half_ball_collision_leaves_at_30_and_60_degrees():
     scene = scene_of(ball((0, 0), (1, 0)), ball((0.6, R)), rolling_friction=0.0, t_max=1.0)
     velocities = simulate(scene).final_state.velocities[0]
-    # The line of centres is found from positions: eps of 0.6 m over 2 R cos 30.
+    # The line of centres is computed from positions: its error is eps times 0.6 m over 2 R cos 30.
     tolerance = 32 * EPS * 0.6 / (2 * R)
     cos, sin = math.sqrt(3) / 2, 0.5
     assert velocities[1, :2] == pytest.approx([cos * cos, cos * sin], abs=tolerance)
@@ -147,7 +147,7 @@ def test_a_ball_that_just_fits_between_two_cushions_bounces_until_rounding_is_le
     )
     result = simulate(scene, record="events")
     assert result.status is Status.REST
-    # e to that power is `APPROACH_ROUNDING` of its speed: it bounced until no number was left.
+    # e to this power is `APPROACH_ROUNDING`: the ball once bounced until its speed underflowed.
     bounces = math.log(8.0 * EPS) / math.log(e)
     assert result.collision_counts["ball-cushion"] == pytest.approx(bounces, abs=2.0)
     assert tuple(result.rest_positions[0, :2]) == (0.5, radius)

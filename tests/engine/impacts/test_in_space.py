@@ -1,4 +1,4 @@
-"""Impacts of balls that may leave the cloth: with each other and at a cushion's nose."""
+"""Tests of impacts in scenes with flight: between balls, and with the nose of a cushion."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ghostball.model import EventKind, Phase, Table
 
 
 def test_a_nose_that_rubs_turns_the_ball():
-    """Friction at the nose against the slip there: a ball that flies along it is spun by it."""
+    """Friction at the nose acts against the slip there, and spins a ball that flies along it."""
     scene = scene_of(
         ball((0.1, 0.5, 2.5 * R), (-1, 1, 0), angular_velocity=(0, 0, 0)),
         table=Table(length=2.0, width=1.0),
@@ -28,12 +28,12 @@ def test_a_nose_that_rubs_turns_the_ball():
     assert event["kind"] == EventKind.BALL_CUSHION
     assert v[0, 0] > 0.0
     assert v[0, 1] < 1.0
-    assert w[0, 2] > 0.0  # the cushion holds back its left side
+    assert w[0, 2] > 0.0  # the cushion slows its left side
 
 
 @pytest.mark.parametrize(("friction", "sticks"), [(0.05, False), (0.9, True)])
 def test_the_friction_of_a_nose_is_that_of_its_whole_impulse(friction, sticks):
-    """Coulomb's law by vectors: mu times (1 + e) the approach, or the 2/7 that end the slip."""
+    """Coulomb's law with vectors: mu (1 + e) times the approach speed, or 2/7 of the slip."""
     e, h = 0.85, 0.0357
     scene = scene_of(
         ball((0.1, 0.5, 2.2 * R), (-1.0, 0.6, 0.2), angular_velocity=(15.0, -25.0, 40.0)),
@@ -51,7 +51,7 @@ def test_the_friction_of_a_nose_is_that_of_its_whole_impulse(friction, sticks):
     after = result.sample([t])
     x, _, z = after.positions[0, 0]
     v, w = np.array([-1.0, 0.6, 0.2 - 9.81 * t]), np.array([15.0, -25.0, 40.0])
-    normal = np.array([-x, 0.0, h - z]) / math.hypot(x, h - z)  # towards the nose
+    normal = np.array([-x, 0.0, h - z]) / math.hypot(x, h - z)  # unit vector towards the nose
     assert math.hypot(x, h - z) == pytest.approx(R, rel=1e-13)
     approach = v @ normal
     slip = v - approach * normal + R * np.cross(w, normal)
@@ -65,7 +65,7 @@ def test_the_friction_of_a_nose_is_that_of_its_whole_impulse(friction, sticks):
 
 
 def test_two_unequal_balls_in_flight_share_an_impulse_and_what_turns_them():
-    """m v changes by opposite vectors, and m R w by the same one, of 5/2 n x J."""
+    """m v changes by opposite vectors, and m R w by the same vector, 5/2 n x J."""
     masses, radii = np.array([0.3, 0.1]), np.array([0.035, 0.02])
     scene = scene_of(
         ball(
@@ -91,7 +91,7 @@ def test_two_unequal_balls_in_flight_share_an_impulse_and_what_turns_them():
 
 
 def test_a_ball_that_comes_up_from_the_table_yields_to_one_that_falls_on_it():
-    """The one below is on its way up when they meet again, slowly: it isn't held by the table."""
+    """The lower ball moves up when they collide again, slowly; the table doesn't hold it."""
     scene = scene_of(
         ball((0, 0), mass=0.1),
         ball((0, 0, 3.0 * R + 3.7346e-7), mass=0.29076),
@@ -106,7 +106,7 @@ def test_a_ball_that_comes_up_from_the_table_yields_to_one_that_falls_on_it():
 
 
 def test_a_ball_on_the_cloth_meets_the_nose_where_it_is_and_bounces():
-    """At sqrt(h (2 R - h)), along the normal in space: pushed down, it comes up again."""
+    """Contact at sqrt(h (2 R - h)), along the normal in space; pushed down, the ball bounces up."""
     h, e = 0.0357, 0.85
     scene = scene_of(
         ball((0.3, 0.5), (-2, 0)),
@@ -124,7 +124,7 @@ def test_a_ball_on_the_cloth_meets_the_nose_where_it_is_and_bounces():
     sine = (h - R) / R
     cosine = math.sqrt(1 - sine**2)
     push = (1 + e) * -v * cosine
-    # The nose is above the centre: it pushes back and down; the cloth rubs what comes down.
+    # The nose is above the centre, and pushes the ball back and down; the cloth then adds friction.
     back, down = v + push * cosine, push * sine
     slip = back - R * (v / R)
     rubbed = min(0.2 * 1.5 * down, 2 / 7 * slip)

@@ -1,4 +1,4 @@
-"""Balls that lie on noses, or on others: which lie still, until when, and which fall off."""
+"""Tests of balls that lie on noses or on other balls: which stay, how long, and which fall off."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ G = 9.81
 FLIES: dict[str, Any] = {"preset": "pool", "airborne": True}
 
 NARROW = Table(length=1.27, width=1.4 * R)
-"""Its noses are so near to each other that a ball lies on both."""
+"""A table whose noses are so close that a ball lies on both."""
 
 H = 0.0357
 """Height of a nose of that preset [m]."""
 
 LIES = H - R + math.sqrt(R * R - (0.7 * R) ** 2)
-"""How high over the cloth a ball lies there [m]."""
+"""Height of this ball above the cloth [m]."""
 
 
 def on_noses(above: float, velocity: tuple[float, ...] = (0.0, 0.0, 0.0), **more: Any) -> Scene:
@@ -34,7 +34,7 @@ def on_noses(above: float, velocity: tuple[float, ...] = (0.0, 0.0, 0.0), **more
 
 
 def test_a_ball_on_two_noses_comes_to_rest_on_them() -> None:
-    """Breaks where nothing holds it: it would bounce there for ever."""
+    """If the ball weren't held, it would bounce there endlessly."""
     result = simulate(on_noses(1e-4), record="trajectory", max_events=20_000)
     assert result.status is Status.REST
     assert result.rest_positions[0] == pytest.approx(
@@ -45,13 +45,13 @@ def test_a_ball_on_two_noses_comes_to_rest_on_them() -> None:
     assert (last["kind"], last["a"]) == (EventKind.ROLL_TO_REST, 0)
     energy = energies_around_events(result)
     assert np.diff(energy).max() <= 1e-13 * energy[0]
-    # It is held with no more energy than that of a bounce of the capture height.
+    # The energy when the ball is held is at most that of a bounce of the capture height.
     assert energy[-2] - energy[-1] <= 0.17 * G * 8.0 * CAPTURE_HEIGHT * R
 
 
 @pytest.mark.skipif(COMPILED, reason="a constant of compiled kernels can't be patched")
 def test_bounces_without_rest_end_with_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A ball that slides along two noses, to and fro, rests in hours."""
+    """A ball that slides along two noses, to and fro, would rest only after hours."""
     monkeypatch.setattr(lying_still, "_MOST_SLOW_IMPACTS", 100)
     result = simulate(on_noses(1e-4, (0.3, 0.0, 0.0)))
     assert result.status is Status.ENDLESS
@@ -59,7 +59,7 @@ def test_bounces_without_rest_end_with_a_reason(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_ball_out_of_balance_is_not_held() -> None:
-    """It leans by next to nothing, falls off in time, and rests on the cloth."""
+    """It leans by a tiny angle, falls off after some time, and rests on the cloth."""
     result = simulate(
         scene_of(ball((0.0, 0.0)), ball((0.0, 0.0, 3.0 * R + 1e-6)), **FLIES), max_events=100_000
     )
@@ -68,9 +68,9 @@ def test_a_ball_out_of_balance_is_not_held() -> None:
 
 
 def between_two(apart: float, above: float, aside: float = 0.0, **more: Any) -> tuple[Scene, float]:
-    """Return a ball dropped between two that two noses hold; and how high it may lie over them.
+    """Return a ball dropped between two balls that two noses hold, and its largest rest height.
 
-    They are `apart` radii apart.
+    The two balls are `apart` radii apart.
     """
     reach = math.sqrt(H * (2.0 * R - H))
     length, lies = 2.0 * reach + apart * R, math.sqrt(4.0 - 0.25 * apart * apart) * R
@@ -89,14 +89,14 @@ def between_two(apart: float, above: float, aside: float = 0.0, **more: Any) -> 
 @pytest.mark.parametrize("apart", [2.0, 2.8, 3.4, 3.8, 3.98])
 @pytest.mark.parametrize("restitution", [0.0, 0.95, 1.0])
 def test_a_ball_in_the_wedge_between_two_rests_in_the_middle(apart, above, restitution) -> None:
-    """Breaks where it bounces on at one instant after it has lost all its energy."""
+    """Fails if the ball continues to bounce at one time after it has lost all of its energy."""
     scene, lies = between_two(apart, above, ball_restitution=restitution)
     result = simulate(scene, record="trajectory", max_events=25_000)
     assert result.status is Status.REST
     x, y, z = result.rest_positions[2]
     assert x == pytest.approx(0.5 * scene.table.length, abs=8.0 * CAPTURE_HEIGHT * R)
     assert y == 0.35
-    # In a wedge so steep the balls that hold it move it by more than they move.
+    # In such a steep wedge, the two balls move the ball farther than they move themselves.
     steep = apart * R / (2.0 * lies)
     assert z == pytest.approx(R + lies, abs=8.0 * CAPTURE_HEIGHT * R * steep)
     assert not np.any(result.final_state[1])
@@ -105,13 +105,13 @@ def test_a_ball_in_the_wedge_between_two_rests_in_the_middle(apart, above, resti
 
 
 def test_a_ball_out_of_balance_in_a_wedge_is_not_held_at_once() -> None:
-    """Its push leans by 1e-6."""
+    """The direction of its push is 1e-6 off the vertical."""
     scene, _ = between_two(3.4, 1e-4, aside=1e-6 * R)
     assert simulate(scene, max_events=2_000).status is Status.EVENT_LIMIT
 
 
 def test_one_that_is_hit_where_it_lies_wakes() -> None:
-    """Another one falls on it after it has come to rest there."""
+    """Another ball falls on it after it has come to rest there."""
     falls = ball((0.5 + 0.6 * R, 0.7 * R, 4.0), (0.0, 0.0, 0.0))
     lies = ball((0.5, 0.7 * R, R + LIES + 1e-4), (0.0, 0.0, 0.0))
     scene = scene_of(lies, falls, table=NARROW, t_max=1.0, **FLIES)

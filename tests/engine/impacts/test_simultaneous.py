@@ -1,11 +1,11 @@
-"""Several impacts at one instant, against closed forms and published numbers.
+"""Tests of simultaneous impacts, against closed forms and published numbers.
 
-That they favour no side to the bit, and no ball's place in the list, is asked by the stress suite
-of random scenes, racks and corners among them ("renumbered", "mirrored").
+The stress suite tests with random scenes, including racks and corners, that no side and no
+numbering of the balls is favoured, to the bit ("renumbered", "mirrored").
 
-Of what is published, two results are left out: the cradle of three Hertzian balls, -0.071, 0.076,
-0.995, needs balls that give way, so that all three touch for a while (rigid ones have 0, 0, 1); the
-equation of state of hard discs is in `tests/validation/stress/test_gas.py`.
+Two published results aren't tested here. The cradle of three Hertzian balls, -0.071, 0.076, 0.995,
+needs compliant balls, so that all three touch for a while (rigid balls have 0, 0, 1). The equation
+of state of hard discs is in `tests/validation/stress/test_gas.py`.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ every_physics = pytest.mark.parametrize("physics", PHYSICS.values(), ids=PHYSICS
 
 
 PAIR = (ball((ROOT3 * R, R)), ball((ROOT3 * R, -R)))
-"""Two balls that touch, for one that comes along x to touch both at once."""
+"""Two touching balls; a third ball, moving along x, touches both simultaneously."""
 
 
 @every_physics
@@ -63,7 +63,7 @@ def test_a_joint_impact_keeps_momentum_gains_no_energy_and_leaves_no_approach(ph
     assert t <= EPS
     before, after = state_before(result, 0.0), state_at(result, t)
     momenta = [scene.masses @ state.velocities[:, :2] for state in (before, after)]
-    if physics.get("ball_impact") != "mathavan2014":  # there the cloth takes part
+    if physics.get("ball_impact") != "mathavan2014":  # in this law, the cloth acts, too
         assert momenta[1] == pytest.approx(momenta[0], abs=16 * EPS * 2.0 * sum(masses))
     first, last = energy_of(scene, Samples(*map(np.stack, zip(before, after, strict=True)))).total
     assert last <= first * (1 + 16 * EPS)
@@ -79,10 +79,10 @@ def test_a_joint_impact_keeps_momentum_gains_no_energy_and_leaves_no_approach(ph
 @pytest.mark.parametrize("restitution", [1.0, 0.5])
 @pytest.mark.parametrize("friction", [0.02, 0.3])
 def test_friction_acts_against_the_mean_slip_of_a_joint_impact(restitution, friction):
-    """A ball that slides on no friction into two, against the impulses found by hand.
+    """A ball slides without friction into two balls; the impulses are computed by hand.
 
-    Friction acts against the mean of the slips before and after the normal impulses. It would
-    add energy if it acted against the one after them, which is reversed here for e = 1.
+    Friction acts against the mean of the slips before and after the normal impulses. If friction
+    acted against the slip afterwards, which is reversed here for e = 1, it would add energy.
     """
     e, v = restitution, 1.5
     scene = scene_of(
@@ -99,7 +99,7 @@ def test_friction_acts_against_the_mean_slip_of_a_joint_impact(restitution, fric
     result = simulate(scene, record="events")
     assert list(result.events["kind"]) == [BALL_BALL, BALL_BALL]
     assert result.work["joint_impacts"] == 1
-    # Impulses of each contact over the mass of a ball, by symmetry the same at both.
+    # Impulse of each contact over the mass of a ball; by symmetry, both are the same.
     sine, cosine = 0.5, math.sqrt(0.75)
     normal = (1.0 + e) * v * cosine / 2.5
     slip = v * sine - normal * cosine * sine  # the mean of v sin and (v - 2 normal cos) sin
@@ -116,7 +116,7 @@ def test_friction_acts_against_the_mean_slip_of_a_joint_impact(restitution, fric
 
 
 def velocities_after(**physics) -> np.ndarray:
-    """Return the velocities that a collision with two touching balls leaves, over that before."""
+    """Return the velocities after a collision with two touching balls, over the velocity before."""
     scene = scene_of(
         ball((-0.25, 0.0), (1.0, 0.0)), *PAIR, **{"rolling_friction": 0.0, "t_max": 1.0, **physics}
     )
@@ -126,7 +126,7 @@ def velocities_after(**physics) -> np.ndarray:
 
 @pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
 def test_a_collision_with_two_touching_balls_is_as_published(e):
-    """Impacts one after the other let them leave at 1.65 and 0.83 m/s, in another engine."""
+    """In another engine, with sequential impacts, the two leave at 1.65 and 0.83 m/s."""
     cue, *struck = velocities_after(ball_restitution=e, motion="sliding")
     assert cue == pytest.approx([(2 - 3 * e) / 5, 0.0], abs=1e-13)
     for velocity, side in zip(struck, (1, -1), strict=True):
@@ -146,7 +146,7 @@ def test_one_impact_after_the_other_takes_sides_as_published():
 
 @pytest.mark.parametrize("impacts", ["simultaneous", "sequential"])
 def test_a_cradle_hands_on_the_whole_velocity(impacts):
-    """Fails if the impacts of one instant share the velocity out, as joint ones would."""
+    """Fails if sequential impacts at one time share the velocity, as simultaneous ones would."""
     line = [ball((0.0, 0.0)), ball((2 * R, 0.0))]
     scene = scene_of(
         ball((-2 * R, 0.0), (1.0, 0.0)), *line, impacts=impacts, rolling_friction=0.0, t_max=1.0
@@ -158,7 +158,7 @@ def test_a_cradle_hands_on_the_whole_velocity(impacts):
 
 @every_physics
 def test_without_a_tie_simultaneous_and_sequential_are_the_same_bits(physics):
-    # Gaps of different widths: no two impacts share an instant.
+    # The gaps have different widths, so no two impacts are simultaneous.
     balls = [ball((-0.3, 0.01), (3.0, 0.0))]
     balls += [
         ball((0.1 + 0.07 * i + 0.003 * j, 0.066 * j + 0.002 * i))
@@ -175,7 +175,7 @@ def test_without_a_tie_simultaneous_and_sequential_are_the_same_bits(physics):
 
 @every_physics
 def test_a_ball_that_rolled_before_it_meets_two_collides_with_the_spin_of_the_moment(physics):
-    """Not with that of its last slide."""
+    """Fails if the spin at the end of its last slide is used."""
     there, physics = 1.0, {**physics, "motion": "sliding"}
     pair = [ball((there + ROOT3 * R, R)), ball((there + ROOT3 * R, -R))]
     far = scene_of(

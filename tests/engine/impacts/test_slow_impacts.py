@@ -1,6 +1,7 @@
-"""Balls that lie on others, or on noses: they come to rest there, and wake when they are hit.
+"""Tests of balls that come to rest on other balls or on noses, and move again when they are hit.
 
-Broken by: bounces without end, a ball that is held though it would fall, one that stays in the air.
+They fail for endless bounces, for a ball that is held although it would fall, and for a ball that
+stays in the air.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ H = 0.0357
 
 
 def test_a_ball_on_one_that_cannot_yield_falls_off() -> None:
-    """Breaks where its bounces take from the slip of a ball that hardly moves: it stays on top."""
+    """Fails if bounces reduce the slip of a ball that hardly moves, so that it stays on top."""
     reach = math.sqrt(H * (2.0 * R - H))
     below, above = ball((reach, reach)), ball((reach, reach, 3.0 * R + 1e-6), (0.0, 0.0, 0.0))
     scene = scene_of(below, above, table=Table(length=1.2, width=0.7), **FLIES)
     result = simulate(scene, max_events=100_000)
     assert result.status is Status.REST
-    assert math.dist(*result.rest_positions[:, :2].tolist()) > R  # over the cushions, off the table
+    assert math.dist(*result.rest_positions[:, :2].tolist()) > R  # beyond the cushions
 
 
 @pytest.mark.compiled
@@ -53,9 +54,9 @@ def test_a_ball_on_three_that_a_box_holds_comes_to_rest_there() -> None:
 
 
 def test_bounces_are_kept_up_by_the_slip() -> None:
-    """Breaks where what lies on others bounces ever lower: by thousands in a tenth of a second.
+    """Fails if a ball on others bounces ever lower, thousands of times in a tenth of a second.
 
-    One ball in a corner, and one that falls on it from the side of the cushions.
+    One ball is in a corner; another falls on it from the side of the cushions.
     """
     reach = math.sqrt(H * (2.0 * R - H))
     scene = scene_of(

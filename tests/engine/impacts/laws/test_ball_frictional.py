@@ -1,6 +1,6 @@
-"""The frictional law of ball-ball impacts, and what it shares with mathavan2014.
+"""Tests of the law "frictional" for balls, and of the properties it shares with mathavan2014.
 
-What a law returns is judged by what it does to the balls, as `BallImpulse` says it acts.
+A law is tested by its effect on the balls, as `BallImpulse` defines it.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ both_laws = pytest.mark.parametrize("law", [frictional, mathavan2014])
 @both_laws
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.95, 1.0])
 def test_without_friction_only_the_normal_impulse_acts(law: Law, restitution: float):
-    """Bit for bit: scenes without ball friction must not change when friction exists."""
+    """Bit-identical: scenes without friction between balls must not depend on the friction code."""
     i = impact_of(shot(0.7, 1.3, 1.0, 0.4), (-0.2, 0.1, 3.0, -2.0, 5.0))
     normal = (1.0 + restitution) * (i.a_vn - i.b_vn)
     assert law(i, laws(restitution, 0.0)) == (normal, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -58,7 +58,7 @@ def test_without_friction_only_the_normal_impulse_acts(law: Law, restitution: fl
 @pytest.mark.parametrize("side", [-0.5, 0.0, 0.4, 0.8])
 @pytest.mark.parametrize("friction", [0.06, "alciatore"])
 def test_a_stunned_ball_throws_as_published(law: Law, cut: float, side: float, friction):
-    """Alciatore's proof A.14; fails if a sign, the stick limit or the curve's slip is wrong."""
+    """Alciatore's proof A.14. Fails for a wrong sign, sticking limit or slip in the curve."""
     v = 1.7
     i = impact_of(shot(cut, v, side=side))
     _, b = after(i, law(i, laws(1.0, friction)))
@@ -71,7 +71,7 @@ def test_a_stunned_ball_throws_as_published(law: Law, cut: float, side: float, f
 
 @both_laws
 def test_gearing_spin_throws_nothing(law: Law):
-    """R wz = -v sin(cut) in this frame: the surfaces meet without slip."""
+    """With R wz = -v sin(cut) in this frame, the surfaces touch without slip."""
     vn, vt = 1.0, 0.75
     i = impact_of((vn, vt, 0.0, 0.0, -vt / 0.03125), ball_a=(0.03125, 0.17, 0.2))
     assert law(i, laws(0.95, 0.06)) == (1.95, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -81,7 +81,7 @@ def test_gearing_spin_throws_nothing(law: Law):
 @pytest.mark.parametrize("ball_b", [POOL_BALL, (0.02, 0.05, 0.2)])
 @pytest.mark.parametrize("vt", [0.05, 2.0])
 def test_the_energy_lost_to_a_sideways_slip_is_the_closed_form(law: Law, ball_b, vt: float):
-    """Sticking loses m U^2/7, slipping mu J U - (7/4)(mu J)^2 / m, m the reduced mass."""
+    """Sticking dissipates m U^2/7, slipping mu J U - (7/4)(mu J)^2 / m, with the reduced mass m."""
     e, mu, vn = 0.9, 0.06, 1.0
     i = impact_of((vn, vt, 0.0, 0.0, 0.0), ball_b=ball_b)
     mass = i.a_mass * i.b_mass / (i.a_mass + i.b_mass)
@@ -94,20 +94,20 @@ def test_the_energy_lost_to_a_sideways_slip_is_the_closed_form(law: Law, ball_b,
 
 
 def test_friction_acts_along_the_slip_with_the_coefficient():
-    """Fails if the two parts of friction are limited one by one."""
+    """Fails if the two components of friction are limited separately."""
     i = impact_of(shot(0.6, 2.0, 1.0, 0.3))
     p = frictional(i, laws(0.9, 0.05))
     along, up = i.a_vt + R * i.a_wz, -R * i.a_wt
     assert math.hypot(p.along, p.up) == pytest.approx(0.05 * p.normal, rel=1e-15)
     assert p.along * up == pytest.approx(p.up * along, rel=1e-15)
     assert p.along > 0.0
-    assert p.up < 0.0  # a rolling ball's front goes down, and takes b's surface with it
+    assert p.up < 0.0  # the front of a rolling ball moves down, and drags b's surface down
 
 
 @pytest.mark.parametrize("scale", [2.0**-600, 2.0**-40, 2.0**500])
 @both_laws
 def test_the_scale_of_speeds_changes_nothing_bit_for_bit(law: Law, scale: float):
-    """Fails if a square over- or underflows, or a tolerance has a unit."""
+    """Fails if a square over- or underflows, or if a tolerance has a unit."""
     i = impact_of(shot(0.4, 1.1, 1.0, 0.2), (0.1, -0.2, 3.0, 1.0, -4.0))
     scaled = impact_of([scale * x for x in i[:5]], [scale * x for x in i[8:13]])
     p = law(i, laws(0.9, 0.06))

@@ -1,4 +1,4 @@
-"""The ball-ball impact on the cloth: published shots, and the cloth's part.
+"""Tests of the ball-ball impact on the cloth: published shots, and the friction of the cloth.
 
 [M14] is Mathavan, Jackson and Parkin (2014), Sports Engineering 17, doi 10.1007/s12283-014-0158-y.
 """
@@ -42,21 +42,22 @@ RESTITUTION, BALL_FRICTION = 0.89, 0.05
 
 
 def stepped(v: float, cut: float, steps: int, *, lands: bool) -> list[Plane]:
-    """Return what the steps of [M14] make of a rolling ball of speed v [m/s], `cut` [rad] off.
+    """Return the result of [M14]'s steps for a rolling ball of speed v [m/s], `cut` [rad] off.
 
-    Velocities of both balls once they roll, along the line of centres and across it [m/s], by so
-    many equal steps to the impulse of an impact without friction. As published, compression and
-    restitution end with the first whole step that passes their end. With `lands`, they end where
-    they should, and the rest of the error goes with the step.
+    The results are the velocities of both balls once they roll, along the line of centres and
+    across it [m/s]. The steps are equal, `steps` of them up to the impulse of an impact without
+    friction. As published, compression and restitution end with the first whole step beyond their
+    end. With `lands`, they end exactly, and the remaining error is proportional to the step.
 
-    Inside, velocities are (n, t, z), n along the line of centres; the surface speeds R w too. The
-    resting ball b is pushed onto the cloth all the time: a's front goes down.
+    Inside, velocities are (n, t, z), with n along the line of centres, and so are the surface
+    speeds R w. The resting ball b is pressed onto the cloth throughout, because a's front moves
+    down.
     """
     n, t = v * math.cos(cut), v * math.sin(cut)
     a, spin_a = [n, t, 0.0], [-t, n, 0.0]
     b, spin_b = [0.0, 0.0], [0.0, 0.0, 0.0]
     h = 0.5 * (1.0 + RESTITUTION) * n / steps
-    work, wanted = 0.0, -math.inf  # what is left of the work at the end, once compression is over
+    work, wanted = 0.0, -math.inf  # the work that remains at the end, known after compression
     while True:
         along = a[1] - b[1] + spin_a[2] + spin_b[2]
         up = a[2] - spin_a[1] - spin_b[1]
@@ -65,7 +66,7 @@ def stepped(v: float, cut: float, steps: int, *, lands: bool) -> list[Plane]:
         skid = (b[0] - spin_b[1], b[1] + spin_b[0])
         rubs = SNOOKER_BALL[2] * up / math.hypot(*skid) if skid != (0.0, 0.0) else 0.0
         cloth = [rubs * x for x in skid]
-        falls = 2.0 + cloth[0]  # the speed of approach, per impulse over the mass
+        falls = 2.0 + cloth[0]  # decrease of the approach speed, per impulse over the mass
         approach = a[0] - b[0]
 
         length, last = h, False
@@ -89,18 +90,18 @@ def stepped(v: float, cut: float, steps: int, *, lands: bool) -> list[Plane]:
 
 
 def _until(work: float, approach: float, falls: float) -> float:
-    """Return the impulse after which this work is done, the balls receding."""
+    """Return the impulse after which `work` is done, while the balls separate."""
     return (approach + math.sqrt(approach**2 - 2.0 * falls * work)) / falls
 
 
 def _rolling(velocity: list[float], spin: list[float]) -> Plane:
-    """Return the velocity when the slide has ended: 2/7 of the slip are lost."""
+    """Return the velocity after the slide: 2/7 of the slip are lost."""
     slip = (velocity[0] - spin[1], velocity[1] + spin[0])
     return velocity[0] - 2.0 / 7.0 * slip[0], velocity[1] - 2.0 / 7.0 * slip[1]
 
 
 def as_printed(value: float, published: str) -> None:
-    """Assert that a value is what was printed, to the last digit."""
+    """Assert that a value agrees with the printed number to its last digit."""
     unit = 10.0 ** -len(published.partition(".")[2])
     assert abs(value - float(published)) <= (0.5 + 1e-6) * unit, f"{value}, printed {published}"
 
@@ -118,13 +119,13 @@ def as_printed(value: float, published: str) -> None:
 def test_a_rolling_ball_onto_a_resting_one_is_as_published(
     v, cut, cue_speed, object_speed, cue_angle, object_angle
 ):
-    """[M14], tables 1 and 2: speeds, and by how much they are off the cue ball's old line.
+    """[M14], tables 1 and 2: speeds, and angles from the cue ball's initial direction.
 
-    The printed numbers are those of 5000 equal steps of the impulse, the last of which goes past
-    the end of the rebound. That turns the cue ball by up to 0.012 degrees, and changes speeds by up
-    to 2e-4 m/s; the object ball's direction stays. So all printed digits are required of those
-    steps. Of the engine, the limit of ever smaller steps is required; and what is printed of the
-    object ball, where step and limit print alike.
+    The printed numbers are those of 5000 equal steps of the impulse, the last of which passes the
+    end of the rebound. This turns the cue ball by up to 0.012 degrees and changes speeds by up to
+    2e-4 m/s; the direction of the object ball is unaffected. Therefore the steps must agree with
+    all printed digits, and the engine must agree with the limit of small steps. For the object
+    ball, the engine must also agree with the printed digits if they are those of the limit.
     """
     line = math.radians(cut)
     cue, struck = stepped(v, line, 5000, lands=False)
@@ -147,10 +148,10 @@ def test_a_rolling_ball_onto_a_resting_one_is_as_published(
 
 
 def test_follow_pushes_down_the_object_ball_and_draw_the_cue_ball():
-    """The cloth then rubs against the slip of the ball on it, and leaves the other alone."""
+    """The cloth then acts against the slip of the ball pressed down, and not on the other ball."""
     follow = mathavan2014(impact_of(shot(0.0, 1.0, 1.0)), laws(0.95, 0.06))
     assert follow.up < 0.0
-    assert follow.b_cloth_n < 0.0  # it slips forward as soon as it is hit
+    assert follow.b_cloth_n < 0.0  # the ball slips forward as soon as it is hit
     assert (follow.a_cloth_n, follow.a_cloth_t) == (0.0, 0.0)
     draw = mathavan2014(impact_of(shot(0.0, 1.0, -1.0)), laws(0.95, 0.06))
     assert draw.up > 0.0
@@ -184,7 +185,7 @@ def test_a_speed_dependent_coefficient_is_that_of_the_slip_before():
 
 @pytest.mark.parametrize("approach", [10.0**-k for k in range(18)])
 def test_however_slow_the_approach_beside_the_spin(approach):
-    """Slips a billion times the approach are known to their rounding, no better."""
+    """Slips that are a billion times the approach speed are only known to their rounding."""
     i = impact_of((approach, 0.3, -4.0, 7.0, 131.0), (0.0, 0.3, -4.0, 6.0, 0.0))
     p = mathavan2014(i, laws(0.4, 0.06))
     assert 1.3 * approach <= p.normal <= 1.5 * approach

@@ -1,6 +1,6 @@
-"""What every cushion law owes its caller; closed forms of all but mathavan2010.
+"""Tests of the contract of all cushion laws; closed forms of all except mathavan2010.
 
-Broken by: a wrong sign in a torque, a cushion that pulls, energy from nothing, a left-right bias.
+They fail for a wrong sign in a torque, a cushion that pulls, an energy gain, or a left-right bias.
 """
 
 import math
@@ -47,7 +47,7 @@ def test_energy_never_rises_and_the_ball_leaves(law, impact, cushion):
 @pytest.mark.parametrize("law", [frictional, han2005])
 @given(impacts, cushions)
 def test_in_space_the_nose_returns_e_of_the_closing_speed(law, impact, cushion):
-    """With the impulse up as a velocity, where the cloth doesn't wedge the ball under the nose."""
+    """The upward impulse counts as a velocity. Shots in which the ball is wedged are left out."""
     after = law(impact, cushion)
     assume(after.vn < 0.0)
     sine = (cushion.height - R) / R if law is han2005 else 0.0
@@ -88,18 +88,18 @@ def test_sizes_times_a_power_of_two_keep_the_speeds_to_the_bit(law, impact, cush
 
 @frictional_laws
 def test_english_that_runs_with_the_ball_widens_its_rebound_and_check_narrows_it(law):
-    # Towards +n and +t. Against a cushion ahead, friction is along t as -(vt + R wz).
+    # The ball moves towards +n and +t. Friction at a cushion ahead is along t, like -(vt + R wz).
     cushion = cushion_of(friction=0.1)
     along = [law(rolling(1.0, 1.0, side), cushion).vt for side in (-3.0, 0.0, 3.0)]
     assert along[0] > along[1] > along[2]
     assert law(rolling(1.0, 1.0, -3.0), cushion).vt > 1.0
-    # Check side turns into running side, and either is lost to the friction.
+    # Check side becomes running side; friction reduces both.
     spins = [R * law(rolling(1.0, 1.0, side), cushion).wz for side in (-3.0, 0.0, 3.0)]
     assert -3.0 < spins[0] < spins[1] < 0.0 < spins[2] < 3.0
 
 
 def published_han(impact, cushion, sine):
-    """Han's equations as corrected, for a mass of 1: X into the cushion, Y along it, Z up."""
+    """Han's equations, corrected, for a mass of 1: X into the cushion, Y along it, Z up."""
     theta = math.asin(sine)
     sin, cos, r = math.sin(theta), math.cos(theta), impact.radius
     inertia, a, b = 0.4 * r**2, 3.5, 1.0
@@ -132,7 +132,7 @@ def test_han_and_frictional_are_the_published_equations_with_vn_bounded(impact, 
 
 
 def test_frictional_that_sticks_ends_the_slip_and_takes_two_sevenths_of_it():
-    # No topspin: all slip is along the cushion, 0.3 + 0.2 = 0.5, and 0.4 (1 + 0.9) > 1/7.
+    # Without topspin, all slip is along the cushion: 0.3 + 0.2 = 0.5, and 0.4 (1 + 0.9) > 1/7.
     after = frictional(impact_of(1.0, 0.3, wz=0.2 / R), cushion_of(e=0.9, friction=0.4))
     assert after.vn == -0.9
     assert after.vt == pytest.approx(0.3 - 1 / 7, rel=1e-15)
@@ -152,8 +152,8 @@ def test_frictional_that_slips_takes_its_friction_times_the_push():
 
 @pytest.mark.parametrize("approach", [0.5, 1.0, 2.0])
 def test_han_of_a_rolling_carom_ball_with_the_fitted_constants(approach):
-    # Han's fits of the constants, for a carom ball; it rolls head on, so its slip at the nose is
-    # (1 + sine) vn, all of it in the plane of n and z.
+    # Han's fits of the constants, for a carom ball; the ball rolls head on, so its slip at the nose
+    # is (1 + sine) vn, in the plane of n and z.
     radius, theta = 0.03275, math.asin(0.2)
     e = 0.39 + 0.257 * approach - 0.044 * approach**2
     friction = 0.471 - 0.241 * theta
@@ -167,7 +167,7 @@ def test_han_of_a_rolling_carom_ball_with_the_fitted_constants(approach):
 
 
 def test_han_bounds_vn_where_the_ball_would_still_approach():
-    # Without friction: where sine^2 > e / (1 + e), that is 1/5 for e = 1/4.
+    # Without friction, this happens if sine^2 > e / (1 + e), which is 1/5 for e = 1/4.
     limit = math.sqrt(0.2)
     below, above = (
         han2005(impact_of(1.0, 0.5, wz=3.0), cushion_of(e=0.25, friction=0.0, height=(1 + s) * R))
@@ -176,7 +176,7 @@ def test_han_bounds_vn_where_the_ball_would_still_approach():
     assert -1e-5 < below.vn < 0.0
     assert above.vn == 0.0
     assert below[1:5] == above[1:5] == (0.5, 0.0, 0.0, 3.0)
-    # With it: much backspin under a high nose, at constants of a real table.
+    # With friction: strong backspin under a high nose, with the constants of a real table.
     drawn = impact_of(1.0, wt=-60.0 / R)
     assert published_han(drawn, cushion_of(e=0.2, friction=0.5), 0.4)[0] > 0.0
     assert han2005(drawn, cushion_of(e=0.2, friction=0.5)).vn == 0.0

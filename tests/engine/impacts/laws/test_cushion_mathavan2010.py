@@ -1,7 +1,7 @@
-"""Mathavan's law against closed forms, the published equations in small steps, and its limits.
+"""Tests of Mathavan's law: closed forms, the published equations in small steps, and limits.
 
-Broken by: a wrong sign, a slip that chatters or jumps over 0, a step that is too long, a cloth that
-pulls the ball down, a phase that ends early.
+They fail for a wrong sign, a slip that chatters or jumps over 0, a step that is too long, a cloth
+that pulls the ball down, or a phase that ends too early.
 """
 
 import itertools
@@ -20,10 +20,10 @@ from ghostball.engine.impacts.laws.interface import Cushion, CushionImpact
 
 mathavan2010 = entry_to(mathavan2010)
 
-ACCURACY = 1e-7  # of the speed of approach, as the law states
+ACCURACY = 1e-7  # relative to the approach speed, as the law states
 
-# Mathavan's law by other means. States are (vx, vy, R wx, R wy, R wz) in the paper's frame: x along
-# the cushion, y into it, z up; so x = -t and y = n.
+# Other implementations of Mathavan's law. States are (vx, vy, R wx, R wy, R wz) in the frame of the
+# paper by Mathavan et al.: x along the cushion, y into it, z up; so x = -t and y = n.
 
 
 class Setting(NamedTuple):
@@ -41,10 +41,10 @@ def setting_of(impact: CushionImpact, cushion: Cushion) -> Setting:
 
 
 def published_rates(state: list[float], setting: Setting, step: float = 0.0) -> list[float]:
-    """Return d(state)/dp, by the equations of the paper, p the impulse of the nose over the mass.
+    """Return d(state)/dp by the paper's equations, with p the impulse of the nose over the mass.
 
-    The load of the cloth is at least 0. With a step, a slip that friction would reverse within it
-    meets only what stops it: so a slip of 0 stays 0 to the first order of the step.
+    The load on the cloth is at least 0. With a step, a slip that friction would reverse within the
+    step gets only the friction that stops it. So a slip of 0 stays 0 to first order in the step.
     """
     vx, vy, wx, wy, wz = state
     sine, cosine, nose, cloth = setting
@@ -71,7 +71,7 @@ def _direction(x: float, y: float, friction: float, step: float) -> tuple[float,
 
 
 def followed(impact: CushionImpact, cushion: Cushion) -> list[float]:
-    """Return the outcome by an adaptive method of eighth order, where no slip ends."""
+    """Return the result of an adaptive method of order 8, for impacts in which no slip ends."""
     setting = setting_of(impact, cushion)
 
     def rates(_: float, y: list[float]) -> list[float]:
@@ -99,9 +99,9 @@ def followed(impact: CushionImpact, cushion: Cushion) -> list[float]:
 
 
 def chattered(impact: CushionImpact, cushion: Cushion, steps: int) -> list[float]:
-    """Return the outcome by uniform first-order steps, `steps` to an impulse of vn; slips may end.
+    """Return the result of first-order steps, `steps` per impulse of vn; slips may end.
 
-    From two runs, so that the part of the error goes that is proportional to the step (Richardson).
+    Richardson extrapolation of two runs removes the part of the error proportional to the step.
     """
     return [
         2.0 * fine - coarse
@@ -138,16 +138,16 @@ def _from_paper(y: list[float]) -> list[float]:
 
 
 def in_plane(impact: CushionImpact, cushion: Cushion) -> list[float]:
-    """Return the outcome of an impact without anything along the cushion, in closed form.
+    """Return the closed-form result of an impact without motion along the cushion.
 
-    Rates are constant from one instant at which a slip ends, vn = 0 or the work is returned to the
-    next. What a slip of 0 does is found by trying: it stays 0 if friction can hold it, or it starts
-    in a direction that its rate then agrees with.
+    The rates are constant between the times at which a slip ends, vn = 0, or the work is returned.
+    The behaviour of a slip of 0 is found by trial: it stays 0 if friction can hold it; otherwise it
+    starts in a direction that agrees with its rate.
     """
     setting = setting_of(impact, cushion)
     sine, cosine = setting.sine, setting.cosine
     vn, work = impact.vn, 0.0
-    returned = None  # in the rebound: what of the work is to come back; `work` is what still is
+    returned = None  # in the rebound: the work to be returned; `work` is the remaining part
     down = sine * vn + impact.radius * impact.wt
     skid = (1.0 + sine) * vn - down
     zero = 1e-13 * (abs(vn) + abs(down) + abs(skid))
@@ -175,7 +175,7 @@ def in_plane(impact: CushionImpact, cushion: Cushion) -> list[float]:
 
 
 def _rates_in_plane(down: float, skid: float, setting: Setting) -> tuple[float, float]:
-    """Return the rates of vn and of the slip at the nose; those of a ball that is jammed are 0."""
+    """Return the rates of vn and of the slip at the nose; they are 0 for a jammed ball."""
     sine, cosine, nose, cloth = setting
     jam = cosine / (1.0 + sine)
     if down == skid == 0.0 and nose >= jam and cloth >= jam:
@@ -183,7 +183,7 @@ def _rates_in_plane(down: float, skid: float, setting: Setting) -> tuple[float, 
     for at_nose, on_cloth in itertools.product(_ways(down), _ways(skid)):
         drag = (2.5 - sine) * cloth * on_cloth
         f = -nose * at_nose
-        if not at_nose:  # from a rate of 0 of the slip, with a load of the cloth or without
+        if not at_nose:  # the slip starts from a rate of 0, with or without a load on the cloth
             f = sine * (cosine - drag) / (2.5 + sine**2 + drag * cosine)
             if sine + cosine * f < 0.0:
                 f = sine * cosine / (2.5 + sine**2)
@@ -221,10 +221,10 @@ height = st.one_of(st.sampled_from([1.0, 1.27, 1.4]), st.floats(0.3, 1.8))
 # A slip on the cloth that ends with compression; a rebound of less than rounding.
 @example(topspin=0.0, cloth=1e-20, friction=0.0, e=0.0, height=1.27)
 @example(topspin=0.0, cloth=0.0, friction=0.0, e=3.4e-156, height=1.0)
-# A slip at the nose that ends: with a step error of 1e-9, the speed was off by 2.2e-7.
+# A slip at the nose that ends: with a step error of 1e-9, the error of the speed was 2.2e-7.
 @example(topspin=0.5, cloth=0.5, friction=0.125, e=0.98, height=1.0)
 def test_a_ball_in_one_plane_follows_the_closed_form(topspin, cloth, friction, e, height):
-    # Slips end, stick and start again at both contacts, and the ball jams, in some of these.
+    # In some of these impacts, slips end, stick and start again at both contacts, or the ball jams.
     impact = impact_of(1.0, wt=topspin / R, cloth=cloth)
     cushion = cushion_of(e, friction, height * R)
     after = outcome(mathavan2010(impact, cushion))
@@ -239,8 +239,8 @@ def test_a_head_on_ball_without_friction_keeps_e_of_its_speed():
 
 
 def test_a_rolling_ball_that_slips_throughout():
-    # Head on at mid-ball with e = 1: the nose lifts the ball, so the cloth has no part, and its
-    # friction mu takes 5/2 mu (1 + e) vn of the topspin R wt and nothing of vn.
+    # Head on at mid-ball with e = 1: the nose lifts the ball, so the cloth doesn't act. The
+    # friction mu of the nose reduces the topspin R wt by 5/2 mu (1 + e) vn, and doesn't change vn.
     after = mathavan2010(rolling(1.0, 0.0), cushion_of(e=1.0, friction=0.14, height=R))
     assert after.vn == pytest.approx(-1.0, abs=ACCURACY)
     assert R * after.wt == pytest.approx(1.0 - 2.5 * 0.14 * 2.0, abs=ACCURACY)
@@ -278,6 +278,6 @@ def test_slips_that_turn_follow_the_published_equations(impact, cushion):
     ],
 )
 def test_slips_that_end_follow_the_published_equations(impact, cushion):
-    # 60 000 uniform steps in all, per speed of approach.
+    # This takes 60 000 uniform steps in total, per approach speed.
     expected = chattered(impact, cushion, 20_000)
     assert outcome(mathavan2010(impact, cushion)) == pytest.approx(expected, abs=ACCURACY)

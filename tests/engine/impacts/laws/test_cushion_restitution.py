@@ -1,4 +1,4 @@
-"""The law that multiplies a velocity; what all laws owe is in `test_cushion_han2005`."""
+"""Tests of the law that multiplies velocities; `test_cushion_han2005` tests the common contract."""
 
 from cushion_impacts import cushions, impacts
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Every law of the registries is called, with the constants that it was given."""
+"""Tests that every registered law is called, with the constants of the scene."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NOTHING = Laws(*(0.0,) * len(NUMBERS), obstacles=np.empty(0, dtype=OBSTACLE))
 
 
 def test_every_law_of_the_registry_is_called():
-    """A law that `dispatch` doesn't know would be another one in silence."""
+    """If `dispatch` didn't know a law, it would silently call another one."""
     cushions = np.zeros(len(CUSHION_LAWS), dtype=OBSTACLE)
     cushions["law"] = np.arange(len(CUSHION_LAWS))
     cushions["restitution"], cushions["tangential"] = 0.8, 0.7
@@ -37,7 +37,7 @@ def test_every_law_of_the_registry_is_called():
         found = set()
         for code, law in enumerate(registry):
             if law.name == "mirror":
-                continue  # the law `restitution`, with factors of 1
+                continue  # "mirror" is the law `restitution` with factors of 1
             one = laws._replace(ball_law=float(code))
             numbers = laws_from(np.array(one[:-1], dtype=np.float64), one.obstacles)
             more = () if kind == "ball" else (code,)

@@ -1,4 +1,4 @@
-"""A restitution that falls with speed: its bounds, and the same in every law that has one."""
+"""Tests of a restitution that falls with speed: its bounds, and its use in every law."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ def one_bounce(law: str, **physics: float) -> Scene:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_one_impact_is_that_with_the_restitution_of_its_speed(law):
-    # By the root of 1.44, 1.2, every law must do what it does with 0.9 / (1 + 0.15 * 1.2).
+    # The root of 1.44 is 1.2, so every law must act as with the restitution 0.9 / (1 + 0.15 * 1.2).
     fixed = simulate(one_bounce(law, cushion_restitution=0.9 / (1.0 + 0.15 * math.sqrt(1.44))))
     falls = one_bounce(law, cushion_restitution=0.9, cushion_restitution_loss=0.15)
     assert np.array_equal(simulate(falls).rest_positions, fixed.rest_positions)
-    assert fixed.rest_positions[0, 0] < 0.8  # it did bounce
+    assert fixed.rest_positions[0, 0] < 0.8  # the ball has bounced
 
 
 def test_a_mirror_has_none():

@@ -1,4 +1,4 @@
-"""The coefficient of friction between balls: a constant, or Alciatore's curve."""
+"""Tests of the coefficient of friction between balls: constant, or Alciatore's curve."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_the_curve_starts_and_ends_where_it_should():
 
 
 def test_the_curve_never_rises_beyond_its_rounding():
-    """Fails if the pieces of the range reduction don't meet."""
+    """Fails if the pieces of the range reduction don't join."""
     values = [alciatore_friction(k * 1e-3) for k in range(50_000)]
     assert all(later <= earlier * (1.0 + 2.0**-51) for earlier, later in pairwise(values))
 

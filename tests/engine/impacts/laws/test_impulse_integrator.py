@@ -1,4 +1,4 @@
-"""Steps over an impact: they end, and do nothing where the approach vanishes."""
+"""Tests of the integration over an impact: it ends, and does nothing for a vanishing approach."""
 
 import math
 import random

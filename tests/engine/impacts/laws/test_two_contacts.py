@@ -1,4 +1,4 @@
-"""Two contacts that rub at once: both can hold a ball, and one without load does nothing."""
+"""Tests of friction at two contacts: both can hold a ball, and one without load has no effect."""
 
 import math
 
@@ -10,11 +10,12 @@ from kernels import entry_to
 from ghostball.engine.impacts.laws.cushion_mathavan2010 import mathavan2010
 
 mathavan2010 = entry_to(mathavan2010)
-ACCURACY = 1e-7  # of the speed of approach, as the law states
+ACCURACY = 1e-7  # relative to the approach speed, as the law states
 
 
 def test_a_ball_that_both_contacts_can_hold_jams():
-    # Both coefficients against the tangent of half the angle between cushion and cloth.
+    # The ball jams if both coefficients exceed the tangent of half the angle between cushion and
+    # cloth.
     jam = math.sqrt(0.84) / 1.4
     held = mathavan2010(impact_of(1.0, cloth=jam + 1e-3), cushion_of(e=1.0, friction=jam + 1e-3))
     assert outcome(held) == pytest.approx((0.0, 0.0, 0.0, 0.0, 0.0), abs=ACCURACY)
