@@ -1,6 +1,6 @@
-"""Kernels compiled for arm64, played under emulation, give the bits that this machine gives.
+"""Tests that kernels compiled for arm64 give the bits of this machine, under emulation.
 
-`tests/support/arm64.sh` makes what that needs; GHOSTBALL_ARM64 says where it is.
+`tests/support/arm64.sh` makes the files that this needs; GHOSTBALL_ARM64 names their folder.
 """
 
 import os
@@ -28,7 +28,7 @@ pytestmark = [
 
 
 def hashes(command, **more):
-    """Return the hash of each shipped scene, as a Python prints them."""
+    """Return the hash of each shipped scene, as printed by a Python of a given command."""
     environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", **more}
     done = subprocess.run(
         [*command, SCRIPT, "play"], env=environment, capture_output=True, text=True, check=False
@@ -43,7 +43,7 @@ def test_every_shipped_scene_has_the_same_bits_on_arm64(tmp_path):
     subprocess.run(
         [sys.executable, SCRIPT, "compile", libraries], env={**os.environ, **target}, check=True
     )
-    shutil.copytree(ROOT / "ghostball", tmp_path / "ghostball")  # links become what they lead to
+    shutil.copytree(ROOT / "ghostball", tmp_path / "ghostball")  # copies the targets of links
     shutil.copytree(libraries, tmp_path / "ghostball/engine/library/shipped")
     python = [EMULATOR, "-L", FOLDER / "system", FOLDER / "system/usr/bin/python3.11"]
     found = hashes(python, PYTHONPATH=f"{tmp_path}:{FOLDER / 'site'}")

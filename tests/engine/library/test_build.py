@@ -1,4 +1,4 @@
-"""The compiler: what it refuses, and which numba it is."""
+"""Tests of the compiler: what it rejects, and which numba it uses."""
 
 import re
 import tomllib
@@ -27,8 +27,8 @@ def test_a_kernel_that_needs_what_is_numbas_alone_is_refused(monkeypatch):
 
 
 def test_calls_while_compiling_ask_the_system_for_no_memory():
-    # At some depth of the stack every call crosses the end of a piece of it. Without the large
-    # frame, one of these loops needs a new page for each call.
+    # At some depth, every call crosses the end of a piece of the stack. Without the large frame,
+    # one of these loops needs a new page for each call.
     resource = pytest.importorskip("resource", reason="counts pages by `getrusage`")
 
     def pages_of_calls(depth):

@@ -1,4 +1,4 @@
-"""The folder of libraries: old ones go, and nothing else does."""
+"""Tests of the folder of libraries: old libraries are removed, and nothing else."""
 
 import os
 import time
@@ -17,10 +17,10 @@ def folder(monkeypatch, tmp_path):
 
 
 def library(folder, name, age=0.0):
-    """Make a library, as one is that was last used some seconds ago."""
+    """Make a library that was last used `age` seconds ago."""
     path = folder / name
     path.write_bytes(b"code")
-    used = time.time() - age  # of now: tests may be collected long before they run
+    used = time.time() - age  # the present time: tests may be collected long before they run
     os.utime(path, (used, used))
     return path
 
@@ -44,7 +44,7 @@ def test_use_makes_a_library_young(folder):
     one = library(folder, f"play-{0:020x}.so", 9.0 * UNUSED)
     cache.use(one)
     assert one.stat().st_mtime > time.time() - UNUSED
-    cache.use(folder / "gone.so")  # removed by another process: whoever has it loaded keeps it
+    cache.use(folder / "gone.so")  # removed by another process; this one may have loaded it
 
 
 def test_what_is_not_ours_is_never_removed(folder, tmp_path):

@@ -1,4 +1,4 @@
-"""What a compiled kernel refuses to be called by, having written nothing."""
+"""Tests of calls that a compiled kernel refuses, without writing anything."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def test_a_bound_kernel_refuses_arrays_of_another_type_and_writes_nothing(change
 @compiled
 @pytest.mark.parametrize("place", [table.AT_VERSION, table.AT_LENGTH])
 def test_another_version_or_length_of_the_table_is_refused_and_nothing_written(place):
-    """Else a library of another version would read addresses where there are none."""
+    """Otherwise a library of another version would read addresses where there are none."""
     times = np.full(3, 7.0)
     call = slowing.stop.bind(V, SLOWING, times)
     call._table[place] += 1

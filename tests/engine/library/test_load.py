@@ -1,4 +1,4 @@
-"""How a library is found or made: nothing stale is ever used, and each is compiled once."""
+"""Tests of finding or making a library: no outdated one is used, and each is compiled once."""
 
 import json
 import os
@@ -23,7 +23,7 @@ V, SLOWING = np.array([[1.0, 0.0]]), np.array([0.2])
 STOP = slowing.stop.function
 KINDS = [kind_of(one) for one in (V, SLOWING, SLOWING)]
 
-# Two kernels in files of their own beside the engine's, which would take far longer to compile.
+# Two kernels in separate files, because the engine's kernels take far longer to compile.
 CALLEE = """
 from ghostball.engine.core.kernel import kernel
 
@@ -44,7 +44,7 @@ CALL = "from ghostball.engine._caller import called; print(called(3.0))"
 
 @pytest.fixture
 def copy(tmp_path):
-    """A copy of the engine with the two kernels, and without what came with an installed one."""
+    """A copy of the engine with the two kernels, and without shipped libraries."""
     sources = copy_packages(tmp_path, "engine") / "engine"
     shutil.rmtree(sources / "library/shipped", ignore_errors=True)
     (sources / "_callee.py").write_text(CALLEE)
@@ -53,7 +53,7 @@ def copy(tmp_path):
 
 
 def in_copy(folder, cache_folder, program=CALL, **environment):
-    """What makes a process that calls the kernel."""
+    """Return the command of a process that calls the kernel."""
     here = {"PYTHONPATH": str(folder), "GHOSTBALL_CACHE_DIR": str(cache_folder)}
     return {
         "args": [sys.executable, "-c", program],
@@ -86,10 +86,10 @@ def test_an_edited_callee_in_another_file_is_seen_and_a_comment_is_not(copy):
 
 @pytest.mark.slow
 def test_sources_that_are_changed_while_a_program_runs_are_not_compiled(copy):
-    """They would be kept under the name of what they were."""
+    """Otherwise the new code would be stored under the name of the old sources."""
     process = in_copy(copy, copy / "cache")
     edit = "import pathlib; file = pathlib.Path('ghostball/engine/_callee.py');"
-    # Of another length: Python tells bytecode that is stale by that, and by whole seconds.
+    # The new text has another length: Python detects outdated bytecode by length and whole seconds.
     edit += "file.write_text(file.read_text().replace('2.0', '3.000'));"
     process["args"][2] = CALL.replace(";", f"; {edit}", 1)
     done = subprocess.run(**process, check=False)
@@ -162,13 +162,13 @@ print(0)
 
 @pytest.fixture
 def came(copy):
-    """A copy with a library that came with it, for any processor; and its folder."""
+    """A copy with a shipped library for any processor, and its folder."""
     run_copy(copy, copy / "cache", WITHOUT_WIDE_VECTORS + SHIP)
     return copy, copy / "ghostball/engine/library/shipped"
 
 
 def spoil_manifest(**changes):
-    """Return what has the library be of another kind; `test_shipped.py` has all kinds."""
+    """Return a change that makes the library unsuitable; `test_shipped.py` tests all reasons."""
 
     def spoil(folder):
         manifest = folder / shipped.MANIFEST
@@ -276,7 +276,7 @@ def test_of_many_one_that_cannot_be_compiled_is_named(monkeypatch, tmp_path):
 
 @pytest.fixture
 def anew(monkeypatch, tmp_path):
-    """An entry of which nothing is loaded, and an empty cache."""
+    """An entry without a loaded library, and an empty cache."""
     monkeypatch.setattr(cache, "directory", lambda: tmp_path)
     monkeypatch.setattr(shipped, "files", dict)
     return Entry(STOP)
@@ -289,7 +289,7 @@ def durations(kernel):
 
 
 def test_shipped_libraries_come_before_those_of_the_cache(anew, monkeypatch, tmp_path):
-    """Nothing is compiled, and numba need not be there."""
+    """Nothing is compiled, and numba isn't needed."""
     path = load.find(STOP, KINDS) or tmp_path / "none"
     load.build([load.Order(STOP, KINDS, tmp_path / "shipped.so")])
     files = {shipped.key_of(STOP, KINDS): tmp_path / "shipped.so"}

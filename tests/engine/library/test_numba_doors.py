@@ -1,4 +1,4 @@
-"""What numba doesn't promise: what it saves is saved, and where it is gone nothing else is lost."""
+"""Tests of internals of numba: they save time, and if they are missing nothing else is lost."""
 
 import sys
 
@@ -30,7 +30,7 @@ def test_a_kernel_is_compiled_by_all_doors(interpreted_bits, caplog):
     assert small_kernel.compiled_bits() == interpreted_bits
     way = build.way()
     assert type(way) is numba_doors.Doors, caplog.text
-    # Callers pass 2, 3, and a count from an array of half words.
+    # Callers pass 2, 3, and a count from an array of 32-bit integers.
     (power,) = way.kernels[small_kernel.power].overloads.values()
     assert type(power.library) is numba_doors._Code, "numba replaced the library of a kernel"
     assert power.library.made, "numba optimised a kernel that only others call"
@@ -48,7 +48,7 @@ def asks_for_a_method(patch):
     patch.setattr(numba_doors._Code, "__abstractmethods__", frozenset({"another"}))
 
 
-def renames_what_a_module_has(patch):  # seen at a kernel that another calls, in the midst of it
+def renames_what_a_module_has(patch):  # noticed while a called kernel is compiled
     patch.setattr(numba_doors._Code, "add_ir_module", lambda self, module: module.renamed)
 
 

@@ -1,4 +1,4 @@
-"""The lowest numba that `pyproject.toml` allows, and the newest, compile a kernel by all doors."""
+"""Tests that the oldest numba in `pyproject.toml` and the newest compile a kernel in all ways."""
 
 import json
 import os
@@ -28,7 +28,7 @@ def test_a_kernel_is_compiled_by_all_doors(wanted, tmp_path):
     if "from versions: none" in made.stderr or "No module named pip" in made.stderr:
         pytest.skip("pip can't reach its registry")
     assert made.returncode == 0, made.stderr
-    # Before all that is installed: numba, llvmlite and the numpy that this numba allows.
+    # These come before all installed packages: numba, llvmlite and a numpy that this numba allows.
     path = os.pathsep.join([str(tmp_path), str(ROOT)])
     done = subprocess.run(
         [sys.executable, small_kernel.__file__],

@@ -1,4 +1,4 @@
-"""Which processor a library is for."""
+"""Tests of the processor types for which libraries are compiled."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What goes into the machine code of a kernel, and by what hash it is known."""
+"""Tests of everything that determines the machine code of a kernel, and of its hash."""
 
 import sys
 from types import ModuleType
@@ -40,7 +40,7 @@ AS_IT_IS = {"table": "(1, 2)", "comment": "", "expression": "2.0 * x", "unused":
 
 @pytest.fixture
 def digest_of(monkeypatch):
-    """The hash of a kernel whose callee, in another module, has these texts."""
+    """Return the hash of a kernel whose callee, in another module, has these texts."""
 
     def module(name, source):
         made = ModuleType(f"ghostball.{name}")
@@ -71,7 +71,7 @@ def test_it_depends_on_nothing_else(digest_of):
     before = digest_of()
     assert digest_of(comment="said in other words\n    # and on two lines") == before
     assert digest_of(unused="7.0 * x") == before
-    assert digest_of(table="(3, 4)") == before  # which no kernel names
+    assert digest_of(table="(3, 4)") == before  # no kernel uses this name
     assert (
         digest_of(CALLER.replace("def called(x):", "def called(x):\n    '''Say it.'''")) == before
     )

@@ -1,4 +1,4 @@
-"""Libraries that come with the package: which are used, and why others are set aside."""
+"""Tests of shipped libraries: which are used, and why others are set aside."""
 
 import ast
 import json
@@ -18,7 +18,7 @@ NAME = shipped.key_of(STOP, KINDS)
 
 @pytest.fixture
 def come(monkeypatch, tmp_path):
-    """Have libraries come with the package, whose manifest differs from what fits by these."""
+    """Add shipped libraries to the package, with a manifest that has these changes."""
     monkeypatch.setattr(shipped, "FOLDER", tmp_path)
     monkeypatch.setattr(shipped, "files", shipped.files.__wrapped__)
     for name in shipped.FLAGS:
@@ -92,7 +92,7 @@ def test_sources_are_those_of_the_engine_of_adapters_and_of_the_model(monkeypatc
 
 
 def test_kernels_take_nothing_else_from_the_model():
-    """Edited, a constant of a module that isn't in the hash would stay in the machine code."""
+    """If a module isn't in the hash, an edit of its constants wouldn't change the machine code."""
     allowed = {module.__name__ for module in shipped.FROM_MODEL}
     unread = [path for path in PACKAGE.rglob("*.py") if "kernel" in imported_by(path)]
     assert len(unread) > 40
@@ -113,7 +113,7 @@ LIBRARY = PACKAGE / "library"
 
 
 def imported_by(path):
-    """Names that a module imports from ours as it is loaded, and in full what each stands for."""
+    """Return the names that a module imports from the package, each with its full name."""
     loaded = ast.parse(path.read_text()).body
     return {
         alias.asname or alias.name: f"{node.module}.{alias.name}"
@@ -124,7 +124,7 @@ def imported_by(path):
 
 
 def file_of(name):
-    """The file of the engine that a name comes from, or None."""
+    """Return the file of the engine that defines a name, or None."""
     parts = name.split(".")
     if parts[:2] != ["ghostball", "engine"]:
         return None

@@ -1,4 +1,4 @@
-"""The table by which a kernel is given its arguments."""
+"""Tests of the table that passes arguments to a kernel."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What air and a friction that grows with the speed take of a ball's velocity."""
+"""Tests of the deceleration by air, and by rolling friction that grows with the speed."""
 
 import math
 from types import SimpleNamespace
@@ -12,7 +12,7 @@ from ghostball.engine.motion.air import (
     slowed_while_rolling,
 )
 
-AIR = object()  # whether there is one is all that counts
+AIR = object()  # only the difference from None matters
 
 
 def laws(air_drag=0.0, roll_quadratic=0.0, slides=True):

@@ -1,4 +1,4 @@
-"""When a gap closes: against roots of many digits, and never late."""
+"""Tests of the times at which gaps close: against roots with many digits, and never late."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ gaps = numbers.map(abs)
 
 
 def exact(gap: float, rate: float, acceleration: float) -> float:
-    """Return the first s > 0 at which the gap falls to 0, or at once where it is 0 and closes."""
+    """Return the first s > 0 at which the gap falls to 0; 0 if it is closed and closing."""
     if gap == 0.0 and rate < 0.0:
         return 0.0
     with workdps(60):
@@ -35,14 +35,14 @@ def exact(gap: float, rate: float, acceleration: float) -> float:
 def test_a_gap_closes_at_the_first_root_to_all_digits(gap, rate, acceleration):
     square = rate * rate - 2.0 * acceleration * gap
     found, wanted = first_crossing(gap, rate, acceleration), exact(gap, rate, acceleration)
-    if abs(square) > 1e-6 * max(rate * rate, 1e-6):  # else rounding decides whether it is reached
+    if abs(square) > 1e-6 * max(rate * rate, 1e-6):  # otherwise rounding decides if it closes
         assert found == wanted or abs(found - wanted) <= 1e-8 * wanted
 
 
 def test_no_digit_is_lost_where_a_small_gap_closes_fast_or_one_that_touches_opens():
     for gap in (1e-3, 1e-9, 1e-15):
         assert abs(first_crossing(gap, -1.0, 0.5) / exact(gap, -1.0, 0.5) - 1.0) <= ROUNDING
-    assert first_crossing(-1e-18, -1.0, 0.5) == 0.0  # rounding has it overlap
+    assert first_crossing(-1e-18, -1.0, 0.5) == 0.0  # an overlap by rounding
     assert first_crossing(-1e-18, 1.0, -0.5) == 4.0
 
 
@@ -62,10 +62,10 @@ def test_a_bound_is_never_later_than_the_bent_gap_closes(gap, rate, acceleration
     reach=st.floats(0.01, 1.0),
 )
 def test_balls_meet_when_they_were_made_to(to, slant, speed, s, reach):
-    """Back along the line from where they touch, the surfaces closing at up to 80 degrees."""
+    """The balls are moved back from their contact, with surfaces closing at up to 80 degrees."""
     vx, vy = -speed * math.cos(to + slant), -speed * math.sin(to + slant)
     x, y = reach * math.cos(to) - s * vx, reach * math.sin(to) - s * vy
     assert abs(first_meeting(x, y, vx, vy, reach) - s) <= 1e-12 * (1.0 + s)
     assert first_meeting(x, y, -vx, -vy, reach) == math.inf
-    beside = 2.1 * reach / speed  # across the line, farther than they reach
+    beside = 2.1 * reach / speed  # distance across the line, larger than the reach
     assert first_meeting(x - beside * vy, y + beside * vx, vx, vy, reach) == math.inf

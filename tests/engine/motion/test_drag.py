@@ -1,6 +1,6 @@
-"""Motion in air, against closed forms.
+"""Tests of motion in air, against closed forms.
 
-Slides that turn are checked against an integration: `tests/engine/motion/test_slide_series.py`.
+`tests/engine/motion/test_slide_series.py` compares turning slides with an integration.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def played(velocity, spin=None, t_max=None, **physics):
     return simulate(scene, record="trajectory")
 
 
-# --- published numbers: computed at 30 digits elsewhere
+# --- published numbers, computed with 30 digits by other code
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def played(velocity, spin=None, t_max=None, **physics):
     ids=["2 m/s", "8 m/s", "the paper's point"],
 )
 def test_a_roll_stops_after_its_time_and_way(speed, physics, time, distance):
-    """Breaks where the cloth's friction doesn't take its 2/7, or takes it in the paper's model."""
+    """Fails if the cloth's friction doesn't take its 2/7, or takes them in the paper's model."""
     result = played((speed, 0.0), **physics)
     assert result.rest_time == pytest.approx(time, rel=4 * EPS)
     assert result.rest_positions[0, 0] == pytest.approx(distance, rel=8 * EPS)
@@ -73,14 +73,14 @@ def test_a_slide_with_side_turns():
     assert state.positions[0, 0, :2] == pytest.approx(place, abs=SLIDE_ERROR)
     velocity = [2.6262173230896689, 0.40775401791915694]
     assert state.velocities[0, 0, :2] == pytest.approx(velocity, abs=SLIDE_ERROR)
-    # It rolls from there on: by the spin that it had until then, too.
+    # From this time the ball rolls; its spin just before agrees with rolling, too.
     before = result.sample([end * (1 - 1e-12)])
     rolling = np.array([-velocity[1], velocity[0]]) / R
     assert before.angular_velocities[0, 0, :2] == pytest.approx(rolling, rel=1e-11)
 
 
 def test_rolling_friction_that_grows_with_the_speed_is_beside_the_air():
-    """a = mu g + b v^2 stops after ln(1 + b v^2 / a) / 2b; with 5/7 of the air, the same."""
+    """With a + b v^2 and a = mu g, a roll ends after ln(1 + b v^2 / a) / 2b; air adds 5/7 of k."""
     a, v = 0.01 * G, 2.0
     for physics, b in (
         ({"rolling_friction_quadratic": 0.0088}, 0.0088),
@@ -94,18 +94,18 @@ def test_rolling_friction_that_grows_with_the_speed_is_beside_the_air():
 
 
 def test_a_slip_that_ends_ever_faster_is_not_passed_over():
-    """Against its slip air slows a ball by less and less, so that Newton's first step is too far.
+    """Air slows a ball ever less against its slip, so Newton's first step is too long.
 
-    It may go beyond the end of the piece, and must come back: then the slide ends within it.
+    The step may go beyond the end of the piece, and must come back: the slide ends in the piece.
     """
     k, v = 10.0, 0.7
     u, a = 0.0076, 0.2 * G
     result = played((v, 0.0), (0.0, (v + u) / R, 0.0), air_drag=k)
     assert result.events["kind"][0] == EventKind.SLIDE_TO_ROLL
-    # v' = a - k v^2, solved by w coth(...), and the spin takes from the slip 5/2 a t.
+    # The solution of v' = a - k v^2 is w coth(...), and the spin reduces the slip by 5/2 a t.
     with mp.workdps(30):
         w = mp.sqrt(mpf(a) / k)
-        start = mp.atanh(w / v) / mp.sqrt(mpf(a) * k)  # the time since it was infinitely fast
+        start = mp.atanh(w / v) / mp.sqrt(mpf(a) * k)  # time since the speed was infinite
         rate = mp.sqrt(mpf(a) * k)
         end = mp.findroot(
             lambda t: w * mp.coth(rate * (t + start)) - (v + u) + mpf(5) / 2 * a * t, 0.0037
@@ -143,7 +143,7 @@ def test_a_cushion_is_met_when_the_way_is_gone(v):
 
 
 def test_without_friction_only_the_air_slows():
-    """v = v0 / (1 + k v0 t), and it never stops: it needs `t_max`."""
+    """v = v0 / (1 + k v0 t): the ball never stops, so the scene needs `t_max`."""
     scene = scene_of(
         ball((0.0, 0.0), (3.0, 0.0), angular_velocity=(0.0, 0.0, 0.0)),
         ball((0.0, 1.0), (3.0, 0.0)),
@@ -174,7 +174,7 @@ def test_orientation_follows_the_angular_velocity_through_a_slide_and_a_roll():
 
 
 def test_two_that_touch_and_go_along_together_in_air_roll_as_one_alone():
-    """Each bent by the air, they seemed to approach: contact steps held them, 1e-11 m off."""
+    """The jerks by air once looked like an approach: contact steps held the balls, 1e-11 m off."""
     alone = scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.0041)
     both = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((2.0 * R, 0.0), (1.0, 0.0)), air_drag=0.0041)
     result = simulate(both)
@@ -184,7 +184,7 @@ def test_two_that_touch_and_go_along_together_in_air_roll_as_one_alone():
 
 
 def test_what_an_inelastic_collision_leaves_together_continues_where_only_air_slows():
-    """No cloth could push the balls together, so that a step of a contact had no length."""
+    """The cloth can't push the balls together, so a contact step once had no length."""
     scene = scene_of(
         ball((0.9736669107529253, 0.0), (-5.626838330323487, 0.0)),
         ball((0.31768120373487063, 0.0)),

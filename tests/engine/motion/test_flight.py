@@ -1,4 +1,4 @@
-"""Balls in flight: when they land, how their bounces end, when they meet others."""
+"""Tests of balls in flight: landings, the end of bounces, and collisions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_ball_flies_along_a_parabola_and_lands():
     states = result.sample(t)
     assert states.positions[:, 0, 2] == pytest.approx(R + 1.5 * t - G * t**2 / 2, abs=1e-15)
     assert states.positions[:, 0, :2] == pytest.approx(np.outer(t, [2, 0.5]), abs=1e-15)
-    assert np.all(states.angular_velocities[:, 0] == spin)  # no cloth slows any of it
+    assert np.all(states.angular_velocities[:, 0] == spin)  # the cloth doesn't slow it in flight
     assert np.all(result.phases(t) == Phase.FLYING)
     energy = result.energy(t)
     assert energy.total == pytest.approx(energy.total[0], rel=4 * EPS)
@@ -52,7 +52,7 @@ def test_a_ball_flies_along_a_parabola_and_lands():
 
 
 def test_a_dropped_ball_comes_to_rest_after_its_series():
-    """Ends sqrt(2 h / g)(1 + e)/(1 - e) after it is let go: no bounce is cut short."""
+    """It ends sqrt(2 h / g)(1 + e)/(1 - e) after the release: no bounce is left out."""
     h, e = 0.1, 0.6
     scene = scene_of(ball((0, 0, R + h)), **(FLIES | {"table_restitution": e}))
     result = simulate(scene, record="trajectory")
@@ -68,7 +68,7 @@ def test_a_dropped_ball_comes_to_rest_after_its_series():
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.9, 0.99])
 def test_however_it_bounces_it_rolls_at_the_same_speed(e):
-    """v0 - (2/7) u0: neither the table nor the number of bounces matter."""
+    """v0 - (2/7) u0: neither the table nor the number of bounces matters."""
     scene = scene_of(
         ball((0, 0, JUST_ABOVE), (2, 1, -0.7), angular_velocity=(10, -60, 5)),
         **(FLIES | {"table_restitution": e}),
@@ -113,7 +113,7 @@ def test_a_ball_dropped_on_another_bounces_off_and_both_come_to_rest():
 
 
 def test_a_ball_dropped_exactly_on_another_falls_off():
-    """Nothing decides to which side; without a rule of its own it would bounce there for ever."""
+    """By symmetry no side is preferred; without a special rule the ball would bounce endlessly."""
     scene = scene_of(ball((0, 0, 0.1)), ball((0, 0)), ball_restitution=0.5, **FLIES)
     result = simulate(scene, record="events", max_events=50_000)
     assert result.status is Status.REST
@@ -130,12 +130,12 @@ def test_a_ball_over_an_open_side_comes_down_on_the_cloth_that_continues():
     assert result.rest_positions[0, 0] > 2.0
 
 
-# --- over pockets, posts and polygons: the rule of holes, and what balls don't do
+# --- over pockets, posts and polygons: the rule for holes, and paths that are impossible
 
 POOL = Table.model_validate("wpa-9ft")
 SIDE = next(hole for hole in POOL.holes if hole.pocket == 1)
 FACES_IT = 0.5  # distance of a ball from the bottom cushion [m]
-SPEED = 2.0  # towards it [m/s]
+SPEED = 2.0  # speed towards this cushion [m/s]
 
 
 def thrown(
@@ -148,12 +148,15 @@ def thrown(
 
 
 def fallen(distance: float) -> float:
-    """Return how far a ball at `SPEED` falls over a distance [m]."""
+    """Return how far a ball at `SPEED` falls over a horizontal distance [m]."""
     return 0.5 * G * (distance / SPEED) ** 2
 
 
 def at_side_pocket(height_there: float, distance: float, **physics: float) -> Result:
-    """Throw a ball level at the bottom side pocket; it is so high [m] after so far [m]."""
+    """Throw a ball horizontally at the bottom side pocket.
+
+    Its height is `height_there` [m] after a path of `distance` [m].
+    """
     start = (SIDE.centre[0], FACES_IT, height_there + fallen(distance))
     return thrown(start, (0.0, -SPEED, 0.0), **physics)
 
@@ -187,7 +190,7 @@ def test_it_falls_in_up_to_seven_fifths_of_its_radius_at_the_far_edge(radii, end
 
 
 def test_a_ball_over_the_table_side_of_a_hole_stays_in_play_where_it_is_high():
-    """Its way is a chord of the hole of a corner pocket, in front of the hole's middle."""
+    """Its path is a chord of the hole of a corner pocket, in front of the centre of the hole."""
     deep = {
         "corner": {"mouth": 0.16, "angle": 2.4, "jaw_radius": 0.01, "depth": 0.01, "radius": 0.08}
     }
@@ -200,7 +203,7 @@ def test_a_ball_over_the_table_side_of_a_hole_stays_in_play_where_it_is_high():
     back = half + 0.002
     start = (x - back * along[0], y - back * along[1])
     ways = {4.0: ("leaves-table", "left"), 1.2: ("pocketed", "bottom-left")}
-    for radii, end in ways.items():  # higher, it goes on to the cushion behind
+    for radii, end in ways.items():  # a higher ball continues to the cushion behind
         height = radii * R + fallen(back + half)
         result = thrown((*start, height), (SPEED * along[0], SPEED * along[1], 0.0), table)
         assert ends(result)[0] == end
@@ -221,7 +224,7 @@ def test_it_leaves_the_table_over_a_side_of_a_polygon_and_not_over_a_post():
 
 
 def test_it_leaves_the_table_where_it_comes_over_a_jaw():
-    """Not where its way leaves the jaw's disc on the far side."""
+    """Fails if the ball leaves where its path exits the disc of the jaw on the far side."""
     jaw = next(one for one in POOL.obstacles if isinstance(one, Disc))
     (x, y), aside = jaw.centre, 0.004
     result = thrown((0.25, y - aside, 0.15), (-2.0, 0.0, 0.5))
@@ -232,7 +235,7 @@ def test_it_leaves_the_table_where_it_comes_over_a_jaw():
 
 
 def test_no_ball_leaves_a_pocket_behind_the_ends_of_its_facings():
-    """They lean so far apart that they are nearest to the hole's middle in front of it."""
+    """The facings diverge so much that they are nearest to the hole's centre in front of it."""
     corner = {"mouth": 0.13, "angle": 1.9, "jaw_radius": 0.005, "depth": 0.03, "radius": 0.17}
     table = Table.model_validate({"length": 2.0, "width": 1.0, "pockets": {"corner": corner}})
     (hole,) = (one for one in table.holes if one.pocket == 0)

@@ -1,4 +1,4 @@
-"""Flight in air, against closed forms and against an oracle of 24 digits."""
+"""Tests of flight in air, against closed forms and a reference with 24 digits."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ G = 9.81
 AIR = FLIES | {"air_drag": K}
 
 Vector = list[mpf]
-Piece = tuple[mpf, mpf, list[Vector]]  # when it begins, how long it lasts, place by power
+Piece = tuple[mpf, mpf, list[Vector]]  # start, duration, coefficients of the position by power
 
 
 class Arc:
-    """The path of a ball's centre from `place` at `velocity`, at instants from 0 on: an oracle.
+    """Reference path of a ball's centre, from `place` with `velocity`, at times from 0 on.
 
-    By Taylor steps of fixed parts of v / a.
+    It is computed with Taylor steps, each a fixed fraction of v / a.
     """
 
     def __init__(self, place: Sequence[float], velocity: Sequence[float], k: float, g: float):
@@ -38,7 +38,7 @@ class Arc:
         self._end = (mpf(0), [mpf(x) for x in place], [mpf(v) for v in velocity])
 
     def at(self, t: mpf) -> tuple[Vector, Vector]:
-        """Return place and velocity at an instant [s]."""
+        """Return position and velocity at a time [s]."""
         t = mpf(t)
         while self._end[0] <= t:
             self._step()
@@ -46,7 +46,7 @@ class Arc:
         return _value(powers, t - begins)
 
     def when(self, gap: Callable[[Vector], mpf], before: float, after: float) -> mpf:
-        """Return the one instant between two at which a gap between places is 0 [s]."""
+        """Return the only time between two times at which a gap is 0 [s]."""
         low, high = mpf(before), mpf(after)
         sign = gap(self.at(low)[0]) > 0
         assert (gap(self.at(high)[0]) > 0) != sign
@@ -125,7 +125,7 @@ def test_a_fall_lasts_as_the_closed_form_says(k):
 
 @pytest.mark.parametrize("k", [K, 0.3, 20.0])
 def test_a_throw_rises_as_the_closed_form_says(k):
-    """h = ln(1 + k v^2/g) / 2k, t = atan(v sqrt(k/g)) / sqrt(g k); then it falls from there."""
+    """h = ln(1 + k v^2/g) / 2k, t = atan(v sqrt(k/g)) / sqrt(g k); then the ball falls."""
     v = 3.0
     result = simulate(scene_of(ball((0, 0), (0, 0, v)), **(AIR | {"air_drag": k})), record="events")
     h = mp.log(1 + k * mpf(v) ** 2 / mpf(G)) / (2 * mpf(k))
@@ -144,11 +144,11 @@ def test_a_throw_rises_as_the_closed_form_says(k):
     ("velocity", "k"),
     [
         *product([(2.0, 0.5, 1.5), (-8.0, 3.0, 3.0), (1.0, 1.0, 0.05)], [K, 0.1, 2.0]),
-        *product([(0.01, 0.0, 2.0), (1e-5, 2e-5, 1.0)], [0.1]),  # which the oracle takes long for
+        *product([(0.01, 0.0, 2.0), (1e-5, 2e-5, 1.0)], [0.1]),  # slow to compute for the reference
     ],
 )
 def test_an_arc_is_that_of_the_oracle(velocity, k):
-    """Steep ones have pieces that shrink towards their top, where the speed all but vanishes."""
+    """Steep arcs have pieces that become short near the top, where the speed nearly vanishes."""
     scene = scene_of(
         ball((0, 0), velocity, angular_velocity=(3, -40, 70)), **(AIR | {"air_drag": k})
     )
@@ -177,7 +177,7 @@ def test_energy_falls_all_the_way():
     t = np.linspace(0, landings(result)[0] * (1 - 1e-12), 200)
     total = result.energy(t).total
     assert np.all(np.diff(total) < 0.0)
-    # As fast as the drag takes it: m k |v|^3.
+    # The energy decreases by the power of the drag: m k |v|^3.
     speed = np.linalg.norm(result.sample(t).velocities[:, 0], axis=1)
     taken = np.trapezoid(scene.masses[0] * K * speed**3, t)
     assert total[0] - total[-1] == pytest.approx(taken, rel=1e-4)
@@ -191,7 +191,7 @@ def test_a_mirror_shows_the_same_flight():
 
 
 def test_bounces_too_low_to_be_followed_are_slowed_by_air_too():
-    """Against all bounces followed one by one, with their friction, to 1e-9 m/s."""
+    """Compare with all bounces computed one by one, with their friction, to 1e-9 m/s."""
     velocity, spin, e, mu = (3.0, 0.4, 0.5), (20.0, 50.0, 7.0), 0.6, 0.2
     scene = scene_of(
         ball((0, 0), velocity, angular_velocity=spin),
@@ -225,7 +225,7 @@ def test_bounces_too_low_to_be_followed_are_slowed_by_air_too():
 
 
 def test_a_ball_in_flight_hits_a_resting_one_when_the_oracle_says():
-    """Without air at 0.12445751678484287 s; see `test_flight`."""
+    """Without air, the time is 0.12445751678484287 s; see `test_flight`."""
     scene = scene_of(ball((0, 0), (2.0, 0.0, 0.8)), ball((0.3, 0.01)), **(AIR | {"air_drag": 0.1}))
     result = simulate(scene, record="events")
     arc = Arc((0, 0, 0), (2.0, 0.0, 0.8), 0.1, G)
@@ -286,7 +286,7 @@ def test_a_ball_leaves_the_table_when_the_oracle_says(k):
 
 
 def test_a_flight_is_the_same_at_any_size():
-    """To the bit, in lengths and times that are powers of two of each other."""
+    """Bit-identical for lengths and times scaled by powers of two."""
     v = np.array([2.0, 0.7, 1.1])
     one = simulate(scene_of(ball((0, 0), v), t_max=0.5, **AIR), record="events")
     for length, time in ((2.0**-9, 2.0**3), (2.0**5, 2.0**-4)):

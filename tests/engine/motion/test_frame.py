@@ -1,4 +1,4 @@
-"""The frame of a table with pockets: what it leaves out changes no bit."""
+"""Tests of the frame of a table with pockets: skipping obstacles changes no bit."""
 
 from __future__ import annotations
 
@@ -35,14 +35,15 @@ def test_random_tables_with_pockets_are_the_same_where_all_obstacles_are_asked(s
 
 
 def test_a_hole_in_front_of_the_noses_takes_a_ball_that_stops_there():
-    """Its centre is in the hole, and it touches no nose: the frame says nothing of that."""
+    """The centre of the ball is in the hole, but the ball touches no nose."""
     corner = {"mouth": 0.13, "angle": 2.4, "jaw_radius": 0.01, "depth": 0.0, "radius": 0.08}
     scene = Scene.model_validate(
         {
             "name": "stops",
             "table": {"length": 2.54, "width": 1.27, "pockets": {"corner": corner}},
             "physics": {"rolling_friction": 0.01},
-            # It would stop at (0.036, 0.045) m, 0.07 m from the middle of the hole.
+            # Without the hole, the ball would stop at (0.036, 0.045) m, 0.07 m from the centre of
+            # the hole.
             "balls": [{"id": "a", "position": (1.0, 0.045), "velocity": (-0.43490, 0.0)}],
         }
     )

@@ -1,4 +1,4 @@
-"""Numbers of any size, and when a gap counts as closed."""
+"""Tests of lengths and masses of any magnitude, and of the rules for closed gaps."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ def test_an_approach_by_rounding_is_none():
 
 def test_a_gap_is_closed_where_it_is_near_and_what_opens_it_falls_back():
     tolerance, pull = 1e-12, 3.0
-    bounce = math.sqrt(2.0 * pull * tolerance)  # rises by the tolerance
+    bounce = math.sqrt(2.0 * pull * tolerance)  # a bounce as high as the tolerance
     assert in_contact(CONTACT_REACH * tolerance, 0.99 * bounce, tolerance, pull, 0.0)
     assert not in_contact(CONTACT_REACH * tolerance, 1.01 * bounce, tolerance, pull, 0.0)
     assert not in_contact(1.01 * CONTACT_REACH * tolerance, 0.0, tolerance, pull, 0.0)
-    assert in_contact(0.0, 1e-15, tolerance, 0.0, 1e-15)  # no cloth pulls: that is rounding
+    assert in_contact(0.0, 1e-15, tolerance, 0.0, 1e-15)  # the rate is only rounding
     assert not in_contact(0.0, 1e-15, tolerance, 0.0, 0.0)

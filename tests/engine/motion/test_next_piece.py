@@ -1,9 +1,9 @@
-"""How a ball on the cloth moves until something meets it: closed forms and published numbers.
+"""Tests of a ball on the cloth up to its next collision: closed forms and published numbers.
 
-The exact numbers come from mpmath, from the scene's own doubles, so that only the engine's rounding
-is left to see. [3.3], [A.16] and [B.6] are technical proofs of D. Alciatore
-(billiards.colostate.edu/technical_proofs). Of what is published there, squirt is left out: that is
-what a cue does to a ball, and here balls start with the velocity that they are given.
+The exact numbers are computed with mpmath from the doubles of the scene, so only the rounding of
+the engine remains. [3.3], [A.16] and [B.6] are technical proofs of D. Alciatore
+(billiards.colostate.edu/technical_proofs). Squirt is left out: it is an effect of the cue, and here
+balls start with given velocities.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def once_rolling(result, ball, since=0.0):
 
 
 def printed(value: float, published: float) -> None:
-    """Assert that a value is what was printed to three digits after the point."""
+    """Assert that a value agrees with a printed number with three decimals."""
     assert abs(value - published) <= (0.5 + 1e-6) * 1e-3, f"{value}, printed {published}"
 
 
@@ -49,7 +49,7 @@ def test_a_ball_stops_where_and_when_it_must(v, friction):
 
 
 def test_a_slide_and_the_roll_after_it_are_on_their_parabolas():
-    """Another engine, in steps of 1/512 s, is 3.8 mm off at 1 s and 28 mm at rest."""
+    """Another engine with a time step of 1/512 s has errors of 3.8 mm at 1 s and 28 mm at rest."""
     velocity, spin = (1.3, 0.4), (35.0, -20.0, 15.0)
     scene = scene_of(ball((0.0, 0.0), velocity, angular_velocity=spin), **CLOTH)
     result = simulate(scene, record="events")
@@ -71,11 +71,15 @@ def test_a_slide_and_the_roll_after_it_are_on_their_parabolas():
     assert result.rest_positions[0, :2] == pytest.approx(exact, abs=32 * EPS * 10)
 
 
-# --- published: a rolling cue ball, a resting ball; no friction between them, no loss
+# --- published: a rolling cue ball hits a resting ball, elastically and without friction
 
 
 def rolling_velocities(cut: float, v: float = 1.5) -> tuple[float, list[np.ndarray]]:
-    """Return when both roll after a collision `cut` [rad] off, and velocities over the old one."""
+    """Return when both balls roll after a collision, and their velocities.
+
+    The cue ball hits the object ball `cut` [rad] off the line of centres. The velocities are
+    divided by the speed of the cue ball before.
+    """
     target = (2 * R * math.cos(cut), 2 * R * math.sin(cut))
     result = simulate(scene_of(ball((-0.3, 0.0), (v, 0.0)), ball(target), **CLOTH), record="events")
     collision = times_of(result, EventKind.BALL_BALL)[0]
@@ -121,10 +125,10 @@ def test_final_speeds_and_one_instant_for_both_slides(cut, v):
 
 @pytest.mark.parametrize(("mph", "feet"), [(1.5, 7.522), (7, 25.041), (20, 39.291)])
 def test_how_far_a_ball_goes_up_and_down_a_nine_foot_table(mph, feet):
-    """[B.6] 100 inches from cushion to cushion; each takes 0.3 of the speed, and all of the spin.
+    """[B.6] 100 inches between cushions, each of which takes 0.3 of the speed and all spin.
 
-    No law of the engine takes all of the spin, so the shot is played leg by leg: the next one
-    starts with 0.7 of the speed with which the last met the cushion, and slides.
+    No law of the engine takes all spin, so each leg is simulated separately: it starts with 0.7 of
+    the speed at the cushion, and slides.
     """
     leg = 100 * INCH
     v, spin, travelled = mph * MILE_PER_HOUR, {}, 0.0

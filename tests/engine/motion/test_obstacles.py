@@ -1,6 +1,6 @@
-"""What stands still on a table: met at the instant that the closed form says, or passed by.
+"""Tests of fixed obstacles on a table: hit at the time of the closed form, or missed.
 
-First noses that no table has yet, a row each.
+The first tests use noses that no table has, one row each.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MIRROR = 0.0
 
 @pytest.fixture
 def played(monkeypatch: pytest.MonkeyPatch) -> Play:
-    """Play a scene with more obstacles than its cushions."""
+    """Simulate a scene with more obstacles than its cushions."""
     return partial(played_among, monkeypatch)
 
 
@@ -41,7 +41,7 @@ def cushion_collisions(result: Result) -> list[tuple[float, int]]:
 @pytest.mark.parametrize("slowing", [0.0, 0.02])
 @pytest.mark.parametrize("offset", [0.0, 0.3, 0.9, 0.999])
 def test_a_ball_bounces_off_a_circular_nose(played: Play, offset: float, slowing: float) -> None:
-    """It goes along x, and touches where the centres are the radii apart; mirrored there."""
+    """The ball moves along x and touches at the sum of the radii; its velocity is mirrored."""
     nose, speed, far = 0.05, 1.5, 0.8
     reach = R + nose
     height = offset * reach
@@ -52,7 +52,7 @@ def test_a_ball_bounces_off_a_circular_nose(played: Play, offset: float, slowing
     contact = 2.0 * way / (speed + math.sqrt(speed * speed - 2.0 * a * way))
     ((t, index),) = cushion_collisions(result)
     assert index == 4
-    # At a grazing collision the instant errs by what rounding of the gap does to it.
+    # For a grazing collision, rounding of the gap limits the accuracy of the time.
     assert t == pytest.approx(contact, rel=1e-14 / (1.0 - offset * offset))
     before = speed - a * contact
     nx, ny = (way - far) / reach, height / reach
@@ -89,7 +89,7 @@ def test_a_line_aslant_is_a_row_too(played: Play) -> None:
 
 
 def test_many_balls_among_circular_noses_keep_energy_and_distance(played: Play) -> None:
-    """A Sinai billiard: three balls without friction, on a table with a disc in its middle."""
+    """A Sinai billiard: three balls without friction, on a table with a disc in the middle."""
     balls = [ball((0.2 + 0.2 * k, 0.15), (0.3 - 0.2 * k, 0.9), id=f"b{k}") for k in range(3)]
     scene = scene_of(*balls, table=Table(length=1.0, width=1.0), rolling_friction=0.0, t_max=20.0)
     result = played(scene, (st.DISC, 0.5, 0.55, 0.0, 0.0, 0.12, MIRROR, 4))
@@ -105,7 +105,7 @@ def test_many_balls_among_circular_noses_keep_energy_and_distance(played: Play) 
 def test_a_bounce_has_the_coefficients_of_its_own_row(
     monkeypatch: pytest.MonkeyPatch, cushion: str
 ) -> None:
-    """Those of the right cushion, where all others have different ones."""
+    """The coefficients must be those of the right cushion; all others are different."""
 
     def shot(restitution: float, friction: float) -> Scene:
         cue = ball((0.8, 0.4), (1.0, 0.3), angular_velocity=(3.0, -5.0, 20.0))
@@ -128,7 +128,7 @@ def test_a_bounce_has_the_coefficients_of_its_own_row(
     assert fingerprint(simulate(shot(0.9, 0.1), record="events")) == fingerprint(wanted)
 
 
-# --- pockets, polygons and posts: closed forms, seams, and what balls may never do
+# --- pockets, polygons and posts: closed forms, joints, and paths that are impossible
 
 FREE = Physics(rolling_friction=0.0)
 
@@ -151,7 +151,7 @@ def goes_in(degrees: float, offset: float) -> bool:
 
 @pytest.mark.parametrize(("degrees", "goes"), [(68.2915, True), (68.2925, False)])
 def test_no_ball_goes_in_beyond_the_critical_angle_of_a_side_pocket(degrees: float, goes: bool):
-    """Alciatore, technical proof 3.5: 68.292 degrees, by straight lines and mirrors."""
+    """Alciatore, technical proof 3.5: 68.292 degrees, from straight lines and mirrors."""
     aims = np.linspace(0.01294, 0.01300, 61)
     assert any(goes_in(degrees, float(aim)) for aim in aims) == goes
 
@@ -172,7 +172,7 @@ def test_a_ball_is_pocketed_where_its_centre_enters_the_hole():
 
 
 def test_a_ball_that_stops_in_the_jaws_stays_there():
-    way = 0.6 - 0.002  # to the line of the noses, nearly
+    way = 0.6 - 0.002  # distance to just before the line of the noses
     ball = Ball(id="cue", position=(1.27, 0.6), velocity=(0.0, -math.sqrt(2 * 0.02 * 9.81 * way)))
     result = play_on("wpa-9ft", ball, physics=Physics(), t_max=60.0)
     assert met(result) == [("roll-to-rest", None)]
@@ -180,9 +180,9 @@ def test_a_ball_that_stops_in_the_jaws_stays_there():
 
 
 def test_a_ball_that_meets_rail_and_jaw_where_they_join_has_one_contact():
-    """Straight at the joint, and a hair to both sides: one impulse each time, as off a line."""
+    """Shots at the joint and slightly beside it each get one impulse, as from a line."""
     table = Table.model_validate("wpa-9ft")
-    joint = table.obstacles[0].end[0]  # of the bottom rail, at the jaw of the side pocket
+    joint = table.obstacles[0].end[0]  # end of the bottom rail, at the jaw of the side pocket
     for aside in (0.0, 1e-17, -1e-17, 1e-12, -1e-12, 1e-9, -1e-9):
         ball = Ball(id="cue", position=(joint + aside, 0.5), velocity=(0.0, -1.0))
         result = play_on(table, ball, t_max=0.8)
@@ -191,7 +191,7 @@ def test_a_ball_that_meets_rail_and_jaw_where_they_join_has_one_contact():
 
 
 def test_a_ball_that_glides_along_a_rail_passes_a_pocket():
-    """It touches the rail, leaves it where the jaw curves away, and glides on along the next."""
+    """It touches the rail, leaves it at the jaw, and continues along the next rail."""
     ball = Ball(id="cue", position=(0.6, 0.028575), velocity=(1.0, 0.0))
     result = play_on("wpa-9ft", ball, t_max=1.0)
     assert met(result) == []
@@ -199,7 +199,7 @@ def test_a_ball_that_glides_along_a_rail_passes_a_pocket():
 
 
 def test_two_balls_fall_into_one_pocket_at_one_instant():
-    """Side by side: each meets the facing on its side, and then the hole."""
+    """Side by side, each hits the facing on its side, and then falls into the hole."""
     balls = [
         Ball(id=name, position=(1.27 + x, 0.5), velocity=(0.0, -1.0))
         for name, x in (("left", -0.034), ("right", 0.034))
@@ -213,9 +213,10 @@ def test_two_balls_fall_into_one_pocket_at_one_instant():
 @pytest.mark.parametrize("aside", [0.0, 1e-9, -1e-9])
 @pytest.mark.parametrize("parts", [3, 4, 5, 8, 20, 180])
 def test_a_ball_along_the_bisector_of_a_corner_comes_back(parts: int, aside: float):
-    """Unfolded, a corner of pi / n is left the way it was entered, after n bounces, without loss.
+    """Unfolded, a ball leaves a corner of pi / n as it entered, after n bounces without loss.
 
-    Both sides at one instant, to a rounding, or one just before the other: the same shot.
+    It reaches both sides simultaneously, within rounding, or one just before the other, with the
+    same result.
     """
     angle = math.pi / parts
     reach, back = 0.028575 / math.sin(angle / 2.0), 0.5
@@ -235,7 +236,7 @@ def test_a_ball_along_the_bisector_of_a_corner_comes_back(parts: int, aside: flo
 
 @pytest.mark.parametrize("degrees", [50.0, 77.0, 100.0, 135.0, 160.0])
 def test_no_corner_takes_energy_by_itself(degrees: float):
-    """Where the two orders differ the ball leaves between them, as fast as it came."""
+    """If the two orders differ, the ball leaves between their directions with its initial speed."""
     angle = math.radians(degrees)
     length = 1.0
     height = length * math.tan(angle / 2.0)
@@ -269,7 +270,7 @@ def test_a_polygon_that_is_a_rectangle_plays_like_one():
     ids=["mirror", "restitution", "quadratic"],
 )
 def test_a_ball_along_a_slanting_side_goes_along_it(part, speed, aside, physics):
-    """Rounding of a part of its velocity towards the side was a bounce, again and again."""
+    """A rounding of the velocity towards the side once caused endless bounces."""
     start, end = np.array([1.25, 0.0]), np.array([0.5, 1.0])
     along = (end - start) / math.hypot(*(end - start))
     off = np.array([-along[1], along[0]])
@@ -286,7 +287,7 @@ def test_a_ball_along_a_slanting_side_goes_along_it(part, speed, aside, physics)
 
 
 def test_a_ball_meets_a_corner_that_points_into_the_table_as_a_point():
-    """Head on it comes back; beside, it leaves as off a disc of its own radius."""
+    """Head on it returns; beside the centre it bounces as off a disc with its own radius."""
     shape = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
     table = Table.model_validate({"vertices": shape})
     radius, aside = 0.028575, 0.01
@@ -307,7 +308,7 @@ def test_a_ball_meets_a_corner_that_points_into_the_table_as_a_point():
 
 
 def test_a_contact_at_a_corner_is_named_by_the_side_that_ends_there():
-    """Whichever of the two rounding finds first."""
+    """The name must not depend on which side rounding finds first."""
     shape = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
     table = Table.model_validate({"vertices": shape})
     for k in range(40):

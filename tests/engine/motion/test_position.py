@@ -1,8 +1,8 @@
-"""A motion of the fourth degree, made up in this file: every scheduler finds all of its contacts.
+"""Tests with an invented motion of degree 4: every scheduler must find all of its contacts.
 
-It curves, and its pieces end after a time of their own. What it should come to is simulated beside
-it, with all pairs at every event, and the roots of polynomials of the eighth degree by numpy. The
-kernels run interpreted here: compiled ones would keep the motion that they were compiled with.
+The motion is curved, and its pieces have a fixed duration. A separate simulation gives the expected
+result: it checks all pairs at every event, with roots of polynomials of degree 8 by numpy. The
+kernels run interpreted, because compiled kernels would keep the original motion.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from ghostball.engine.scheduling.grid import _LATE
 from ghostball.model import EventKind, Scene, Table
 
 LASTS = 0.07
-"""How long a piece lasts [s]."""
+"""Duration of a piece [s]."""
 
 NOSE = (0.55, 0.33, 0.06)
 """Centre and radius of a nose [m]."""
 
-made_up = pytest.mark.skipif(COMPILED, reason="a motion of a test's own needs interpreted kernels")
+made_up = pytest.mark.skipif(COMPILED, reason="an invented motion needs interpreted kernels")
 
 
 def powers(vx: float, vy: float) -> np.ndarray:
-    """Return the coefficients of a piece, (5, 2), that begins at the origin with this velocity."""
+    """Return the coefficients of a piece, (5, 2), from the origin with an initial velocity."""
     v, across = np.array([vx, vy]), np.array([-vy, vx])
     return np.array([0.0 * v, v, -0.4 * v + 1.5 * across, 6.0 * across, -30.0 * v - 20.0 * across])
 
 
 def predict_made_up(balls, i, laws) -> None:
-    """Stand for `predict_motion`."""
+    """Replace `predict_motion`."""
     ball = balls.state[i]
     if ball.vx == 0.0 and ball.vy == 0.0:
         predict_motion(balls, i, laws)
@@ -62,7 +62,7 @@ def predict_made_up(balls, i, laws) -> None:
 
 @pytest.fixture
 def moves(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let balls move so, past a nose on the table."""
+    """Give balls this motion, on a table with a nose."""
     x, y, radius = NOSE
     add_obstacles(monkeypatch, (st.DISC, x, y, 0.0, 0.0, radius, 0.0, 4))
     monkeypatch.setattr(predict, "predict_motion", predict_made_up)
@@ -77,12 +77,12 @@ def ten_balls(seed: int) -> Scene:
         if clear and math.dist(place, NOSE[:2]) > 1.01 * (R + NOSE[2]):
             velocity = 2.0 * chance.normal(size=2) if len(balls) % 3 else np.zeros(2)
             balls.append(ball(place, velocity.tolist()))
-    # Air that nobody feels: it has the kernels expect pieces of higher degrees.
+    # With this negligible drag, the kernels expect pieces of higher degrees.
     return scene_of(*balls, table=Table(length=1.1, width=0.7), t_max=0.8, air_drag=1e-9)
 
 
 class Piece:
-    """A ball's motion from an instant: a polynomial by numpy."""
+    """A ball's motion from a time on, as numpy polynomials."""
 
     def __init__(self, t: float, place: np.ndarray, velocity: np.ndarray) -> None:
         self.start, self.end = t, t + LASTS if velocity.any() else math.inf
@@ -90,7 +90,7 @@ class Piece:
         self.powers[0] = place
 
     def at(self, t: float) -> np.ndarray:
-        """Return the powers as they are when the time counts from t on."""
+        """Return the coefficients when the time counts from t."""
         d = t - self.start
         return np.array(
             [
@@ -101,7 +101,7 @@ class Piece:
 
 
 def first_entry(gap: np.ndarray, reach: float) -> float:
-    """Return when |gap(s)| falls to `reach` [s]: the least root at which it does."""
+    """Return the first time at which |gap(s)| falls to `reach` [s]: the smallest such root."""
     square = np.polymul(gap[::-1, 0], gap[::-1, 0])
     square = np.polyadd(square, np.polymul(gap[::-1, 1], gap[::-1, 1]))
     square = np.polyadd(square, [-reach * reach])
@@ -112,7 +112,7 @@ def first_entry(gap: np.ndarray, reach: float) -> float:
 
 
 def simulated(scene: Scene):
-    """Return the events (t, a, b), b a ball or -1 minus an obstacle, and all pieces."""
+    """Return the events (t, a, b), with b a ball or -1 minus an obstacle, and all pieces."""
     n, t_max = len(scene.balls), scene.t_max
     pieces = [
         Piece(0.0, r[:2], v[:2]) for r, v in zip(scene.positions, scene.velocities, strict=True)
@@ -199,7 +199,7 @@ def test_a_motion_of_the_fourth_degree_misses_no_contact(moves, monkeypatch, see
 @made_up
 @pytest.mark.parametrize("seed", range(3))
 def test_a_ball_stays_in_its_cell_until_it_is_said_to_leave(moves, monkeypatch, seed):
-    """Whatever its motion; but for `_LATE`, and in the outermost cells, which have no end."""
+    """Valid for any motion, up to `_LATE`, and except for the outermost cells, which are open."""
     found = broad_phase.time_in_cell
     beyond = []
 
@@ -207,7 +207,7 @@ def test_a_ball_stays_in_its_cell_until_it_is_said_to_leave(moves, monkeypatch, 
         leaves, balls, cells = found(world, i, t), world.balls, world.cells
         side, most = cells.frame[2], cells.size
         cell = cells.link[i, st.CELL_COLUMN], cells.link[i, st.CELL_ROW]
-        until = min(leaves, balls.state[i].own_time, t + LASTS)  # a ball at rest stays for ever
+        until = min(leaves, balls.state[i].own_time, t + LASTS)  # a ball at rest stays in its cell
         for instant in np.linspace(t, until, 20):
             for k, x in enumerate(position.position_at(balls, i, instant)):
                 inside = x - cells.frame[k] - (cell[k] - 1) * side

@@ -1,4 +1,4 @@
-"""Power series of motions in air against their closed forms."""
+"""Tests of power series of motion in air against closed forms."""
 
 import math
 
@@ -17,7 +17,7 @@ from ghostball.engine.motion.series import (
 
 
 def speed_at(speed, a, b, t):
-    """The closed form of dv/dt = -(a + b v^2), in thirty digits: near a quarter turn it cancels."""
+    """Closed form of dv/dt = -(a + b v^2), with 30 digits, because it cancels near pi / 2."""
     with workdps(30):
         a, b = mpf(a), mpf(b)
         return float(sqrt(a / b) * tan(atan(speed * sqrt(b / a)) - sqrt(a * b) * t))
@@ -62,7 +62,7 @@ def test_what_never_slows_never_stops():
 
 
 def test_a_speed_has_the_powers_of_the_root_of_its_parts_squares():
-    """(1 + t)^2 + (2 - t)^2, whose root begins as the binomial series says."""
+    """For (1 + t)^2 + (2 - t)^2, the binomial series gives the first powers of the root."""
     row = np.zeros((3, DEGREE + 2))
     row[1, :2], row[2, :2] = (1.0, 1.0), (2.0, -1.0)
     row[0, 0] = math.sqrt(5.0)

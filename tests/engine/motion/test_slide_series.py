@@ -1,4 +1,4 @@
-"""Slides in air that turn: power series, against an integration in 40 digits."""
+"""Tests of turning slides in air: power series against an integration with 40 digits."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def velocity_in(balls: Balls, s: float) -> list[float]:
 
 @pytest.mark.parametrize(("v", "u"), SLIDES)
 def test_a_piece_leaves_out_what_it_may(v, u):
-    """And rounding; how fast its acceleration changes is bounded by what it says."""
+    """The error is within the limit plus rounding, and the bounds on the jerk hold."""
     balls, lasts = piece_of(v, u)
     allowed = (SLIDE_ERROR + EPS) * (math.hypot(*v) + math.hypot(*u))
     slide = exact_slide(v, u)
@@ -93,7 +93,7 @@ def drawn(seed: int) -> tuple[Plane, Plane]:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_slide_ends_where_its_integration_says_after_few_pieces(seed):
-    """Breaks where more is left out than the engine states as its resolution in air."""
+    """Fails if the error exceeds the resolution that the engine states for motion in air."""
     v, spin = drawn(seed)
     scene = scene_of(
         ball((0.0, 0.0), v, angular_velocity=(*spin, 0.0)),

@@ -1,4 +1,4 @@
-"""A ball that topspin holds to a cushion, against the limit of the cushion's own impact law."""
+"""Tests of a ball that topspin holds at a cushion, against the limit of the impact law."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ from ghostball.model import Ball, EventKind, Physics, Scene, Table
 
 R, G = 0.028575, 9.81
 SLIDING, SPINNING = 0.2, 10.0
-"""Friction of the cloth, and what it takes of a spin about the vertical [rad/s^2]."""
+"""Friction of the cloth, and its deceleration of the spin about the vertical [rad/s^2]."""
 
 RESTITUTION, FRICTION = 0.85, 0.2
 """Of the cushion."""
 
 PERMITTED = 5e-7
-"""Error of the velocity along the cushion, in units of the first one, and of the spin about the
-vertical in units of the first spin's largest component. Not of the last ones: where friction takes
-nine tenths of a velocity, what is left has ten times its part of the error."""
+"""Error of the velocity along the cushion, relative to its initial value, and of the spin about the
+vertical, relative to the largest component of the initial spin. Relative to the final values, the
+error may be ten times as large, because friction may take nine tenths of a velocity.
+"""
 
 HELD_BELOW = 1e-7
-"""Speed of a rebound [m/s] from which on the rebounds are taken for a force."""
+"""Speed of a rebound [m/s] below which the rebounds are replaced by a force."""
 
 Numbers = NDArray[np.float64]
 Spin = tuple[float, float, float]
@@ -36,16 +37,17 @@ SHOTS = (
     (0.05, 0.3, (0.0, 80.0, 40.0), R),
     (0.02, 0.1, (0.0, 60.0, 0.0), R),
 )
-"""Speeds into the cushion and along it [m/s], spins [rad/s], heights of the nose [m] of shots that
-once left the cushion up to 13 % too fast."""
+"""Shots that once left the cushion up to 13 % too fast: speeds into the cushion and along it [m/s],
+spins [rad/s], heights of the nose [m].
+"""
 
 
 class HeldToCushion:
-    """A ball that its topspin drives into a cushion: Han's impacts down to none, then their limit.
+    """A ball that its topspin drives into a cushion: Han's impacts, then their limit.
 
-    Rebounds so small that they last for ever shorter are a force, with the friction of the
-    impulses. n points into the cushion, t along it; a state is vt, wn, wt, wz. It shares no formula
-    with the engine, and is integrated by the classical method of Runge and Kutta.
+    Rebounds whose duration decreases without limit act as a force, with the friction of their
+    impulses. n points into the cushion, t along it; a state is vt, wn, wt, wz. The model shares no
+    formula with the engine, and is integrated by the classical Runge-Kutta method.
     """
 
     def __init__(self, height: float) -> None:
@@ -54,7 +56,7 @@ class HeldToCushion:
         self.sense = 0.0
 
     def velocities_when_it_rolls(self, vn: float, vt: float, spin: Spin) -> tuple[float, float]:
-        """Return vt [m/s] and wz [rad/s] when the slip on the cloth ends."""
+        """Return vt [m/s] and wz [rad/s] at the time when the slip on the cloth ends."""
         state = np.array([vt, *spin], dtype=float)
         while True:
             vn, state = self._bounce(vn, state)
@@ -101,7 +103,7 @@ class HeldToCushion:
         return vn, np.array([vt + along, wn, wt, wz + turn * along * self.cosine])
 
     def _rates(self, state: Numbers) -> tuple[Numbers, float, float]:
-        """Return how fast the state changes, what the cushion turns of it, and the slip."""
+        """Return the rates of change of the state, the turning by the cushion, and the slip."""
         vt, wn, wt, wz = state.tolist()
         an, at, size = self._cloth(0.0, state)
         down, along = R * wt, vt + R * (wz * self.cosine - wn * self.sine)
@@ -133,7 +135,7 @@ class HeldToCushion:
 
 
 def shot(vn: float, vt: float, spin: Spin, height: float) -> Scene:
-    """Return a ball that meets the cushion with these velocities."""
+    """Return a ball that hits the cushion with these velocities."""
     return Scene(
         name="held",
         table=Table(length=2.0, width=20.0, cushions=("right",)),
@@ -158,7 +160,7 @@ def shot(vn: float, vt: float, spin: Spin, height: float) -> Scene:
 
 @pytest.mark.parametrize(("vn", "vt", "spin", "height"), SHOTS)
 def test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it(vn, vt, spin, height):
-    """By how it moves where it begins to roll for the last time."""
+    """Compare the velocities at the time when the ball starts to roll for the last time."""
     result = simulate(shot(vn, vt, spin, height), record="events")
     rolls = result.events["t"][result.events["kind"] == EventKind.SLIDE_TO_ROLL]
     state = result.sample(rolls[-1:])

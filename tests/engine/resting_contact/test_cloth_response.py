@@ -1,4 +1,4 @@
-"""How the cloth answers for balls that push each other: those that it slows more, and air."""
+"""Tests of the cloth's friction, and of air, on balls in contact with different decelerations."""
 
 import math
 
@@ -15,10 +15,10 @@ from ghostball.validation.scenes.library import find_scene
 @pytest.mark.parametrize("motion", ["sliding", "rolling"])
 @pytest.mark.parametrize("n", [2, st.MOST_DIRECT + 2], ids=["followed", "in steps"])
 def test_a_line_that_rolls_in_air_is_slowed_as_a_whole(n, motion):
-    """Closed form: each pushes the next, which more friction slows; and air takes alike from all.
+    """Closed form: each ball pushes the next, which more friction slows; air acts on all equally.
 
-    p' = -(a + b p^2), a the mean of the frictions, b what rolling friction has with the square of
-    the speed and, of the air, what the cloth leaves.
+    p' = -(a + b p^2), where a is the mean of the rolling frictions, and b is the quadratic
+    coefficient of rolling friction plus the part of air drag that the cloth leaves.
     """
     frictions, v, t = np.linspace(0.01, 0.03, n), 2.0, 0.05
     physics = Physics(
@@ -45,15 +45,15 @@ def test_a_line_that_rolls_in_air_is_slowed_as_a_whole(n, motion):
 
 
 def test_a_pushed_ball_parts_where_the_other_is_slowed_more():
-    """Of a ball that pushes another until it rolls, and then is slowed more: the contact opens.
+    """A ball pushes another until it rolls, and then decelerates more: the contact opens.
 
-    While it slides, both go with (5 mu_s - 7 mu_f) g / 12, mu_f the rolling friction of the front
-    ball, as in the shipped scene `push`; the slide ends where a t = R w - (5/2) mu_s g t. From
-    there each rolls out alone.
+    During the slide, both have the acceleration (5 mu_s - 7 mu_f) g / 12, with mu_f the rolling
+    friction of the front ball, as in the shipped scene `push`. The slide ends when a t = R w -
+    (5/2) mu_s g t. Then each ball rolls alone.
 
-    Our engine ends a slip at once that the cloth would end within `STOP_DISTANCE`: one of up to
-    sqrt(2 mu_s g 2e-10 m) = 3e-5 m/s, of which 2/7 come off the rear ball alone instead of off
-    both: 8e-6 m/s, worth v dv / (mu_r g) = 8 um in its roll out.
+    Our engine ends a slip at once if the cloth would end it within `STOP_DISTANCE`: a slip of up to
+    sqrt(2 mu_s g 2e-10 m) = 3e-5 m/s. Then 2/7 of it are taken from the rear ball instead of from
+    both balls: 8e-6 m/s, or v dv / (mu_r g) = 8 um of its rolling distance.
     """
     push = find_scene("push")
     rear, front = push.balls

@@ -1,7 +1,7 @@
-"""Balls whose impacts follow each other without end in a finite time come to lie together.
+"""Tests of inelastic collapse: balls with endless impacts in a finite time end in contact.
 
-Broken by impacts that go on for ever at one instant, by balls that pass each other, or by energy
-or momentum that comes from nowhere.
+They fail for endless impacts at one time, for balls that pass each other, and for a gain of energy
+or momentum.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ RADIUS = 0.01
 def gas(
     count: int, restitution: float, seed: int, size: float = 0.25, t_max: float = 10.0
 ) -> Scene:
-    """Return balls that nothing but their impacts slows, in a square box."""
+    """Return balls in a square box that only their impacts slow."""
     rng = random.Random(seed)
     places: list[tuple[float, float]] = []
     while len(places) < count:
@@ -36,7 +36,7 @@ def gas(
 
 
 def least_gap(positions: np.ndarray) -> float:
-    """Return the least gap between two balls [m]."""
+    """Return the smallest gap between two balls [m]."""
     apart = positions[:, None, :2] - positions[None, :, :2]
     distance = np.hypot(apart[..., 0], apart[..., 1])
     return float(distance[np.triu_indices(len(positions), 1)].min()) - 2.0 * RADIUS
@@ -49,7 +49,7 @@ def least_gap(positions: np.ndarray) -> float:
 def test_an_inelastic_gas_reaches_its_end(count, restitution, seed, collapses):
     result = simulate(gas(count, restitution, seed), record="events", max_work=5 * 10**6)
     assert result.status is Status.T_MAX
-    # A collapse is shown: it counts as a joint impact, and none is left unsolved.
+    # A collapse counts as a joint impact, and no joint impact is unsolved.
     assert (result.work["joint_impacts"] > 0) == collapses
     assert result.work["unsolved_joint_impacts"] == 0
     times = np.linspace(0.0, 10.0, 201)
@@ -60,7 +60,7 @@ def test_an_inelastic_gas_reaches_its_end(count, restitution, seed, collapses):
 
 
 def test_nine_balls_that_fill_a_box_from_wall_to_wall_come_to_rest():
-    """Four lie in a row that fills the box, one of them not quite: it would enter for ever."""
+    """Four balls in a row fill the box; one of them, slightly off, would enter endlessly."""
     places = [
         ((0.021418, 0.023333), (0.9578, -0.1998)), ((0.030483, 0.081041), (0.0243, 1.5458)),
         ((0.021526, 0.132486), (0.5451, -0.5052)), ((0.079735, 0.022357), (-0.1828, 0.5405)),

@@ -1,4 +1,4 @@
-"""An island that continues, motion after motion, as another integration says."""
+"""Tests of an island that continues from motion to motion, against another integration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ghostball.model import Ball, Physics, Scene
 
 @pytest.mark.parametrize("e", [1.0, 0.0])
 def test_a_rolling_pair_follows_the_constrained_motion_of_the_paper(e):
-    """The rear ball rolls at a slant, so that friction holds it on the other."""
+    """The rear ball rolls at an angle, so that friction holds it at the other ball."""
     scene = Scene(
         name="rolling-pair",
         physics=Physics(ball_restitution=e),

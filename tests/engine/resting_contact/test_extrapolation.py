@@ -1,4 +1,4 @@
-"""Forces of chains of balls that stick to each other, which the rounds alone find too slowly."""
+"""Tests of forces in chains of balls that stick, for which rounds alone converge too slowly."""
 
 import math
 
@@ -12,7 +12,7 @@ Y = [0.03186, 0.03033, 0.03043, 0.03025, 0.03108, R, 0.03047, 0.03155, 0.02858, 
 
 
 def chain():
-    """Eleven balls in a tube that ends on the right; the leftmost spins and pushes the others."""
+    """Return eleven balls in a tube, closed on the right; the leftmost ball spins and pushes."""
     places = [2.5 - R]
     for to_right, y in zip(Y[:0:-1], Y[-2::-1], strict=True):
         places.append(places[-1] - math.sqrt(4.0 * R * R - (y - to_right) ** 2) - 1e-15)
@@ -42,9 +42,9 @@ def chain():
 
 @pytest.mark.compiled
 def test_a_chain_that_sticks_goes_in_steps_as_long_as_its_motion_permits():
-    """Led on by one change alone, its forces settle in steps an eighth as long only: 593 of them.
+    """If forces are extrapolated from one change alone, steps are an eighth as long: 593 steps.
 
-    Found by random scene 3907, which then took 123 s instead of 5.6 s.
+    Random scene 3907 showed this: it took 123 s instead of 5.6 s.
     """
     result = simulate(chain())
     assert result.status is Status.T_MAX

@@ -1,4 +1,4 @@
-"""Forces of a contact step, with friction: as the closed form says, and where none are found."""
+"""Tests of the forces of a contact step, with friction: closed forms, and steps without forces."""
 
 import pytest
 from recorded import fingerprint
@@ -13,7 +13,7 @@ from ghostball.validation.scenes.random_scenes import random_scene
 
 
 def spinning_push():
-    """A ball whose spin drives it against another, on a cloth that gives that one nothing."""
+    """Return a ball that its spin drives against another, under which the cloth has no friction."""
     return Scene(
         name="spinning-push",
         physics=Physics(
@@ -32,7 +32,7 @@ def spinning_push():
 
 
 def check_spinning_push(result, friction=0.06, rel=1e-9):
-    """Closed form: half the cloth's force goes through the contact, and Coulomb's part of that."""
+    """Closed form: half of the cloth's force acts through the contact, with Coulomb's friction."""
     mu, g, t = 0.2, 9.81, 0.1
     end = result.sample([t])
     rubbed = 2.5 / R * friction * 0.5 * mu * g * t
@@ -48,7 +48,7 @@ def test_a_spinning_ball_that_pushes_another_rubs_it():
     check_spinning_push(result)
 
 
-@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
+@pytest.mark.skipif(COMPILED, reason="compiled kernels can't be replaced")
 def test_a_step_that_no_forces_with_friction_solve_is_taken_without_and_counted(monkeypatch):
     def jams(*arguments):
         *_, rubs = arguments
@@ -61,7 +61,7 @@ def test_a_step_that_no_forces_with_friction_solve_is_taken_without_and_counted(
     check_spinning_push(result, friction=0.0)
 
 
-@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
+@pytest.mark.skipif(COMPILED, reason="compiled kernels can't be replaced")
 def test_a_step_that_no_forces_solve_is_as_short_as_can_be_and_counted(monkeypatch):
     tried = []
 
@@ -74,7 +74,7 @@ def test_a_step_that_no_forces_solve_is_as_short_as_can_be_and_counted(monkeypat
     monkeypatch.setattr(step, "start_motion", lambda *_: False)
     result = simulate(spinning_push(), record="events")
     assert result.work["unsolved_contact_steps"] == 1
-    check_spinning_push(result, rel=1e-6)  # it lasts 3 ns, and what it lets approach rubs nothing
+    check_spinning_push(result, rel=1e-6)  # the step takes 3 ns, without friction of the contacts
 
 
 HOPS = {
@@ -88,13 +88,13 @@ HOPS = {
 def test_gaps_that_no_forces_close_are_given_up_at_once():
     """A ball hops on a frozen rack: most steps that are tried are too long.
 
-    With all rounds of each, in which no force changes, this shot takes a work of 555 million.
+    If all rounds of each step were made, in which no force changes, the work would be 555 million.
     """
     hops = random_scene(512, air="no", **HOPS)
     assert simulate(hops, max_work=20_000_000).status is Status.REST
 
 
-@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
+@pytest.mark.skipif(COMPILED, reason="compiled kernels can't be replaced")
 @pytest.mark.parametrize(
     ("number", "having"),
     [
@@ -120,10 +120,10 @@ def test_what_is_given_up_would_not_be_solved_in_all_rounds(monkeypatch, number,
 
 
 def test_a_chain_that_no_forces_hold_while_it_slips_stops_slipping():
-    """Balls between two heavy ones and a cushion: friction would make any force of theirs greater.
+    """Balls between two heavy balls and a cushion: friction would increase any normal force.
 
-    A round of normal forces makes it 1.1 times as great. Led on to where that seems to lead, the
-    rounds found forces in steps of 4e-9 s only.
+    A round of normal forces multiplies them by 1.1. When the rounds were extrapolated, forces were
+    found only in steps of 4e-9 s.
     """
     result = simulate(kept_scene("slipping-chain"), record="events", max_work=10**7)
     assert result.status is Status.T_MAX
@@ -136,7 +136,7 @@ def test_a_chain_that_no_forces_hold_while_it_slips_stops_slipping():
 @pytest.mark.parametrize("lacking", [-1e-14, 0.0, 1e-15, 1e-14, 1e-13])
 @pytest.mark.parametrize("spins", [(1.0, 2.0), (3.0, 1.0, 2.0), (-5.0, 2.0, 9.0)])
 def test_a_row_that_fills_the_place_between_two_cushions_stays_until_its_slips_end(spins, lacking):
-    """Its gaps add up to the same whatever pushes: no force ends an overlap."""
+    """The gaps have a constant sum for any forces, so no force ends an overlap."""
     balls = [
         ball((R + 2.0 * R * k, 0.35), angular_velocity=(0.0, spin, 0.0))
         for k, spin in enumerate(spins)
@@ -149,6 +149,6 @@ def test_a_row_that_fills_the_place_between_two_cushions_stays_until_its_slips_e
     assert result.work["unsolved_contact_steps"] == 0
     places = [fields["position"][0] for fields in balls]
     assert result.rest_positions[:, 0] == pytest.approx(places, rel=0.0, abs=5e-13)
-    # The cloth slows what can't move by 5/2 mu g / R.
+    # The cloth slows the spin of a ball that can't move by 5/2 mu g / R.
     slowest = max(abs(spin) for spin in spins) * R / (2.5 * 0.2 * 9.81)
     assert result.rest_time == pytest.approx(slowest, rel=1e-3)

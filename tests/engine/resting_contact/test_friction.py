@@ -1,6 +1,6 @@
-"""Friction of contacts that are held in steps, against an independent integration of the motion.
+"""Tests of friction in contact steps, against an independent integration of the motion.
 
-None of these motions is followed to high order: a contact sticks in them, or there are too many.
+None of these motions is integrated with high order: a contact sticks, or there are too many.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ghostball.model import Ball, Physics, Scene, Table
 
 R, NOSE = 0.028575, 0.0357
 TURN = 0.05
-"""Angle of the lines of centres, to and fro."""
+"""Angle of the lines of centres, alternately to either side."""
 
 Line = tuple[Scene, list[Touch]]
 Motion = tuple[float, tuple[float, float, float] | float]
@@ -37,19 +37,19 @@ def line_of(
     cushion: float = 0.0,
     at: Literal["right", "top"] | None = None,
 ) -> Scene:
-    """Return balls in a zigzag line, the last at a cushion or none; no gap changes at first.
+    """Return balls in a zigzag line, the last at a cushion or not; all gaps are constant at first.
 
     Parameters
     ----------
     motions
-        Velocity across the line [m/s] and spin [rad/s] of each, about the vertical alone if it
-        rolls. At the top cushion, all is turned.
+        Velocity across the line [m/s] and spin [rad/s] of each ball; a rolling ball has spin
+        about the vertical only. At the top cushion, everything is rotated.
     masses
-        Of the balls [kg].
+        Masses of the balls [kg].
     cloth, between, cushion
-        Friction of the cloth under each ball, of two balls, of a ball and the cushion.
+        Coefficients of friction of the cloth under each ball, between balls, and at the cushion.
     spinning
-        What the cloth takes of a spin about the vertical [rad/s^2].
+        Deceleration of the spin about the vertical by the cloth [rad/s^2].
     """
     turn = np.array([(0, -1, 0), (1, 0, 0), (0, 0, 1)]) if at == "top" else np.eye(3)
     nose = np.array([0.5, 1.0] if at == "top" else [1.0, 0.5])
@@ -87,7 +87,7 @@ def line_of(
 
 
 def sticks_to_cushion(mass: float = 0.2, spinning: float = 0.0) -> Line:
-    """Between the balls is so little slip that its direction turns fast."""
+    """The slip between the balls is so small that its direction turns fast."""
     sine, speed, turn = (NOSE - R) / R, 0.1, 20.0
     spin = (turn, 0.0, (sine * turn - speed / R) / np.sqrt(1.0 - sine**2))
     little = (0.02 + speed / np.cos(TURN)) / R - spin[2]
@@ -104,12 +104,12 @@ def sticks_to_cushion(mass: float = 0.2, spinning: float = 0.0) -> Line:
 
 
 def sticks_before_a_heavy_ball() -> Line:
-    """Forces are found in so many rounds that they are taken to continue as in the last."""
+    """The forces need so many rounds that they are extrapolated from the last rounds."""
     return sticks_to_cushion(170.0)
 
 
 def sticks_while_the_cloth_slows_its_spin() -> Line:
-    """The contact gives back what the cloth takes: in the same step, else its surfaces slip."""
+    """The contact must return the spin that the cloth takes in the same step, or it slips."""
     return sticks_to_cushion(spinning=10.0)
 
 
@@ -144,7 +144,7 @@ def too_many_to_integrate() -> Line:
     ("make", "rough"),
     [
         pytest.param(sticks_to_cushion, 1.0, id="sticks_to_cushion"),
-        # Forces on the light ball are 900 times those of its cloth.
+        # The forces on the light ball are 900 times the friction of the cloth under it.
         pytest.param(sticks_before_a_heavy_ball, 40.0, id="sticks_before_a_heavy_ball"),
         pytest.param(sticks_while_the_cloth_slows_its_spin, 1.0, id="sticks_while_slowed"),
         pytest.param(stick_to_each_other, 1.0, id="stick_to_each_other"),
@@ -158,7 +158,7 @@ def test_contacts_that_are_held_in_steps_rub_by_coulombs_law(
 
 
 def check_follows(scene: Scene, touches: list[Touch], rough: float = 1.0) -> None:
-    """Check that a shot ends as the constrained motion does, and is taken in contact steps."""
+    """Check that a shot ends like the constrained motion, and uses contact steps."""
     expected = constrained_motion(scene, touches)
     result = simulate(scene, record="events")
     assert result.work["contact_steps"] >= 5
@@ -166,16 +166,16 @@ def check_follows(scene: Scene, touches: list[Touch], rough: float = 1.0) -> Non
     end = result.sample([scene.t_max])
     assert end.positions[0] == pytest.approx(expected[0], rel=0.0, abs=2e-10)
     assert end.velocities[0] == pytest.approx(expected[1], rel=0.0, abs=rough * 1e-7)
-    # A slip is ended at the normal of a step's middle: so much is left at its end.
+    # A step ends the slip with the normal at mid-step, which leaves this error at the end.
     off, radii = rough * 5e-7, scene.radii[:, np.newaxis]
     assert radii * end.angular_velocities[0] == pytest.approx(radii * expected[2], rel=0.0, abs=off)
 
 
-@interpreted  # what is compiled can't be replaced
+@interpreted  # compiled kernels can't be replaced
 def test_contact_steps_alone_follow_balls_of_different_radii(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Where the motion isn't integrated: friction acts at the radius of each ball."""
+    """Without integration: friction acts at the radius of each ball."""
     monkeypatch.setattr(step, "start_motion", lambda *_: False)
     scene = pushing_pair((0.03, 0.02), (0.2, 0.08)).model_copy(update={"t_max": 1e-3})
     check_follows(scene, [Touch(0, 1)])

@@ -1,4 +1,4 @@
-"""A gap that is held stays closed: what a spinning ball pushes into a corner overlaps nothing."""
+"""Tests that held gaps stay closed: a spinning ball pushed into a corner causes no overlap."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ R = 2.0**-5
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_a_ball_that_its_spin_drives_onto_another_in_a_corner_presses_it_symmetrically(friction):
-    """Breaks where a contact step takes a gap to change otherwise than it does."""
+    """Fails if a contact step predicts the change of a gap wrongly."""
     place = R + 2.0 * R / math.sqrt(2.0)
-    turns = 3.0 * math.sqrt(0.5) / R  # 3 m/s of its surface, towards the corner
+    turns = 3.0 * math.sqrt(0.5) / R  # surface speed of 3 m/s, towards the corner
     scene = Scene(
         name="cornered",
         physics=Physics(
@@ -49,7 +49,7 @@ def test_a_ball_that_its_spin_drives_onto_another_in_a_corner_presses_it_symmetr
 
 
 def test_a_ball_that_its_spin_drives_onto_a_row_at_a_cushion_takes_few_steps():
-    """It takes 12; a step that takes a gap to change otherwise than it does is cut again."""
+    """It takes 12 steps; if a step predicted the change of a gap wrongly, it would be halved."""
     physics = Physics(
         motion="sliding",
         rolling_friction=0.01,
@@ -75,9 +75,9 @@ def test_a_ball_that_its_spin_drives_onto_a_row_at_a_cushion_takes_few_steps():
 
 @pytest.mark.parametrize(("ahead", "speed"), [(3e-5, 0.5), (1e-3, 2.0), (3e-3, 2.0)])
 def test_a_ball_that_its_spin_drives_into_a_rail_glides_off_its_end(ahead, speed):
-    """Breaks where a step looks past the rail's end, or where the jaw is met a hair before it."""
+    """Fails if a step passes the end of the rail, or if the jaw is hit just before the end."""
     table = Table.model_validate("wpa-9ft")
-    radius, end = 0.028575, table.obstacles[0].end[0]  # of the bottom rail, at the side pocket
+    radius, end = 0.028575, table.obstacles[0].end[0]  # end of the bottom rail, at the side pocket
     scene = Scene(
         name="glides",
         table=table,

@@ -1,4 +1,4 @@
-"""The motion of balls in contact, integrated as far as their gaps permit, also in air."""
+"""Tests of the motion of balls in contact, integrated as far as gaps permit, also in air."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ghostball.model.rounding import CONTACT_TOLERANCE
 
 
 def test_a_motion_that_is_followed_in_air_keeps_its_gap():
-    """A piece kept the powers of the motion of a ball alone: an overlap of 1.2e-12 m."""
+    """A piece once kept the powers of the motion of a single ball: an overlap of 1.2e-12 m."""
     scene = Scene(
         name="together",
         physics=Physics(
@@ -45,9 +45,9 @@ def test_a_motion_that_is_followed_in_air_keeps_its_gap():
     assert largest_overlap <= CONTACT_TOLERANCE * reach + 8.0 * EPS * 3.0
 
 
-@interpreted  # what is compiled can't be watched
+@interpreted  # compiled kernels can't be observed
 def test_what_is_left_of_a_rate_is_taken_from_both_balls_so_that_momentum_stays(monkeypatch):
-    """With the wrong shares a shot ends 1e-14 m elsewhere: only each step's momentum shows them."""
+    """With wrong shares, the shot ends only 1e-14 m away, so each step's momentum is checked."""
     masses, end_rates, taken, drifts = np.array([0.2, 0.05]), integrate._end_rates, [], []
 
     def watched(world, count, gaps):

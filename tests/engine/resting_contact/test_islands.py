@@ -1,4 +1,4 @@
-"""Islands of balls in resting contact: numbering doesn't matter, and all forces are found."""
+"""Tests of islands in resting contact: numbering has no effect, and all forces are found."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from ghostball.model import Status
 @pytest.mark.parametrize(
     "name",
     [
-        "squeezed-pair",  # one is hit, while another rests on a cushion
-        "three-in-a-corner",  # two pairs come into resting contact at one instant
-        "five-in-contact",  # a cushion collision parts an island, and two of it stop at one instant
+        "squeezed-pair",  # one ball is hit while another touches a cushion
+        "three-in-a-corner",  # two pairs come into resting contact simultaneously
+        "five-in-contact",  # a cushion collision splits an island, and two balls stop at once
         "unequal-joint-impact",
         "two-at-one-cushion",
     ],
@@ -37,9 +37,9 @@ def test_the_numbering_of_the_balls_does_not_matter(name):
 @pytest.mark.parametrize(
     "name",
     [
-        "heavy-on-light-at-cushion",  # 17 times as heavy
-        "light-between-heavy-and-cushion",  # 200 times
-        "thrown-back-to-cushion",  # by the impulse that ends the island's approach
+        "heavy-on-light-at-cushion",  # mass ratio 17
+        "light-between-heavy-and-cushion",  # mass ratio 200
+        "thrown-back-to-cushion",  # the impulse that ends the island's approach throws it back
         "hard-to-roll",  # rolling friction above sliding friction
         pytest.param("slip-ended-by-impulse", marks=pytest.mark.compiled),
         pytest.param("all-but-wedged", marks=pytest.mark.compiled),
@@ -57,10 +57,10 @@ def test_an_island_is_solved_without_overlap(name):
 @pytest.mark.slow
 @pytest.mark.compiled
 def test_a_contact_that_jams_at_a_cushion_comes_to_rest():
-    """Friction 1 at the cushion, 0.2 between balls, one 17 times as heavy.
+    """Friction is 1 at the cushion and 0.2 between the balls; one ball has 17 times the mass.
 
-    Where friction jumped between sticking and slipping no force was a solution: ever shorter steps
-    with ever greater forces gained energy, and the clock stood still.
+    If friction jumped between sticking and slipping, no force was a solution: steps became shorter
+    and forces larger without limit, energy increased, and the clock stood still.
     """
     result = kept_shot("jammed-at-cushion")
     assert result.status is Status.REST

@@ -1,4 +1,4 @@
-"""A path is followed in pieces, of which there is only room for so many."""
+"""Tests of the pieces along a path, whose number is limited."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.resting_contact import paths
 
 
-@pytest.mark.skipif(COMPILED, reason="what is compiled can't be replaced")
+@pytest.mark.skipif(COMPILED, reason="compiled kernels can't be replaced")
 def test_a_motion_of_too_many_pieces_is_followed_less_far(monkeypatch):
-    """Breaks where it gets fewer pieces than its gaps ask for."""
+    """Fails if the motion gets fewer pieces than its gaps need."""
     far = kept_shot("squeezed-pair")
     monkeypatch.setattr(paths, "_MOST_PIECES", 4)
     near = kept_shot("squeezed-pair")

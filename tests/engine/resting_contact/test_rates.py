@@ -1,4 +1,4 @@
-"""Accelerations of balls in contact, against another integration of the constrained motion."""
+"""Tests of accelerations of balls in contact, against another integration of the motion."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from ghostball.engine import simulate
 def test_a_ball_that_slides_and_pushes_another_follows_the_constrained_motion(
     radii, masses, air_drag
 ):
-    """In air, too: left out of balls in contact, it would be missed by 2e-3 m/s here.
+    """In air, too: without drag on balls in contact, the error here would be 2e-3 m/s.
 
-    With one ball's radius taken for the other's the balls are 1.5e-6 m and 9e-5 m/s off.
+    If the radii of the two balls are exchanged, the errors are 1.5e-6 m and 9e-5 m.
     """
     scene = pushing_pair(radii, masses, air_drag=air_drag)
     result = simulate(scene, record="events")

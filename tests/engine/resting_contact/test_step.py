@@ -1,4 +1,4 @@
-"""Sustained contact: its ends in closed form, and what a step of it must keep to."""
+"""Tests of resting contact: its end in closed form, and the requirements on a step."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def largest_overlap(scene, result, samples=20_001):
 
 @pytest.mark.parametrize("n", [5, 7])
 def test_a_gap_that_opens_before_it_closes_stays_within_the_tolerance(n):
-    """Its overlap is largest at four fifths of a step; looked at no later, it was 8 % more."""
+    """The overlap is largest at 4/5 of a step; with earlier checks only, it was 8 % larger."""
     radius = 2.0**-5
     line = [Ball(id=f"b{k}", radius=radius, position=(2 * radius * k, 0.0)) for k in range(n)]
     cue = Ball(id="cue", radius=radius, position=(-0.125, 0.25 * radius), velocity=(1.5, 0.0))
@@ -46,7 +46,7 @@ def test_a_gap_that_opens_before_it_closes_stays_within_the_tolerance(n):
 
 
 def test_a_slow_ball_that_is_pushed_is_not_stopped_again_and_again():
-    """Stopping it each step moved it off the motion that its neighbours' forces were made for."""
+    """If it were stopped in each step, the neighbours' forces wouldn't fit its motion."""
     scene = kept_scene("pushed-slow-ball")
     result = simulate(scene, record="events")
     assert result.status is Status.REST
@@ -65,10 +65,10 @@ def test_the_run_ends_when_the_last_ball_stops_also_where_a_contact_stops_it():
 
 @pytest.mark.parametrize("first_log", range(1, 24))
 def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
-    """A contact that stops balls logs an event for each; the log must have room for all."""
+    """A contact that stops balls logs an event for each ball; the log must have room for all."""
     scene = kept_scene("stopped-by-contact")
     whole = simulate(scene, record="events")
-    # Beyond what a corner might fill, which no log may be without.
+    # The log also needs room for the largest number of bounces in a corner.
     monkeypatch.setattr(driver, "_FIRST_LOG", MOST_IN_CORNER + first_log)
     again = simulate(scene, record="events")
     assert np.array_equal(again.events, whole.events)
@@ -76,7 +76,7 @@ def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
         assert np.array_equal(found, expected)
 
 
-# --- where a proof ends early, at a tie or in lasting contact: closed forms
+# --- closed forms for shots whose certified result ends early, at a tie or a resting contact
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_an_instant_with_several_events_fits_in_any_log(first_log, monkeypatch):
     ],
 )
 def test_a_shot_ends_as_its_closed_form_says(name, distance, duration):
-    """Within [m] and [s] what the scene's own criteria say, and why."""
+    """The limits [m] and [s] are those of the scene, which states the reasons."""
     scene = find_scene(name)
     form, result = closed_form(scene), simulate(scene)
     assert form is not None

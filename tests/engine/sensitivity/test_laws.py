@@ -1,4 +1,4 @@
-"""What impacts do to small changes, by central differences of whole shots."""
+"""Tests of the effect of impacts on small changes, by central differences of whole shots."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SCENES = (
 
 @pytest.mark.parametrize("name", SCENES)
 def test_derivatives_agree_with_central_differences(name):
-    """Of the engine's own shots, at instants all over the shot, for changes of every ball."""
+    """Compare with differences of the engine's own shots, at many times, for every ball."""
     check_derivatives(find_scene(name))
 
 
@@ -51,7 +51,7 @@ ELL = [[0, 0], [2, 0], [2, 0.8], [1.1, 0.9], [1.0, 1.7], [0, 1.6]]
 )
 @pytest.mark.parametrize("cushion", ["restitution", "han2005"])
 def test_derivatives_through_what_is_not_a_line(table, position, velocity, met, cushion):
-    """A jaw, a corner that points into the table and a post turn the normal; a hole ends it all."""
+    """A jaw, an inward corner and a post turn the normal; in a hole the motion ends."""
     scene = scene_of(
         ball(position, velocity, angular_velocity=(3.0, -5.0, 20.0)),
         table=table,

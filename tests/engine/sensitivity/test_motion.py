@@ -1,4 +1,4 @@
-"""Small changes between events, by closed forms."""
+"""Tests of small changes between events, against closed forms."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MU = 0.02
 
 
 def test_a_rolling_ball_is_displaced_as_its_closed_form_says():
-    """dr = dr0 + [t - (mu g t^2 / 2 |v0|) P] dv0 while it rolls, P across the velocity."""
+    """dr = dr0 + [t - (mu g t^2 / 2 |v0|) P] dv0 for a roll, with P across the velocity."""
     result = recorded(scene_of(ball((0.5, 0.5), (1.0, 0.0)), rolling_friction=MU, table=None))
     along, across = result.tangent(
         np.concatenate([one_direction(1, v=(1.0, 0.0)), one_direction(1, v=(0.0, 1.0))])
@@ -36,7 +36,7 @@ def test_where_a_rolling_ball_rests_moves_as_its_closed_form_says():
 
 
 def test_a_slide_ends_with_the_velocity_that_its_slip_leaves():
-    """dv_f = dv0 - (2/7) du0, whatever the friction (at the instant at which it ends)."""
+    """dv_f = dv0 - (2/7) du0 at the time at which the slide ends, with any friction."""
     scene = scene_of(
         ball((0.5, 0.5), (2.0, 0.3), angular_velocity=(1.0, -20.0, 3.0)),
         motion="sliding",
@@ -53,7 +53,7 @@ def test_a_slide_ends_with_the_velocity_that_its_slip_leaves():
 
 
 def test_side_spin_that_nothing_brakes_stays():
-    """Breaks where a spin of 0 counts as one that the cloth has ended."""
+    """Fails if a spin of 0 counts as a spin that the cloth has ended."""
     scene = scene_of(
         ball((0.3, 0.5), (1.0, 0.0)),
         ball((0.6, 0.5)),

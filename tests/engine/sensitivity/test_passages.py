@@ -1,4 +1,4 @@
-"""Small changes along a shot: when its events come, and where nothing is known any more."""
+"""Tests of small changes along a shot: times of events, and where no derivative exists."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_event_shifts_say_when_events_come():
 
 @pytest.mark.parametrize("name", ["break-7", "half-ball-cut", "throw-slip", "moving-moving"])
 def test_the_numbering_of_the_balls_does_not_matter(name):
-    """Breaks where the signs of roundings are those of a row of the log, or of a ball's number."""
+    """Fails if the random signs of rounding depend on the log or on the index of a ball."""
     result = recorded(find_scene(name))
     order = list(range(len(result.scene.balls)))
     times = np.linspace(0.0, 1.0, 9) * result.rest_time
@@ -41,7 +41,7 @@ def test_the_numbering_of_the_balls_does_not_matter(name):
 
 
 def test_what_is_exact_by_symmetry_is_not_taken_for_chaos():
-    """Galperin's balls stay on their line to the last bit: rounding never leaves it."""
+    """Galperin's balls stay exactly on their line: rounding never moves them off it."""
     result = recorded(find_scene("galperin-2"))
     assert result.horizon() == math.inf
     assert np.max(result.sensitivity(result.rest_time)) < 1e9
@@ -57,7 +57,7 @@ def test_nothing_is_predicted_past_several_collisions_of_one_ball():
 
 @pytest.mark.parametrize("flipped", [False, True])
 def test_nothing_is_predicted_past_a_collision_and_a_bounce_of_one_ball_at_one_instant(flipped):
-    """A comes down beside B, which it drives into the cushion that B rolls along."""
+    """A hits B, which rolls along a cushion, from the side and drives it into the cushion."""
     r = 2.0**-5
     balls = [
         ball((1.0, r + 0.25), (0.0, -0.25), radius=r),

@@ -1,4 +1,4 @@
-"""Numbers of tangent maps as compiled kernels found them, before Python did."""
+"""Tests of tangent maps against stored results of an earlier implementation in kernels."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from changes import directions_of, recorded
 
 from ghostball.validation.scenes.library import find_scene
 
-# Scene, horizon of 1 um at an error of 1e-9 [s], largest growth at the end [m], and sizes of what
-# becomes of a change: of places [m], velocities [m/s] at 0.7 of the time, and shifts of events [s].
+# Scene, horizon for 1 um at an error of 1e-9 [s], largest growth at the end [m], and sizes of the
+# effects of a change: on positions [m] and velocities [m/s] at 0.7 of the time, and on event times
+# [s].
 KNOWN = (
     (
         "break-7",

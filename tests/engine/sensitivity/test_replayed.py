@@ -1,4 +1,4 @@
-"""Small changes in air and in flight, which are played on."""
+"""Tests of small changes in air and in flight, which are simulated."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_derivatives_in_air_and_in_flight_agree_with_central_differences(name):
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["break-7", "masse", "pocket-draw", "throw-slip", "unequal-balls"])
 def test_on_the_cloth_runs_begun_aside_say_the_same_as_closed_forms(name):
-    """Two ways that share no formula."""
+    """The two methods share no formula."""
     result = recorded(find_scene(name))
     shot = (result.scene, result.trajectory, result.events)
     given = directions_of(result.scene, 3).transpose(1, 2, 0)
@@ -74,7 +74,7 @@ def test_event_shifts_in_flight_say_when_events_come():
 
 
 def test_what_has_a_derivative_on_one_side_alone_has_none():
-    """A ball that starts at a cushion, towards it, can only be moved away from it."""
+    """A ball that starts at a cushion, towards it, can only be displaced away from it."""
     scene = find_scene("rail-into")
     physics = scene.physics.model_copy(update={"air_drag": 0.01})
     result = recorded(scene.model_copy(update={"physics": physics}))
@@ -119,7 +119,7 @@ def test_a_shot_without_events_has_a_tangent_map():
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["push", "push-line"])
 def test_nothing_is_predicted_past_sustained_contact_in_air(name):
-    """Breaks where a push is taken for motion that is free; that a slide turns in air is free."""
+    """Fails if a pushed ball counts as free. A free ball may slide in air, which turns its slip."""
     scene = find_scene(name)
     physics = scene.physics.model_copy(update={"air_drag": 0.01})
     result = recorded(scene.model_copy(update={"physics": physics}))
@@ -130,7 +130,7 @@ def test_nothing_is_predicted_past_sustained_contact_in_air(name):
 
 @pytest.mark.compiled
 def test_rounding_of_a_ball_that_stops_leaves_its_changes():
-    """A ball that an impact leaves with 1e-16 of the speed counts as one that rests."""
+    """A ball that an impact leaves with 1e-16 of the speed counts as at rest."""
     x, y = math.cos(0.1), math.sin(0.1)
     scene = scene_of(
         ball((0.3, 0.3), (0.5 * x, 0.5 * y)),

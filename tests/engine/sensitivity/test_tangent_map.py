@@ -1,4 +1,4 @@
-"""The tangent map: what it may be asked, and until when a shot can be predicted."""
+"""Tests of the tangent map: its arguments, and the predictability horizon."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_events_at_obstacles_must_be_of_the_scene():
 
 
 def test_a_trajectory_must_be_of_the_scene():
-    """One in air has more columns, and a ball without any segment would take another's."""
+    """A trajectory in air has more columns, and a ball without segments would use another's."""
     air, shot = recorded(find_scene("air-rolls")), recorded(find_scene("half-ball-cut"))
     plain = air.scene.physics.model_copy(
         update={"air_drag": 0.0, "rolling_friction_quadratic": 0.0}
