@@ -78,7 +78,7 @@ def simulate(
     """
     check_request(scene, record, max_events, max_work)
     off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)
-    run = driver.Run(scene, record != "rest" or Skip.RECORDS in off, off)
+    run = driver.KernelRun(scene, record != "rest" or Skip.RECORDS in off, off)
     driver.warm_up(run.variant)
     run.go(room.Limits(max_events, max_work))
     settings: dict[str, int | str] = {"max_events": max_events}

@@ -16,7 +16,7 @@ from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
 from ghostball.reports.failed_parts import FailedPart, IncompleteReportError, attempt
 from ghostball.reports.figures import draw_sheet
-from ghostball.reports.page import ScenePart, failed_scene_part, page_text, scene_part
+from ghostball.reports.page import ScenePagePart, failed_scene_part, page_text, scene_part
 from ghostball.reports.shots import Shot, load_shot
 from ghostball.validation.baselines import Regression, load_regression
 from ghostball.validation.parallel.pool import Progress, run_tasks
@@ -42,7 +42,7 @@ FIGURE = "figure "
 Pictures = Literal["png", "svg", "none"]
 """Pictures to draw: PNG, PNG and SVG, or none."""
 
-_Answer = tuple[ScenePart | Exception, list[FailedPart]]
+_Answer = tuple[ScenePagePart | Exception, list[FailedPart]]
 """Result of a task: the part, or the error that stops the report; and the failed parts."""
 
 
@@ -79,7 +79,7 @@ def write_report(
     failed: list[FailedPart] = []
     try:
         (results.path / FIGURES).mkdir(exist_ok=True)
-        parts: dict[str, ScenePart] = {}
+        parts: dict[str, ScenePagePart] = {}
         tasks = [PART + name for name in results.scene_names]
         if figures == "none":
             jobs = min(jobs, len(tasks) * len(results.labels) // CASES_WORTH_A_PROCESS)
@@ -134,7 +134,9 @@ def _crashed(task: str, reason: str) -> _Answer:
     return failed_scene_part(task.removeprefix(PART), failed), [failed]
 
 
-def _scene_part(path: Path, figures: Pictures, name: str, failed: list[FailedPart]) -> ScenePart:
+def _scene_part(
+    path: Path, figures: Pictures, name: str, failed: list[FailedPart]
+) -> ScenePagePart:
     results, regression = _load(path)
     shot = load_shot(results, name)
     sheet = None

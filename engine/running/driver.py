@@ -70,7 +70,7 @@ def _elastic_laws(physics: Physics) -> list[str]:
     return found
 
 
-class Run:
+class KernelRun:
     """One run of the kernel on one scene.
 
     `t_end` [s]: time when the last ball came to rest, or the run stopped.

@@ -11,7 +11,7 @@ from ghostball.engine.sensitivity.motion import PARTS
 from ghostball.engine.sensitivity.tangent_map import (
     QUALITY,
     ROUNDING,
-    TangentMap,
+    EngineTangentMap,
     rounding_of,
     tangent_of,
 )
@@ -20,7 +20,7 @@ __all__ = [
     "PARTS",
     "QUALITY",
     "ROUNDING",
-    "TangentMap",
+    "EngineTangentMap",
     "rounding_of",
     "tangent_of",
 ]

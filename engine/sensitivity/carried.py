@@ -13,7 +13,7 @@ import numpy as np
 from ghostball.engine.core import state as st
 from ghostball.engine.core.rows import ObstacleRow
 from ghostball.engine.running.from_scene import laws_of, layout_of
-from ghostball.engine.sensitivity.motion import PARTS, VX, VY, FloatArray, Motion
+from ghostball.engine.sensitivity.motion import PARTS, VX, VY, FloatArray, SegmentedMotion
 from ghostball.engine.sensitivity.passages import Passages, links_of, passages
 from ghostball.engine.sensitivity.rounding import Rounding
 from ghostball.model import ExactTrajectory, Scene
@@ -113,10 +113,10 @@ def _pass(
         starts[of.after[k]] = (of.matrix[k] @ change + more).reshape(-1, PARTS, lanes)
 
 
-def _motion(scene: Scene, trajectory: ExactTrajectory) -> Motion:
+def _motion(scene: Scene, trajectory: ExactTrajectory) -> SegmentedMotion:
     laws, layout = laws_of(scene), layout_of(scene)
     first = np.cumsum([0, *(len(segments) for segments in trajectory.segments)])
-    return Motion(
+    return SegmentedMotion(
         scene,
         laws._replace(obstacles=[_Obstacle(*row) for row in laws.obstacles.tolist()]),
         layout.state,

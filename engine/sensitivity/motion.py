@@ -29,7 +29,7 @@ SPIN_OVER_RADIUS = 2.5
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class SegmentedMotion:
     """The recorded motion of n balls, in k segments.
 
     `laws`: the laws of the scene; its obstacles are rows that Python can read.

@@ -45,8 +45,8 @@ from ghostball.engine.sensitivity.motion import (
     WY,
     WZ,
     FloatArray,
-    Motion,
     Rows,
+    SegmentedMotion,
     X,
     Y,
 )
@@ -87,7 +87,7 @@ class Links:
     lost: NDArray[np.bool_]
 
 
-def links_of(motion: Motion, events: Events) -> Links:
+def links_of(motion: SegmentedMotion, events: Events) -> Links:
     """Return the segments that each event ends and starts.
 
     No first-order change exists if a ball has two collisions at one time, because any change
@@ -136,7 +136,7 @@ def collisions_at_once(events: Events) -> dict[tuple[float, int], int]:
     return counts
 
 
-def passages(motion: Motion, events: Events, links: Links) -> Iterator[list[Passages]]:
+def passages(motion: SegmentedMotion, events: Events, links: Links) -> Iterator[list[Passages]]:
     """Yield the effects of events, in groups: events of one ball, and of two balls."""
     for start in range(0, len(events), _CHUNK):
         number = np.arange(start, min(start + _CHUNK, len(events)))
@@ -166,7 +166,7 @@ class _Crossing:
     `arrived` (m, d, d): propagation of changes from the starts of the segments to the events.
     """
 
-    motion: Motion
+    motion: SegmentedMotion
     number: Rows
     times: FloatArray
     partner: NDArray[np.int64]
@@ -177,7 +177,7 @@ class _Crossing:
     arrived: FloatArray
 
     @classmethod
-    def of(cls, motion: Motion, events: Events, links: Links, number: Rows) -> _Crossing:
+    def of(cls, motion: SegmentedMotion, events: Events, links: Links, number: Rows) -> _Crossing:
         """Return the events with some indices."""
         count = 2 if events["kind"][number[0]] == EventKind.BALL_BALL else 1
         before, after = links.before[number, :count], links.after[number, :count]

@@ -14,8 +14,8 @@ from ghostball.engine.sensitivity.motion import (
     WY,
     WZ,
     FloatArray,
-    Motion,
     Rows,
+    SegmentedMotion,
     X,
     Y,
 )
@@ -31,7 +31,7 @@ class Rounding:
     so far. No two roundings share signs, because their errors would then cancel or add up.
     """
 
-    def __init__(self, motion: Motion, runs: int) -> None:
+    def __init__(self, motion: SegmentedMotion, runs: int) -> None:
         self._motion, self._runs = motion, runs
         n = len(motion.state)
         self._rank = np.empty(n, dtype=np.uint64)

@@ -69,7 +69,7 @@ class Changes(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class TangentMap:
+class EngineTangentMap:
     """The effects of m small changes of a shot's first state, to first order.
 
     `count`: m.
@@ -146,7 +146,7 @@ def _root_mean_square(moved: FloatArray) -> FloatArray:
 
 def tangent_of(
     scene: Scene, trajectory: ExactTrajectory, events: Events, directions: ArrayLike
-) -> TangentMap:
+) -> EngineTangentMap:
     """Return the effects of small changes of the first state of a shot.
 
     `trajectory`, `events`: as our engine records them; `Result.tangent` passes its own.
@@ -171,10 +171,10 @@ def tangent_of(
     _check_recorded(scene, trajectory, events)
     given = given.transpose(1, 2, 0)
     changes = (Carried if is_lean(scene) else Replayed)(scene, trajectory, events, given)
-    return TangentMap(given.shape[2], trajectory.t_end, changes)
+    return EngineTangentMap(given.shape[2], trajectory.t_end, changes)
 
 
-def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> TangentMap:
+def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> EngineTangentMap:
     """Return the effects of rounding the state at the start and at each event, over 2^-53.
 
     Each number that an event sets is changed by its size with a random sign, in 32 independent
@@ -191,7 +191,7 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> Ta
     lean = is_lean(scene)
     runs = max(1, min(_RUNS if lean else _RUNS_PLAYED, _MOST_SEGMENTS // segments))
     changes = (Carried if lean else Replayed)(scene, trajectory, events, None, runs)
-    return TangentMap(LANES * runs, trajectory.t_end, changes)
+    return EngineTangentMap(LANES * runs, trajectory.t_end, changes)
 
 
 def _chunks(segments: FloatArray, t_end: float) -> Iterator[FloatArray]:
@@ -205,7 +205,7 @@ def _chunks(segments: FloatArray, t_end: float) -> Iterator[FloatArray]:
         yield np.append(inner.ravel(), some[-1])
 
 
-def _first_beyond(rounding: TangentMap, low: float, high: float, limit: float) -> float:
+def _first_beyond(rounding: EngineTangentMap, low: float, high: float, limit: float) -> float:
     """Return the time at which the growth exceeds `limit` between two times, to the last bit."""
     while True:
         middle = 0.5 * (low + high)

@@ -14,7 +14,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.outcome import failures
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scene_numbers import COMPARISONS
-from ghostball.reports.page.scenes import ScenePart
+from ghostball.reports.page.scenes import ScenePagePart
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import unfinished_text
 from ghostball.validation.results.store import CaseRecord, Results
@@ -23,7 +23,7 @@ from ghostball.validation.scenes.library import scene_names
 
 
 def failures_html(
-    results: Results, scenes: Mapping[str, ScenePart], regression: Regression | None
+    results: Results, scenes: Mapping[str, ScenePagePart], regression: Regression | None
 ) -> Markup:
     """Return the explained failures: checks, cases that did not finish, changes."""
     changes = [] if regression is None else [one for one in regression.scenes if one.failed]
@@ -37,7 +37,7 @@ def failures_html(
     )
 
 
-def _failures(results: Results, scenes: Mapping[str, ScenePart]) -> Iterator[dict[str, Any]]:
+def _failures(results: Results, scenes: Mapping[str, ScenePagePart]) -> Iterator[dict[str, Any]]:
     """Yield every failure of a run, in the order of its cases."""
     for case, check, _, _ in failures(results.cases):
         yield {

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from ghostball.reports import style
 from ghostball.reports.page.chart import Series, draw, log_axis
 from ghostball.reports.page.rendering import render
-from ghostball.reports.page.scenes import ScenePart
+from ghostball.reports.page.scenes import ScenePagePart
 from ghostball.reports.shared_tables import SPREAD_HEADS, SPREAD_KEY, spread_remarks, spread_rows
 from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.baselines import Regression
@@ -117,7 +117,7 @@ def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:
 
 
 def hashes_html(
-    results: Results, scenes: Mapping[str, ScenePart], regression: Regression | None
+    results: Results, scenes: Mapping[str, ScenePagePart], regression: Regression | None
 ) -> Markup:
     """Return the hash of Ghostball's result in each scene, and the hash of the baseline."""
     rows = []

@@ -24,7 +24,7 @@ from ghostball.reports.page.numbers import (
 )
 from ghostball.reports.page.real_tables import real_tables_html
 from ghostball.reports.page.rendering import asset, engine_css, render, replay_script
-from ghostball.reports.page.scenes import ScenePart
+from ghostball.reports.page.scenes import ScenePagePart
 from ghostball.reports.page.stress import stress_html
 from ghostball.reports.page.verdict import verdict_html
 from ghostball.reports.words import many
@@ -57,7 +57,7 @@ class Part:
 
 def page_text(
     results: Results,
-    scenes: Mapping[str, ScenePart],
+    scenes: Mapping[str, ScenePagePart],
     regression: Regression | None,
     failed: list[FailedPart],
 ) -> str:
@@ -157,14 +157,14 @@ def _made(heading: str, make: Callable[[], Markup], failed: list[FailedPart]) ->
     return render("failed.html", failed=failed[-1]) if made is None else made
 
 
-def most_different(scenes: Mapping[str, ScenePart]) -> Markup:
+def most_different(scenes: Mapping[str, ScenePagePart]) -> Markup:
     """Return the comparison of the scene in which the engines differ most; "" if there is none."""
     found = [part.comparison for part in scenes.values() if part.comparison is not None]
     most = max(found, key=lambda one: one.difference, default=None)
     return Markup() if most is None else most.html
 
 
-def _ledgers(results: Results, scenes: Mapping[str, ScenePart]) -> dict[str, EnergyLedger]:
+def _ledgers(results: Results, scenes: Mapping[str, ScenePagePart]) -> dict[str, EnergyLedger]:
     parts = {name: scenes[name].ledger for name in results.scene_names}
     return {name: ledger for name, ledger in parts.items() if ledger is not None}
 

@@ -46,7 +46,7 @@ UNKNOWN_PHASE = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class ReplayTrack:
     """The path of one ball in pieces.
 
     `samples` (m + 1,) int64: indices of the samples at which the pieces start and end; empty if no
@@ -74,7 +74,7 @@ def tick_of(motion: Motion) -> float:
     return float(min(TICK, QUANTUM / speed)) if speed > 0.0 else TICK
 
 
-def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
+def track_of(motion: Motion, ball: int, tick: float, radius: float) -> ReplayTrack:
     """Return the path of one ball as parabolas within `TOLERANCE` of its samples.
 
     `tick` [s]: unit of times.
@@ -92,7 +92,7 @@ def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
     if known == 0:
         nothing = np.zeros((0, 6), dtype=np.int64)
         three = nothing[:, :3]
-        return Track(nothing[:, 0], three, three, nothing, nothing[:, 0], lost)
+        return ReplayTrack(nothing[:, 0], three, three, nothing, nothing[:, 0], lost)
     # One row for each coordinate, contiguous: the fits below are many and short.
     places = np.ascontiguousarray(xyz[:known].T)
     times = np.round(motion.times[:known] / tick) * tick
@@ -112,7 +112,7 @@ def track_of(motion: Motion, ball: int, tick: float, radius: float) -> Track:
         at.append(end)
         bulges.append(bulge)
     samples = np.array(at, dtype=np.int64)
-    track = Track(
+    track = ReplayTrack(
         samples,
         ends[:, samples].T.astype(np.int64),
         np.array(bulges, dtype=np.int64).reshape(-1, 3),
@@ -142,8 +142,8 @@ class _Path(NamedTuple):
         return end - 1 if end - 1 > start and self.times[end - 1] == self.times[end] else end
 
 
-def _spins_of(path: _Path, track: Track, radius: float) -> IntArray:
-    """Return the spins at the ends of the pieces minus the spins of rolling; see `Track.spins`."""
+def _spins_of(path: _Path, track: ReplayTrack, radius: float) -> IntArray:
+    """Return the spins at the ends of the pieces minus rolling; see `ReplayTrack.spins`."""
     first, last = track.samples[:-1], track.samples[1:]
     before = [path.before(int(i), int(j)) for i, j in zip(first, last, strict=True)]
     dt = (path.times[last] - path.times[first])[:, np.newaxis]

@@ -51,7 +51,7 @@ MARKS = 5
 
 
 @dataclass(frozen=True)
-class ScenePart:
+class ScenePagePart:
     """The part of the page about one scene, and data from its motions for other sections.
 
     `ledger`: energy ledger of Ghostball's engine.
@@ -69,7 +69,7 @@ class ScenePart:
 
 def scene_part(
     shot: Shot, change: SceneChange | None = None, sheet: PurePosixPath | None = None
-) -> ScenePart:
+) -> ScenePagePart:
     """Return the part of the page about a scene; afterwards the page doesn't need the motions.
 
     `change`: change of the scene since the baselines.
@@ -121,12 +121,12 @@ def scene_part(
         if run.motion is not None and run.case is not None and run.case.rest_positions is not None
     }
     ledger = None if ours is None else dict(ledgers).get(ours.label)
-    return ScenePart(html, ledger, hashes, sheet, comparison_of(shot, energy))
+    return ScenePagePart(html, ledger, hashes, sheet, comparison_of(shot, energy))
 
 
-def failed_scene_part(name: str, failed: FailedPart) -> ScenePart:
+def failed_scene_part(name: str, failed: FailedPart) -> ScenePagePart:
     """Return a part that shows the error, for a scene whose own part could not be made."""
-    return ScenePart(render("failed_scene.html", name=name, failed=failed), None, {})
+    return ScenePagePart(render("failed_scene.html", name=name, failed=failed), None, {})
 
 
 def _limits(cases: Sequence[CaseRecord]) -> dict[tuple[str, str, str], list[tuple[str, ...]]]:

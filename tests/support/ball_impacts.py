@@ -45,7 +45,7 @@ def shot(cut: float, speed: float, roll: float = 0.0, side: float = 0.0, radius:
     return (n, t, -roll * t / radius, roll * n / radius, side * speed / radius)
 
 
-class Motion(NamedTuple):
+class BallVelocities(NamedTuple):
     vn: float
     vt: float
     wn: float
@@ -58,19 +58,19 @@ class Motion(NamedTuple):
         return self.vn - 2.0 / 7.0 * slip_n, self.vt - 2.0 / 7.0 * slip_t
 
 
-def after(i: BallImpact, p: BallImpulse) -> tuple[Motion, Motion]:
+def after(i: BallImpact, p: BallImpulse) -> tuple[BallVelocities, BallVelocities]:
     """Return both motions after: impulses on spheres, at the contact and at the lowest point."""
     to_a = i.b_mass / (i.a_mass + i.b_mass)
     to_b = i.a_mass / (i.a_mass + i.b_mass)
     turn_a, turn_b = 2.5 / i.a_radius, 2.5 / i.b_radius
-    a = Motion(
+    a = BallVelocities(
         i.a_vn - to_a * p.normal + p.a_cloth_n,
         i.a_vt - to_a * p.along + p.a_cloth_t,
         i.a_wn + turn_a * p.a_cloth_t,
         i.a_wt + turn_a * (to_a * p.up - p.a_cloth_n),
         i.a_wz - turn_a * to_a * p.along,
     )
-    b = Motion(
+    b = BallVelocities(
         i.b_vn + to_b * p.normal + p.b_cloth_n,
         i.b_vt + to_b * p.along + p.b_cloth_t,
         i.b_wn + turn_b * p.b_cloth_t,

@@ -129,7 +129,7 @@ class NoSettings(EngineSettings):
 
 
 @dataclass(frozen=True)
-class Stroke:
+class StrokeChange:
     """A change of the cue ball's speed, relative, and direction [rad]."""
 
     speed: float = 0.0
@@ -141,7 +141,7 @@ class OtherShotEngine(EngineBase):
 
     name: ClassVar[str] = "other-shot"
     Settings: ClassVar[type[EngineSettings]] = NoSettings
-    stroke = Stroke()
+    stroke = StrokeChange()
 
     @property
     def capabilities(self):
@@ -157,5 +157,5 @@ class OtherShotEngine(EngineBase):
 def other_shot(speed: float = 0.0, turn: float = 0.0) -> OtherShotEngine:
     """An engine that plays with another stroke."""
     engine = OtherShotEngine()
-    engine.stroke = Stroke(speed, turn)
+    engine.stroke = StrokeChange(speed, turn)
     return engine

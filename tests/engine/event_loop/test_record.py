@@ -10,7 +10,7 @@ from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
-from ghostball.engine.running.driver import Run
+from ghostball.engine.running.driver import KernelRun
 from ghostball.engine.running.room import Limits
 from ghostball.model import Status
 
@@ -43,7 +43,7 @@ def test_planted_in_the_midst_of_a_run(name, after, physics):
     # Fails if a loop in a kernel waits until a comparison with NaN is true.
     for i in range(3):
         for value in NOT_FINITE:
-            run = Run(shot(**physics), True)
+            run = KernelRun(shot(**physics), True)
             play_events(run, after)
             run._state[i, getattr(st, name)] = value
             with np.errstate(all="ignore"):
@@ -59,7 +59,7 @@ def test_planted_in_the_midst_of_a_run(name, after, physics):
 @pytest.mark.parametrize("physics", [{}, {"preset": "pool"}], ids=["rolling", "sliding"])
 @pytest.mark.parametrize(("i", "name"), [(0, "X"), (0, "VX"), (0, "VY"), (0, "WZ"), (2, "VX")])
 def test_the_ball_and_the_instant_are_named(i, name, physics):
-    run = Run(shot(**physics), False)
+    run = KernelRun(shot(**physics), False)
     play_events(run, 1)
     now = run._clock[st.NOW]
     run._state[i, getattr(st, name)] = math.nan

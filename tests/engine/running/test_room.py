@@ -21,7 +21,7 @@ PLAYED = [
 
 
 def pause_at_every_step(monkeypatch):
-    monkeypatch.setattr(driver.Run.play, "__defaults__", (1,))
+    monkeypatch.setattr(driver.KernelRun.play, "__defaults__", (1,))
 
 
 def fill_scratch_with_nan(monkeypatch):

@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings, strategies as st
 
 from ghostball import Feature, plays
 from ghostball.engine import simulate
-from ghostball.engine.sensitivity import TangentMap
+from ghostball.engine.sensitivity import EngineTangentMap
 from ghostball.model import Scene
 from ghostball.reference_adapters.function import engine_of
 from ghostball.validation.baselines.compare import compare
@@ -81,9 +81,11 @@ def test_a_tangent_map_that_is_wrong_explains_nothing(monkeypatch):
     times = simulate(scene, record="events").events["t"]
     right = allowance_of(scene)
     assert (right.source, right.map_end) == ("certificate", math.inf)
-    growth, shifts = TangentMap.growth, TangentMap.event_shifts.fget
-    monkeypatch.setattr(TangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
-    monkeypatch.setattr(TangentMap, "event_shifts", property(lambda self: 1000.0 * shifts(self)))
+    growth, shifts = EngineTangentMap.growth, EngineTangentMap.event_shifts.fget
+    monkeypatch.setattr(EngineTangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
+    monkeypatch.setattr(
+        EngineTangentMap, "event_shifts", property(lambda self: 1000.0 * shifts(self))
+    )
     wrong = allowance_of(scene)
     assert wrong.horizon == right.horizon
     assert wrong.map_end <= times[0]
@@ -97,8 +99,8 @@ def test_a_wrong_tangent_map_does_not_make_a_changed_result_rounding(monkeypatch
     base, far = gate.played(scene), faster(scene, lambda v: v * (1.0 + 1e-12))
     head = gate.played(far, like=scene)
     assert gate.compared(base, head, far).change == "changed"
-    growth = TangentMap.growth
-    monkeypatch.setattr(TangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
+    growth = EngineTangentMap.growth
+    monkeypatch.setattr(EngineTangentMap, "growth", lambda self, t: 1000.0 * growth(self, t))
     change = gate.compared(base, head, far)
     assert change.change == "changed", change.summary
     assert "from the certified result" in change.summary

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from planted_engines import hit, other_physics, stepping, turned_over
-from toy_engines import NoSettings, OtherShotEngine, Stroke, ToySettings, other_shot
+from toy_engines import NoSettings, OtherShotEngine, StrokeChange, ToySettings, other_shot
 
 from ghostball.engine import simulate
 from ghostball.model import Ball, EventKind, Scene, Table, UnsupportedSceneError
@@ -278,7 +278,7 @@ def test_collisions_that_are_as_late_with_every_step_leave_the_cause_open():
     # Its cue ball is too slow, whatever the step.
     class Slow(OtherShotEngine):
         Settings = ToySettings
-        stroke = Stroke(speed=-0.01, turn=0.003)
+        stroke = StrokeChange(speed=-0.01, turn=0.003)
 
         def simulate(self, scene, *, record="rest"):
             return replace(super().simulate(scene, record=record), settings={"dt": 0.01})
