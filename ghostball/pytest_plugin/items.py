@@ -39,7 +39,7 @@ from ghostball.validation.suite.conformance import (
     EngineUnderTest,
     RequirementResult,
     SceneRun,
-    asked_of,
+    asked_of_engine,
     check_names,
     engine_under_test,
     run_scene,
@@ -210,7 +210,7 @@ class _TestPlan:
         return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit, gate, fail_on)
 
     def asked(self, scene: Scene) -> Requirements:
-        return asked_of(self.engine, self.own[scene.name], self.for_all)
+        return asked_of_engine(self.engine, self.own[scene.name], self.for_all)
 
     def run(self, scene: Scene, asked: Requirements) -> SceneRun:
         self.printed.clear()

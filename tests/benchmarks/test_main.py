@@ -174,7 +174,7 @@ def test_skips_are_tabled_and_a_defect_is_the_exit_status(bench, monkeypatch, tm
         (["skips", "nosuch"], "nosuch"),
         (["skips", "--store", "break-16"], "`--store`"),
         (["racks", "--store", "--peer", "none"], "`--peer`"),
-        (["targets", "--out", "/dev/null/x"], "can't make the folder"),
+        (["targets", "--out", "/dev/null/x"], "can't create the folder"),
         (["nonsense"], "nonsense"),
     ],
 )

@@ -1,15 +1,14 @@
 """The energy error of a run, at the instants at which run and reference can be compared.
 
-A collision takes energy at once. A run that has the collision late keeps this energy until then.
-This is an error of the event time and is judged as such, not as an error of the energy. So energies
-are not compared between the two instants at which run and reference have the same event. These
-instants differ in the last bits for exact engines, and by a time step or more for time-stepping
-engines. If only the run or only the reference has an event, the energy that the event takes is an
-error of the energy.
+A collision removes energy at once. A run with a late collision keeps this energy until then. The
+delay is an error of the event time, and limits on event times judge it. So energies aren't compared
+between the two times that an event has in the run and in the reference. These times differ in the
+last bits for exact engines, and by a time step or more for time-stepping engines. If only the run
+or only the reference has an event, the energy that the event removes is an error of the energy.
 
 An exact motion is compared on a grid, at each event, and at the last instant before each event.
-Recorded frames are compared at the frames: the energy between them isn't known. The end of a slide
-is no such event, because the energy doesn't jump there.
+Recorded frames are compared at the frames only, because the energy between frames isn't known. The
+end of a slide doesn't count as an event here, because the energy doesn't jump at it.
 """
 
 from __future__ import annotations

@@ -60,9 +60,9 @@ def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool 
 
     An engine that detects contacts late uses old velocities for the collision: Chipmunk uses the
     velocities from before the time step, and thus returns the energy that the cloth dissipated in
-    it. The loss on the cloth while the fastest ball moves by `resolution` is therefore no gain.
-    Neither are rounding errors of heights and times in an exact motion, nor the errors of contact
-    steps.
+    it. A gain up to the loss on the cloth while the fastest ball moves by `resolution` is therefore
+    not counted. Rounding errors of heights and times in an exact motion, and the errors of contact
+    steps, aren't counted either.
 
     `pressed`: whether the shot has resting contacts; used for engines that don't count their
         contact steps.
@@ -125,7 +125,7 @@ def _gains_at_impacts(result: Result, frames: SampledTrajectory, late: float) ->
     steps = np.flatnonzero(np.cumsum(near)[: len(frames.times) - 1] > 0)
     before, after = (_rows(frames, rows) for rows in (steps, steps + 1))
     durations = frames.times[steps + 1] - frames.times[steps]
-    taken = cloth_takes(result.scene, before, after, durations)
+    taken = least_cloth_loss(result.scene, before, after, durations)
     gained = energy_of(result.scene, after).total - energy_of(result.scene, before).total
     power = np.maximum(*(np.sum(_powers(result.scene, one), axis=1) for one in (before, after)))
     gains: FloatArray = gained + np.maximum(taken - late * power, 0.0)
@@ -136,7 +136,9 @@ def _rows(frames: SampledTrajectory, rows: NDArray[np.intp]) -> Samples:
     return Samples(frames.positions[rows], frames.velocities[rows], frames.angular_velocities[rows])
 
 
-def cloth_takes(scene: Scene, before: Samples, after: Samples, durations: FloatArray) -> FloatArray:
+def least_cloth_loss(
+    scene: Scene, before: Samples, after: Samples, durations: FloatArray
+) -> FloatArray:
     """Return a lower bound on the energy lost to the cloth in steps with a collision, (k,) [J].
 
     `before`, `after`: states at the start and end of each step, arrays (k, n, 3).

@@ -22,11 +22,11 @@ T = TypeVar("T")
 
 
 class NotMeasuredError(Exception):
-    """The sentence why a metric has no value in a case."""
+    """A metric that has no value in a case; the message gives the reason in one sentence."""
 
 
 class RunIncompleteError(NotMeasuredError):
-    """The run itself is the reason for the missing value: a criterion on this metric fails."""
+    """A metric without a value because of the run itself; then a criterion on the metric fails."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,8 @@ class RunAndTruth:
     `horizon` [s]: time up to which the engine can be expected to simulate this shot:
         `Truth.horizon_of`.
     `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
-    `engine`: simulates the second shot of relations; None: relations have no value.
+    `engine`: simulates the second shot that a metric of `relations` needs; None: these metrics have
+        no value.
 
     Each property raises `NotMeasuredError` if it doesn't exist for this shot.
     """

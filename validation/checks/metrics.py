@@ -137,7 +137,8 @@ def measure(
         are compared up to the horizon.
     `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
     `include_past_horizon`: metrics that have a value even after the horizon.
-    `engine`: simulates the second shot of relations; without it they have no value.
+    `engine`: simulates the second shot that a metric of `relations` needs; None: these metrics have
+        no value.
     """
     measured = CaseMetrics()
     wanted = frozenset(USUAL if metrics is None else metrics)

@@ -114,7 +114,8 @@ def _energy_drift(run: RunAndTruth) -> float:
     "energy_rise",
     "1",
     "largest rise of energy above its earlier minimum, at each impact and frame, divided by the "
-    "initial energy; in a time step with an impact, the rise above what the cloth leaves",
+    "initial energy; in a time step with an impact, the rise above the energy that cloth friction "
+    "leaves",
 )
 def _energy_rise(run: RunAndTruth) -> float:
     _finite(energy_series(run.result))

@@ -112,13 +112,13 @@ def _way_back(run: RunAndTruth) -> tuple[float, float]:
 
     Each collision of two balls multiplies errors by about ten, so after some dozens of collisions
     per ball, rounding alone prevents the return. The tangent map of Ghostball's engine on the way
-    back gives the size of this effect. Exact motion would carry errors of the way there back to the
-    start without growth; the way back adds errors of its own.
+    back gives the size of this effect. Errors of the way there don't grow: exact motion backwards
+    would undo their growth. The way back adds errors of its own.
     """
     engine, result = _engine_of(run), run.result
     scene, turn = result.scene, result.rest_time
     if not conserves_energy(scene):
-        raise NotMeasuredError("the way back differs from the way there: energy is lost")
+        raise NotMeasuredError("not applicable: energy is lost, so the reversed shot differs")
     if turn <= 0.0:
         raise NotMeasuredError("nothing moves")
     rounding = rounding_of_way_back(scene, turn)

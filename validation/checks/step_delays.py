@@ -81,7 +81,7 @@ class SteppedShot:
         """How the engine finds contacts: the first words of a reason."""
         late = float(np.max(self.delays, initial=0.0))
         if late == 0.0:
-            return "Contacts are found in time"
+            return "Contacts are detected without delay"
         if late < self.longest:
             return f"Time steps end within {scaled(self.resolution, 'm')} of touching"
         return f"Contacts are detected up to one time step, {1e3 * self.longest:.3g} ms, late"
@@ -165,8 +165,8 @@ class SteppedShot:
     def separate_collisions(self) -> tuple[bool, bool] | None:
         """Return whether collisions come one at a time: those of each ball, and all of them.
 
-        None if one time step may contain enough to change the collisions: a second collision of a
-        ball that follows from its first, a whole overlap, or more than the smallest radius.
+        None if one time step may change the collisions: because a ball may have a second collision
+        in it that its first one causes, or because a ball may move by the smallest radius or more.
         """
         lateness = self.lateness
         meet = np.array([kind is EventKind.BALL_BALL for kind in lateness.kinds], dtype=bool)
@@ -195,8 +195,8 @@ class SteppedShot:
     def delays_of_falls(self, between: float) -> FloatArray:
         """Return the delay of each event if it is a fall into a pocket, (events,) [s].
 
-        Even an engine that finds contacts in time may look for balls over pockets only after each
-        step.
+        Even an engine that detects contacts without delay may look for balls over pockets only
+        after each step.
         """
         approach = self.lateness.approach
         with np.errstate(divide="ignore"):

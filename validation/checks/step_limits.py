@@ -16,7 +16,8 @@ derivative: by d / depth, where d is the displacement and depth the displacement
 them miss. Each such meeting multiplies the errors that it passes on (`Margins.amplified`). A
 meeting shortly before the balls would stop multiplies them, too: a displacement by a part x of
 the remaining path multiplies them by up to 1 / sqrt(1 - x). The motion between contacts adds r
-once: v dt for a time-stepping engine, and for an engine that finds contacts in time but drifts. So
+once: v dt for a time-stepping engine, and for an engine that detects contacts without delay but
+drifts. So
 
     rest error <= r + prod_m (1 + d_m / depth_m) / sqrt(1 - x_m) sum_k |dX / d delay_k| delay_k.
 

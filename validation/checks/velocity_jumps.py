@@ -41,7 +41,7 @@ def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float =
     `resolution` [m]: of the engine, see `reference_adapters.base.resolution_of`. A time-stepping
     engine may report a contact one step earlier or later than its motion shows the contact. A
     report explains a change only if the ball could have touched something at that time.
-    `share` [J]: an energy up to this value is returned as 0.
+    `share` [J]: an energy that doesn't exceed this value is returned as 0.
 
     At the end of a run with the status "rest", all velocities are 0.
     """

@@ -64,7 +64,7 @@ class RestError(enum.Enum):
     UNJUDGED = "not judged: shown in brackets"
     CHAOTIC = "no error: after the engine's horizon"
     OWN = "Ghostball's engine compared with itself"
-    NONE = "there is none"
+    NONE = "no rest error was measured"
 
 
 def verdict_of(case: CaseRecord | None) -> Verdict:
@@ -105,7 +105,7 @@ def unfinished_text(case: CaseRecord) -> str:
 
 
 def is_nothing_judged(cases: Collection[CaseRecord]) -> bool:
-    """Return True if nothing failed only because no limit judged anything: not a pass."""
+    """Return True if nothing failed, but no limit judged anything: this is not a pass."""
     judged = (check for case in cases for check in case.checks if check.passed is not None)
     return next(judged, None) is None and not any(map(is_unfinished, cases))
 
@@ -131,10 +131,10 @@ def unjudged_engines(cases: Collection[CaseRecord]) -> tuple[str, ...]:
 
 
 def few_ends_judged(cases: Collection[CaseRecord]) -> str:
-    """Return in how many scenes the end of the shot was judged; "" if it was in all.
+    """Return in how many scenes the end of the shot was judged; "" if in all scenes.
 
-    `cases`: of one engine. One scene is enough for a pass, so the reader must know how many there
-        are. Returns "" for an engine that is excused, or was run with selected metrics.
+    `cases`: of one engine. One judged scene is enough for a pass, so readers must know their
+        number. Returns "" for an engine that is excused, or was run with selected metrics.
     """
     ran = [case for case in cases if case.outcome == "ran" and not case.varied_from]
     judged = sum(case.is_own_measure or is_outcome_judged(case) for case in ran)
@@ -144,7 +144,7 @@ def few_ends_judged(cases: Collection[CaseRecord]) -> str:
 
 
 def not_judged(cases: Collection[CaseRecord]) -> str:
-    """Return what keeps a run in which nothing failed from being a pass; "" if nothing does."""
+    """Return why a run without failures isn't a pass; "" if it is a pass."""
     if is_nothing_judged(cases):
         return NOTHING_JUDGED
     if engines := unjudged_engines(cases):
@@ -205,9 +205,9 @@ def _is_too_wide(check: Check, case: CaseRecord) -> bool:
 def _judges_outcome(check: Check, case: CaseRecord) -> bool:
     """Return True if a check, passed or not, judges the outcome.
 
-    A lower limit doesn't: "the first 25 collisions agree" leaves the end free. Neither does a grade
-    against a certified result that ends before the shot does, or after the engine's horizon; nor a
-    class that leaves the position open; nor a limit that is wider than a ball.
+    Four kinds of checks don't: a lower limit, because "the first 25 collisions agree" leaves the
+    end free; a quality factor, if it isn't that of the end of the shot; a limit on the accuracy
+    class that allows centimetres or more; and a limit that is wider than a ball.
     """
     if check.passed is None or check.limit_kind == "at_least" or _is_too_wide(check, case):
         return False

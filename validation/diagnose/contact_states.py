@@ -81,7 +81,7 @@ class ContactFault:
 
     @property
     def makes_energy(self) -> bool:
-        """Whether the balls gain energy in a contact."""
+        """Whether the balls gain energy in these contacts."""
         return self.what == "energy" and self.measured > 1.0 + ENERGY_ERROR
 
 

@@ -1,7 +1,7 @@
-"""Differences of a run with the right end: positions before the end, and times of events.
+"""Differences of a run with correct rest positions: earlier positions, and times of events.
 
 >>> differs_before_end(result, known, step=1e-3)
-'on the way a ball is up to 100 mm from its place, at t = 0.31 s'
+'before the end, a ball is up to 100 mm from its reference position, at t = 0.31 s'
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ def _motion(result: Result, known: KnownShot, step: float) -> str:
     if not off[k] > VISIBLE_DIFFERENCE + 2.0 * step * float(np.max(speeds)):
         return ""
     return (
-        f"on the way a ball is up to {1e3 * off[k]:.3g} mm from its place, at t = {times[k]:.3g} s"
+        f"before the end, a ball is up to {1e3 * off[k]:.3g} mm from its reference position, "
+        f"at t = {times[k]:.3g} s"
     )
 
 
@@ -58,7 +59,7 @@ def _events(result: Result, known: KnownShot, step: float) -> str:
             mine, right = found.get(key, []), true.get(key, [])
             what = (mine or right)[0].describe(result.scene)
             if len(mine) != len(right):
-                # infinitely many bounces may be reported in part
+                # An engine may report only some of infinitely many bounces.
                 if kind is EventKind.BALL_CLOTH:
                     continue
                 return (

@@ -1,7 +1,7 @@
 """Check that the events of a result agree with its samples, and that times are in seconds.
 
     >>> contradiction_in(result, known)
-    '`events` says that "cue" hits "object" at t = 0.2 s, and in its samples ...'
+    '`events` says that "cue" hits "object" at t = 0.2 s, but in its samples ...'
 
 A comparison with a reference means nothing if a result contradicts itself. That a run ends where
 its samples end is checked for every result when it is received.
@@ -75,7 +75,7 @@ def _contacts(result: Result) -> str:
     gap, one = worst
     first, obstacle = one.first_ball(result.scene), one.obstacle(result.scene)
     return (
-        f"`events` says that {one.describe(result.scene)} at t = {one.t:.6g} s, and in its samples "
+        f"`events` says that {one.describe(result.scene)} at t = {one.t:.6g} s, but in its samples "
         f"{first} is then {_length(gap)} away from {obstacle}"
     )
 

@@ -1,13 +1,14 @@
-# Godot 3 plays elastic shots that `ghostball scenes --export` wrote, for `ghostball grade` to judge:
-# what thread godotengine/godot#29639 asks (balls with bounce 1 that gain energy), and 52550, 38732.
+# Simulate elastic scenes from `ghostball scenes --export` with Godot 3; `ghostball grade` judges the
+# results. The issues 29639, 52550 and 38732 of godotengine/godot report such shots: balls with
+# bounce 1 gain energy.
 #
 #     ghostball scenes godot-29639 --export scenes
 #     GHOSTBALL_SCENES="scenes/godot-29639.json" GHOSTBALL_RUNS=runs.jsonl \
 #         godot3-server --script godot3.gd --fixed-fps 60
 #     ghostball grade runs.jsonl
 #
-# With --fixed-fps 60 a step is 1/60 s and no time is waited; GHOSTBALL_FPS=60 says the same to this
-# script, which needs it. A script for Godot 4 lies beside this one: godot4.gd.
+# With --fixed-fps 60 a time step is 1/60 s, and Godot doesn't wait for real time. GHOSTBALL_FPS=60
+# tells this script the same rate (default: 60). For Godot 4, use godot4.gd.
 
 extends SceneTree
 
@@ -137,7 +138,7 @@ func sample():
 
 
 func finish():
-	# The scene as it was read: Godot prints fewer digits.
+	# The text of the scene as it was read, because Godot prints fewer digits.
 	out.store_line("{\"scene\": %s, %s" % [text, JSON.print({
 		"engine": "godot",
 		"version": Engine.get_version_info().string,

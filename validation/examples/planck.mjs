@@ -1,20 +1,20 @@
-// A JavaScript engine, planck.js, plays scenes that `ghostball scenes --export` wrote, for
-// `ghostball grade` to judge:
+// Simulate scenes from `ghostball scenes --export` with planck.js, a JavaScript engine; `ghostball
+// grade` judges the results:
 //
 //     ghostball scenes --export scenes
 //     npm install planck
 //     node planck.mjs scenes/half-ball-cut.json scenes/wall-bounce.json > runs.jsonl
 //     ghostball grade runs.jsonl
 //
-// Balls that roll, in the plane; cushions that mirror. Any language will do: what counts is the
-// object that is printed for each scene, which reference_adapters/answer.py describes.
+// Balls always roll, in the plane, and cushions reflect them without loss. You can use any language
+// that prints the JSON object of each scene; reference_adapters/answer.py describes the object.
 
 import { readFileSync } from "node:fs";
 import { Circle, Edge, Settings, World } from "planck";
 
 const DT = 1e-3; // [s]
-const UNITS = 100; // in a metre: planck's constants are meant for things of the size of a metre
-Settings.velocityThreshold = 0; // else collisions slower than 1 unit/s are inelastic
+const UNITS = 100; // per metre: planck's constants suit bodies of about one unit
+Settings.velocityThreshold = 0; // otherwise collisions slower than 1 unit/s are inelastic
 
 function play(scene) {
   const { physics, table, balls } = scene;
@@ -69,7 +69,8 @@ function play(scene) {
     );
   }
 
-  // Rolling resistance isn't planck's: half of what the cloth takes in a step before it, half after.
+  // planck has no rolling resistance: half of the deceleration is applied before each time step, half
+  // after it.
   const slowed = ([x, y], i) => {
     const speed = Math.hypot(x, y);
     const factor = Math.max(0, 1 - (0.5 * slowing[i] * DT) / Math.max(speed, 1e-300));
@@ -103,7 +104,7 @@ function play(scene) {
     events,
     samples,
     wall_time: (performance.now() - began) / 1000,
-    // Bullets meet with an overlap of 3 slops. The time of an event is known to a step.
+    // planck lets bullets overlap by 3 slops when they collide. An event is known to one time step.
     resolution: Math.max(0.015 / UNITS, DT * fastest),
   };
 }

@@ -1,13 +1,14 @@
-// An engine in C++ plays scenes that `ghostball scenes --export` wrote, for `ghostball grade` to judge:
+// Simulate scenes from `ghostball scenes --export` with an engine in C++; `ghostball grade` judges the
+// results:
 //
 //     ghostball scenes --export scenes
 //     c++ -std=c++17 -O2 stepper.cpp -o stepper          (with nlohmann-json3-dev, or nlohmann/json.hpp)
 //     ./stepper scenes/half-ball-cut.json scenes/wall-bounce.json > runs.jsonl
 //     ghostball grade runs.jsonl
 //
-// The engine is the shortest that is honest: balls that roll, in steps of 0.1 ms, elastic where they
-// overlap, cushions that mirror. Put yours in its place: what counts is the object that is printed for
-// each scene, which reference_adapters/answer.py describes.
+// The engine is as short as possible: balls always roll, in time steps of 0.1 ms; overlapping balls
+// collide elastically, and cushions reflect balls without loss. Replace it by your engine: it must
+// print a JSON object for each scene, which reference_adapters/answer.py describes.
 
 #include <chrono>
 #include <cmath>
@@ -58,7 +59,7 @@ struct Run {
         return false;
     }
 
-    // The cloth takes its part of the speed; the ball continues by the mean of both speeds.
+    // The cloth decelerates the ball, which moves by the mean of the speeds before and after.
     void roll(Ball& ball) {
         const double speed = std::hypot(ball.vx, ball.vy);
         if (speed == 0.0) return;
@@ -135,7 +136,7 @@ json play(const json& scene) {
             {"events", run.events},
             {"samples", run.samples},
             {"wall_time", took.count()},
-            {"resolution", fastest * DT}};  // it sees a contact late by so much
+            {"resolution", fastest * DT}};  // contacts are detected late by this path
 }
 
 int main(int count, char** paths) {

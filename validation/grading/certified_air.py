@@ -5,8 +5,8 @@ Straight motion, dv/dt = -(a + b v^2), has closed forms. With w = sqrt(a b), S =
 
     v = (v0 cos(w t) - a S) / c,  x = ln(c) / b,  dv/dv0 = 1 / c^2,  dx/dv0 = S / c.
 
-A sliding ball turns, and has no closed form. With the slip u, e = u / |u| and the deceleration a by
-the cloth,
+The path of a sliding ball is curved and has no closed form. With the slip u, e = u / |u| and the
+deceleration a by the cloth,
 
     v' = -a e - k |v| v,   u' = -(7/2) a e - k |v| v.
 

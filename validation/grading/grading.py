@@ -102,8 +102,8 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     above rounding, it is the difference of two doubles.
 
     Simultaneous events without a common ball may have either order. Near the horizon, times are
-    uncertain by far more than rounding, so such events are paired in any order, and their time
-    errors show a wrong order.
+    uncertain by far more than rounding, so events without a common ball are paired in any order,
+    and their time errors show a wrong order.
 
     The quality factor is max |x_i - X_i| / (2^-53 A_i), with A_i from the certified motion
     (`CertifiedGrowth.sizes`): 2^-53 A_i is the standard deviation of the position of ball i if the
@@ -311,7 +311,7 @@ def _quality(result: Result, errors: FloatArray, within: Gradable) -> tuple[floa
         return None, "the effect of rounding can't be computed up to that time"
     errors, scale = errors[known], scale[known]
     if not scale.any() and not errors.any():
-        return None, "nothing has moved in what is graded"
+        return None, "no ball has moved in the compared part of the shot"
     # If no ball moves, only its coordinates are rounded.
     scale[scale == 0.0] = UNIT_ROUNDOFF * extent_of(result.scene)
     return float(np.max(errors / scale)), ""

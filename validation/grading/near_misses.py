@@ -1,6 +1,6 @@
 """Near misses: places where a ball of a certified shot passes a body without touching it.
 
-    >>> times = looks_along(scene, motion, events, len(pairs), until)
+    >>> times = sampling_times(scene, motion, events, len(pairs), until)
     >>> Gaps(scene, motion, events, pairs, times).near_misses()
 
 Gaps are sampled often enough to find each pass, and more densely around a minimum.
@@ -41,7 +41,7 @@ _GAP_ROUNDINGS = 256.0
 """Change of a gap between two samples that rounding explains, in roundings of a coordinate."""
 
 Thing = int | Side | Obstacle
-"""Anything that a ball may hit: a ball (by index), a side of the table, or an obstacle."""
+"""A body that a ball may hit: a ball (by index), a side of the table, or an obstacle."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def gaps_of(scene: Scene, ball: int, other: Thing, centres: FloatArray) -> Float
     return gap_to(other, x, y) - (0.0 if isinstance(other, Hole) else radius)
 
 
-def looks_along(
+def sampling_times(
     scene: Scene, motion: ExactTrajectory, events: tuple[EventChange, ...], pairs: int, until: float
 ) -> FloatArray | None:
     """Return the times of events and sampling times between them, (k,) [s].

@@ -27,7 +27,7 @@ from ghostball.validation.grading.certified_flow import (
     CertifiedBall,
     rows_of,
 )
-from ghostball.validation.grading.near_misses import Gaps, NearMiss, looks_along, pairs_of
+from ghostball.validation.grading.near_misses import Gaps, NearMiss, pairs_of, sampling_times
 
 MOST_EVENTS = 600
 """Largest number of events for which the effect of each late event on later ones is computed.
@@ -130,7 +130,7 @@ def margins_along(
     until = events[known].t if known < len(events) else math.inf
     events = events[:known]
     pairs = pairs_of(scene)
-    times = looks_along(scene, motion, events, len(pairs), min(until, motion.t_end))
+    times = sampling_times(scene, motion, events, len(pairs), min(until, motion.t_end))
     if times is None:
         return None
     lateness, rows = _Late(balls, len(events)), _Rows(scene, motion)

@@ -43,7 +43,9 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
 
     value: float
     error: float | None = Field(default=None, gt=0.0, description="one standard error")
-    spread: float | None = Field(default=None, gt=0.0, description="one, from table to table")
+    spread: float | None = Field(
+        default=None, gt=0.0, description="one standard deviation from table to table"
+    )
     of_each: tuple[float, ...] = ()
     at: float | None = None
     low: float | None = None
@@ -59,7 +61,7 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
             return data
         each = data["of_each"]
         if "value" in data or "spread" in data:
-            raise ValueError("`value` and `spread` are computed where there is `of_each`")
+            raise ValueError("`value` and `spread` follow from `of_each`: remove them")
         if not isinstance(each, list) or len(each) < 2 or not all(map(_is_number, each)):
             raise ValueError("`of_each` must be a list of two numbers or more")
         return {**data, "value": mean(each), "spread": stdev(each)}
@@ -75,7 +77,7 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
 
     @property
     def place(self) -> float:
-        """The place of the figure: the mean if it is known, else the centre of the range."""
+        """The value of `against` for the figure: the mean if known, else the range's centre."""
         if self.at is not None:
             return self.at
         assert self.low is not None
@@ -121,9 +123,9 @@ class Facts(BaseModel, frozen=True, extra="forbid"):
         for name in ("given", "also"):
             wanted = set(getattr(self, name))
             if any(set(getattr(row, name)) != wanted for row in self.rows):
-                raise ValueError(f"each row needs in `{name}` what the table names there")
+                raise ValueError(f"each row must give exactly the quantities that `{name}` lists")
         if any(len(row.of_each) != len(self.tables) for row in self.rows):
-            raise ValueError("each row needs in `of_each` one figure of each of the `tables`")
+            raise ValueError("each row must give in `of_each` one figure for each of the `tables`")
         return self
 
     @model_validator(mode="after")
@@ -150,7 +152,7 @@ def facts_of(name: str) -> Facts:
     """
     known = names_of_facts()
     if name not in known:
-        raise FactsError(f'no facts called "{name}"; there are {", ".join(known)}')
+        raise FactsError(f'no facts called "{name}". Known facts: {", ".join(known)}')
     file = files("ghostball.validation.measured") / "facts" / f"{name}.toml"
     return parsed(file.read_text(encoding="utf-8"), f"{name}.toml")
 

@@ -1,4 +1,4 @@
-"""Measured and simulated figures of one kind: the difference of an engine, or what it lacks."""
+"""Measured figures of one kind with the values of an engine, or the reason why it has none."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class ComparedFigure(BaseModel, frozen=True, allow_inf_nan=False):
     `error`: standard error of the measurement and the spread of tables together; None if both are
         unknown.
     `played`: the value of the model.
-    `what`: describes the figure, if a family has several at one place.
+    `what`: describes the figure, if a family has several for one value of `against`.
     """
 
     at: float
@@ -110,7 +110,7 @@ class TableAgreement(BaseModel, frozen=True):
                 )
             if one.grades and any(figure.error is None for figure in one.figures):
                 raise ValueError(
-                    f"family {one.name!r}: where it `grades`, each of its `figures` must have an "
+                    f"family {one.name!r}: if it `grades`, each of its `figures` must have an "
                     "`error`, got null. Give it, or set `grades` to false"
                 )
         return self

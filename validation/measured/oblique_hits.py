@@ -87,7 +87,9 @@ def throw_angle(play: Play, physics: Physics, speed: float, cut: float) -> float
     track = tracks_of(play(scene), _RATE)["object"]
     first, last = track.at(np.array(_THROW_TIMES))
     if not first[0] < last[0]:
-        raise OperatorError(f"a ball that was hit at {speed:g} m/s, a cut of {cut:g}, rests")
+        raise OperatorError(
+            f"the object ball doesn't move after a hit at {speed:g} m/s, a cut of {cut:g} degrees"
+        )
     return cut - math.degrees(math.atan2(first[1] - last[1], last[0] - first[0]))
 
 

@@ -22,7 +22,7 @@ Play = Callable[[Scene], Result]
 
 
 class OperatorError(GhostballError):
-    """A simulated ball that doesn't do what was measured: it doesn't bounce, roll or come back."""
+    """A simulated shot without the measured motion: a ball doesn't bounce, roll or come back."""
 
 
 class BallSize(NamedTuple):

@@ -30,8 +30,8 @@ __all__ = [
     "ComparedFigure",
     "FigureFamily",
     "TableAgreement",
+    "agreement_with_tables",
     "families_of",
-    "likeness",
 ]
 
 ANGLES: Final = (5.0, 45.0)
@@ -61,7 +61,7 @@ class MeasuredEngine(NamedTuple):
         return self.cushion(facts) or {"cushion": "mirror"}
 
 
-def likeness(label: str, engine: ReferenceEngine, play: Play) -> TableAgreement:
+def agreement_with_tables(label: str, engine: ReferenceEngine, play: Play) -> TableAgreement:
     """Return the agreement of an engine with measurements on real tables.
 
     `play` simulates a scene on it, and records the motion. It is never called with a scene that the

@@ -112,7 +112,7 @@ def reading(folder: Path) -> Iterator[sqlite3.Connection]:
             f"{folder}: not a results folder: it has no {DATABASE}. Name the folder that "
             "`ghostball validate --out` wrote"
             if folder.is_dir()
-            else f"{folder}: no such results folder. Make one with `ghostball validate --out "
+            else f"{folder}: no such results folder. Create one with `ghostball validate --out "
             f"{folder}`"
         )
     # Not opened read-only, because the next process that opens it must roll back killed

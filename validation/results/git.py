@@ -50,4 +50,6 @@ def run_git(root: Path, *arguments: str) -> str:
         said = " ".join(error.stderr.decode("utf-8", "replace").split()) or "no message"
         raise GitError(f"`git {' '.join(arguments)}` failed: {said}") from None
     except UnicodeDecodeError as error:
-        raise GitError(f"`git {' '.join(arguments)}` printed what isn't UTF-8: {error}") from None
+        raise GitError(
+            f"`git {' '.join(arguments)}` printed text that isn't UTF-8: {error}"
+        ) from None

@@ -29,7 +29,7 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise MeasurementError(
-            f"`--out`: can't make the folder {folder}: {error.strerror}"
+            f"`--out`: can't create the folder {folder}: {error.strerror}"
         ) from None
 
 

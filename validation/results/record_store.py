@@ -96,7 +96,7 @@ class RecordStore(Generic[W, R]):
         record: Any = given
         return record  # type: ignore[no-any-return]
 
-    def stands(self, record: R) -> bool:  # noqa: ARG002
+    def is_repeatable(self, record: R) -> bool:  # noqa: ARG002
         """Return True if running the task again would give the same record."""
         return True
 
@@ -195,7 +195,7 @@ class RecordStore(Generic[W, R]):
         assert self._database is not None, "begin() comes first"
         record = self.record_of(given)
         name, code = name_text(self.name_of(record)), self._code_of(self.name_of(record))
-        reusable = self.code and self.stands(record)
+        reusable = self.code and self.is_repeatable(record)
         text = self.adapter.dump_json(record).decode()
         with transaction(self._database):
             execute = self._database.execute

@@ -226,7 +226,7 @@ class ResultsWriter(RecordStore[Finished, CaseRecord]):
         """Return scene and label."""
         return record.scene, record.label
 
-    def stands(self, record: CaseRecord) -> bool:
+    def is_repeatable(self, record: CaseRecord) -> bool:
         """Return True if running the case again would give the same result."""
         return record.outcome == "not-representable" or (
             record.outcome == "ran" and record.status in COMPLETE_STATUSES

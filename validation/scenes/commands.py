@@ -28,7 +28,7 @@ def simulate(scene: str, engine: str | None = None, *, recorded: bool = False) -
 
 
 def explain(scene: str, engine: str) -> str:
-    """Return the command that shows where an engine leaves the reference shot, and why."""
+    """Return the command that shows the first difference from the reference, and its cause."""
     return f"ghostball explain {scene_argument(scene)}{_engine(engine)}"
 
 

@@ -252,8 +252,8 @@ def _shots(size: StressSize) -> Iterator[StressShot]:
 
 FAMILY = StressFamily(
     "extremes",
-    "Extremes of speed, size, mass, place and friction",
-    "Shots with one extreme number (speeds 5e-324 to 1e49 m/s, two that differ by 1e-11 of them, "
+    "Extremes of speed, size, mass, position and friction",
+    "Shots with one extreme number (speeds 5e-324 to 1e49 m/s, two speeds that differ by 1e-11, "
     "ratios of radii and masses to 1e6, tables from 1 mm to 1e6 m, 1e6 m from the origin, friction "
     "0 to 10, restitution 0 and 1) have the certified result, within some roundings, or, for "
     "time-stepping engines, within the limits of the step.",

@@ -115,7 +115,7 @@ def _limits_of_rounding(digits: int, count: int) -> Iterator[Criterion]:
     yield limit(
         "overlap_max",
         "Rounding the instant of a collision by up to 2e-16 s moves the light ball, at up to "
-        f"1e{digits} m/s; 1e-14 m allows for the rounding of places.",
+        f"1e{digits} m/s; 1e-14 m allows for the rounding of positions.",
         claiming="rounding",
         at_most=max(1e-14, 2e-16 * 10.0**digits),
     )

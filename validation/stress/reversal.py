@@ -27,7 +27,7 @@ LENGTHS = tuple(2.0**k for k in range(-5, 6))
 
 FACTOR = limit(
     "reversal_factor",
-    "Some roundings at each event instead of one, and cancellation.",
+    "Allows several roundings at each event instead of one, and cancellation.",
     claiming="rounding",
     at_most=ROUNDINGS,
 )

@@ -35,8 +35,8 @@ COUNT, COUNT_OF_ALL = 100, 5_000
 
 LIMITS = (
     *POSSIBLE,
-    limit("event_count", "Eight times what the longest break needs.", at_most=MOST_EVENTS),
-    limit("contact_steps", "Eight times what the longest break needs.", at_most=MOST_EVENTS),
+    limit("event_count", "Eight times the events of the longest break.", at_most=MOST_EVENTS),
+    limit("contact_steps", "Eight times the steps of the longest break.", at_most=MOST_EVENTS),
 )
 
 

@@ -103,7 +103,7 @@ def engine_under_test(spec: str, judged_as: str | None = None) -> EngineUnderTes
     return EngineUnderTest(spec, lambda: make_engine(spec), other)
 
 
-def asked_of(
+def asked_of_engine(
     engine: EngineUnderTest, own: Criteria, for_all: Criteria | None = None
 ) -> Requirements:
     """Return the requirements for an engine in a scene; see `requirements.asked_of`.

@@ -13,7 +13,7 @@ from typing import Final
 from pydantic import TypeAdapter
 
 from ghostball.reference_adapters import EngineUnavailableError, ReferenceEngine, make_engine
-from ghostball.validation.measured.table_agreement import TableAgreement, likeness
+from ghostball.validation.measured.table_agreement import TableAgreement, agreement_with_tables
 from ghostball.validation.parallel.pool import Done, Progress
 from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.database import (
@@ -44,7 +44,7 @@ class AgreementWriter(RecordStore[TableAgreement, TableAgreement]):
         """Return the label."""
         return (record.label,)
 
-    def stands(self, record: TableAgreement) -> bool:
+    def is_repeatable(self, record: TableAgreement) -> bool:
         """Return True if running again would give the same result: no crash, no time limit."""
         return not any(family.failed for family in record.families)
 
@@ -103,7 +103,7 @@ def load_agreements(folder: Path) -> list[TableAgreement]:
 def _measure(spec: str, time_limit: float | None) -> TableAgreement:
     engine = make_engine(spec)
     with in_other_process(engine, time_limit) as player:
-        return likeness(spec, engine, partial(run_engine, player))
+        return agreement_with_tables(spec, engine, partial(run_engine, player))
 
 
 def _given(done: Done[str, TableAgreement]) -> TableAgreement:

@@ -85,7 +85,7 @@ class Collocation:
             each = [[powers[m, j] for m in range(self._points)] for j in range(4)]
             go_on([arb_poly(each[j])(over).integral() + y[j] for j in range(4)], h)
         if not c > k * length(y[0], y[1]) ** 2:
-            what = "how a ball continues that air slows by more than it can roll with"
+            what = "how a ball moves on if air slows it by more than rolling allows"
             raise UndecidedError(what, exact=True)
         drags = [k * length(y[0], y[1]) * part for part in y[:2]]
         lasts = c * length(y[2], y[3]) - drags[0] * y[2] - drags[1] * y[3]

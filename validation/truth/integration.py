@@ -59,7 +59,7 @@ def integrated(scene: Scene) -> tuple[Integration | None, str]:
 
     Integrations are stored on the disk, like certificates.
     """
-    words = f'integrating scene "{scene.name}" takes a while; it is kept for the next run'
+    words = f'integrating scene "{scene.name}" takes a while; the result is kept for the next run'
     try:
         with explained(words):
             one, other = (_kept(scene, run) for run in range(len(_RUNS)))
@@ -69,7 +69,7 @@ def integrated(scene: Scene) -> tuple[Integration | None, str]:
         if not shot.proved:
             return None, f"{shot.ending}: {shot.reason}"
     if [event.key for event in one.events] != [event.key for event in other.events]:
-        return None, "two integrations of it have different events"
+        return None, "its two integrations have different events"
     pairs = [(one.t_end, other.t_end)]
     pairs += [(a.t, b.t) for a, b in zip(one.events, other.events, strict=True)]
     for places in zip(one.positions, other.positions, strict=True):

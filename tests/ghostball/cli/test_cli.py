@@ -131,7 +131,7 @@ BAD_USAGE = [
     ("engines --steps --repeats 0", "--repeats"),
     ("engines --steps --plot steps.txt", "must end in"),
     ("engines --steps ghostball --plot steps.png", "none of these engines has one"),
-    ("engines --steps --out /dev/null/x", "can't make the folder"),
+    ("engines --steps --out /dev/null/x", "can't create the folder"),
     ("scenes smoke --metrics", "lists metrics", "Remove `NAME|TAG`"),
     ("scenes --schema --metrics", "lists metrics", "Remove `--schema`"),
     ("report missing", "missing", "no such results folder"),

@@ -18,7 +18,7 @@ from ghostball.reference_adapters.base import resolution_of
 from ghostball.validation.checks.accuracy import accuracy_of
 from ghostball.validation.checks.criteria import common_criteria
 from ghostball.validation.checks.energy_curve import compared_instants
-from ghostball.validation.checks.energy_gain import cloth_takes, largest_gain, largest_rise
+from ghostball.validation.checks.energy_gain import largest_gain, largest_rise, least_cloth_loss
 from ghostball.validation.checks.metrics import measure
 from ghostball.validation.runs.sampling import energy_at
 from ghostball.validation.scenes.library import find_scene
@@ -161,7 +161,7 @@ def test_what_the_cloth_takes_from_undisturbed_balls_is_what_our_engine_loses() 
         type(states)(*(part[rows] for part in states)) for rows in (slice(-1), slice(1, None))
     )
     lost = -np.diff(result.energy(times).total)
-    taken = cloth_takes(scene, before, after, np.diff(times))
+    taken = least_cloth_loss(scene, before, after, np.diff(times))
     assert np.all(taken <= lost + 1e-15)
     # To the second order in the step, but where a phase ends in it.
     assert np.sum(taken >= 0.8 * lost) >= 35

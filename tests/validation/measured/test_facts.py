@@ -25,7 +25,7 @@ def test_each_table_is_read_and_its_bins_rise(name):
 
 
 def test_a_name_that_is_not_there_is_refused_with_those_that_are():
-    with pytest.raises(FactsError, match=r'no facts called "none"; there are .*cushion-carom'):
+    with pytest.raises(FactsError, match=r'no facts called "none". Known facts: .*cushion-carom'):
         facts_of("none")
 
 
@@ -35,13 +35,17 @@ def test_a_name_that_is_not_there_is_refused_with_those_that_are():
         ("title", "titel", "t.toml: title: Field required"),
         ("= 2.0", '= "two"', r"t.toml: rows.0.value: Input should be a valid number"),
         (", error = 0.1", "", "facts that grade need the `error` of each row, or several"),
-        ("value = 2.0", "value = 2.0, of_each = [1.0, 2.0]", "`value` and `spread` are computed"),
+        ("value = 2.0", "value = 2.0, of_each = [1.0, 2.0]", "`value` and `spread` follow from"),
         ("value = 2.0", "of_each = [1.0]", "`of_each` must be a list of two numbers or more"),
         ("value = 2.0", 'of_each = [1.0, "2"]', "`of_each` must be a list of two numbers"),
-        ("value = 2.0", "of_each = [1.0, 2.0]", "in `of_each` one figure of each of the `tables`"),
-        ("value = 2.0", "value = 2.0, given = { v = 1.0 }", "each row needs in `given` what"),
-        ("grades", "given = { v = 'speed' }\ngrades", "each row needs in `given` what"),
-        ("= 0.1 }", "= 0.1, also = { v = 1.0 } }", "each row needs in `also` what"),
+        ("value = 2.0", "of_each = [1.0, 2.0]", "in `of_each` one figure for each of the `tables`"),
+        (
+            "value = 2.0",
+            "value = 2.0, given = { v = 1.0 }",
+            "exactly the quantities that `given` lists",
+        ),
+        ("grades", "given = { v = 'speed' }\ngrades", "exactly the quantities that `given` lists"),
+        ("= 0.1 }", "= 0.1, also = { v = 1.0 } }", "exactly the quantities that `also` lists"),
         ("at = 1.0, ", "", "a row needs `at`, or `low` and `high`"),
         ("at = 1.0, ", "low = 1.0, ", "a row needs `at`, or `low` and `high`"),
         ("at = 1.0, ", "low = 1.0, high = 0.5, ", "a row needs `low` below `high`"),

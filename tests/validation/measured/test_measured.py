@@ -18,8 +18,8 @@ from ghostball.validation.measured.simulated_ball import OperatorError, rolling_
 from ghostball.validation.measured.table_agreement import (
     FigureFamily,
     MeasuredEngine,
+    agreement_with_tables,
     families_of,
-    likeness,
 )
 from ghostball.validation.measured.tracks import Surface, Track
 
@@ -223,7 +223,7 @@ SHOWN = ["cushion-snooker", "hit-speeds", "hit-angle", "throw-pool"]
 
 def likeness_of(spec: str) -> dict[str, FigureFamily]:
     engine = make_engine(spec)
-    found = likeness(spec, engine, partial(engine.simulate, record="trajectory"))
+    found = agreement_with_tables(spec, engine, partial(engine.simulate, record="trajectory"))
     return {family.name: family for family in found.families}
 
 
@@ -334,7 +334,7 @@ def soon_over(scene):
         ),
         (
             lambda: throw_angle(PLAY, Physics(motion="sliding"), 0.01, 30.0),
-            r"hit at 0\.01 m/s, a cut of 30, rests",
+            r"hit at 0\.01 m/s, a cut of 30 degrees",
         ),
         (lambda: deceleration(soon_over, Physics(motion="sliding"), 0.8), "did not roll"),
     ],

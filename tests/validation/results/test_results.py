@@ -160,7 +160,7 @@ def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(MeasurementError, match="can't write the measurement"):
         MEASURED.save(tmp_path / "file")
-    with pytest.raises(MeasurementError, match="can't make the folder"):
+    with pytest.raises(MeasurementError, match="can't create the folder"):
         make_folder(tmp_path / "file")
 
 

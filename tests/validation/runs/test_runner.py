@@ -22,7 +22,7 @@ class Notes(RecordStore):
     def name_of(self, record):
         return (record[0],)
 
-    def stands(self, record):
+    def is_repeatable(self, record):
         return record[1].startswith("done")
 
 

@@ -9,7 +9,7 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.conformance import (
     COMPLETES,
-    asked_of,
+    asked_of_engine,
     engine_under_test,
     run_scene,
     what_is_asked,
@@ -24,7 +24,7 @@ def test_who_is_judged_as_another_engine_may_err_by_that_ones_step():
     # What is computed of pymunk, not of the toy, which states that it is exact.
     judged = engine_under_test(TOY, "pymunk")
     own = shipped_criteria(HALF_BALL)
-    asked = asked_of(judged, own)
+    asked = asked_of_engine(judged, own)
     assert what_is_asked(judged, HALF_BALL, asked)[0] == COMPLETES
     assert "rest_error_max" in what_is_asked(judged, HALF_BALL, asked)
     run = run_scene(judged, HALF_BALL, own, asked)
@@ -33,7 +33,7 @@ def test_who_is_judged_as_another_engine_may_err_by_that_ones_step():
     assert run.finding("rest_error_max").outcome == "passed"
     # Of what the step says nothing, nothing is asked.
     galperin = find_scene("galperin-2")
-    asked = asked_of(judged, Criteria())
+    asked = asked_of_engine(judged, Criteria())
     found = run_scene(judged, galperin, Criteria(), asked).finding("rest_error_max")
     assert found.outcome == "skipped"
     assert "no limit follows from the claims" in found.words

@@ -25,13 +25,13 @@ def measure(specs, folder, **options):
 def measured(monkeypatch):
     """List the engines that are measured."""
     labels = []
-    real = real_tables.likeness
+    real = real_tables.agreement_with_tables
 
     def listing(label, *rest):
         labels.append(label)
         return real(label, *rest)
 
-    monkeypatch.setattr(real_tables, "likeness", listing)
+    monkeypatch.setattr(real_tables, "agreement_with_tables", listing)
     return labels
 
 
@@ -69,7 +69,7 @@ def test_an_engine_that_fails_costs_its_own_figures_and_is_measured_again(tmp_pa
 
 
 def test_an_interrupt_keeps_what_is_done(tmp_path, measured, monkeypatch):
-    real = real_tables.likeness
+    real = real_tables.agreement_with_tables
 
     def interrupting(label, *rest):
         if label == "paper-discrete":
@@ -77,7 +77,7 @@ def test_an_interrupt_keeps_what_is_done(tmp_path, measured, monkeypatch):
         return real(label, *rest)
 
     with monkeypatch.context() as patch:
-        patch.setattr(real_tables, "likeness", interrupting)
+        patch.setattr(real_tables, "agreement_with_tables", interrupting)
         ran = measure_agreements(OURS, tmp_path, 60.0)
     assert ran.interrupted
     assert list(ran.records.values()) == load_agreements(tmp_path)

@@ -130,7 +130,7 @@ class _Fitting:
 
     def run(self) -> Fit:
         """Perform the fit and return its result."""
-        fields = self._told(self._asked or DEFAULT_FIELDS)
+        fields = self._determined(self._asked or DEFAULT_FIELDS)
         if not fields:
             raise NotEnoughError(f"not enough data for a fit: {self._too_few(frozenset(_NAMES))}")
         assumed = self._assumptions(fields)
@@ -285,7 +285,7 @@ class _Fitting:
         beside = sum(determined_by(one) == {family} for one in fields)
         return float(stdtrit(max(len(shots) - beside, 1), 0.975)) / NORMAL_95
 
-    def _told(self, names: Sequence[str]) -> list[Field]:
+    def _determined(self, names: Sequence[str]) -> list[Field]:
         """Return the fields that the events determine and the engine supports."""
         told = []
         for name in names:

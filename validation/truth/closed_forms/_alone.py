@@ -107,7 +107,7 @@ def _slid(setup: Setup, state: BallState, cloth: Cloth) -> tuple[BallState, mpf]
     start = dot(state.velocity, direction)
     across = direction[0] * state.velocity[1] - direction[1] * state.velocity[0]
     if not negligible(abs(across)):
-        raise OrderError("needs a slip along the way that the ball goes")
+        raise OrderError("needs a slip along the path of the ball")
     f, k = cloth.sliding, setup.air_drag
     # In the direction of the slip p' = -f - k |p| p: a tangent while p > 0, then a hyperbolic
     # tangent.
@@ -149,7 +149,7 @@ def _end_of_flight(setup: Setup, ball: int) -> _End:
 
 
 def _bounced(setup: Setup, ball: int) -> tuple[BallState, mpf, list[Vector]]:
-    """Return a ball's state once it stays on the cloth, when this is, and the bounces."""
+    """Return the state of a ball when its bounces end, the time, and the places of its bounces."""
     state, radius = starting_state(setup, ball), setup.radii[ball]
     state = state._replace(spin=rolling_spin(state, radius), rolls=False)
     rises, height = setup.rises[ball], setup.heights[ball]
