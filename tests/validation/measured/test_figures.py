@@ -94,6 +94,6 @@ def test_what_grades_has_errors():
     known = family("rolling", 1.0)
     unknown = tuple(one.model_copy(update={"error": None}) for one in known.figures)
     wrong = known.model_copy(update={"figures": unknown})
-    with pytest.raises(ValidationError, match=r"where it `grades`, each of its `figures` must"):
+    with pytest.raises(ValidationError, match=r"if it `grades`, each of its `figures` must"):
         TableAgreement(label="any", families=(wrong,))
     TableAgreement(label="any", families=(wrong.model_copy(update={"grades": False}),))
