@@ -12,7 +12,7 @@ from ghostball.engine.event_loop.record import record
 from ghostball.engine.event_loop.resolve import advance_to, resolve
 
 _MOST_AT_ONCE = 64
-"""Largest number of events at one time, per pair: a frozen line of n balls has about n^2 events."""
+"""Largest number of events at one time per pair; a frozen line of n balls has about n^2 events."""
 
 
 @kernel

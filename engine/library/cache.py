@@ -62,8 +62,8 @@ def directory() -> Path | None:
 
 
 def use(path: Path) -> None:
-    """Note that a library is used, by its modification time."""
-    with suppress(OSError):  # the file may belong to another user, who made it for all
+    """Store in its modification time that a library is used now."""
+    with suppress(OSError):  # the file may belong to another user
         os.utime(path)
 
 
@@ -72,7 +72,7 @@ def alone(path: Path) -> Iterator[None]:
     """Lock a library, so that no other process makes it at the same time."""
     from filelock import FileLock  # noqa: PLC0415 - only where something is made
 
-    path.parent.mkdir(parents=True, exist_ok=True)  # it may have been removed since
+    path.parent.mkdir(parents=True, exist_ok=True)  # another process may have removed it
     with FileLock(path.with_suffix(".lock")):
         yield
 

@@ -58,11 +58,11 @@ class Entry:
             made = code.table_type()
             code.layout.pack(made, 0, *code.layout.head, *code.words_of(*arguments))
             raised = code.entry(*_UNREAD_AT, ctypes.byref(made))
-            if made[AT_STATUS] == ENTERED:  # the kernel has run, and must not run again
+            if made[AT_STATUS] == ENTERED:  # the kernel has run, and must not run twice
                 return code.result(made, raised)
         try:
             return self.bind(*arguments)()
-        except WrongArgumentError:  # arrays, but with other elements or dimensions
+        except WrongArgumentError:  # arrays with other elements or dimensions
             return self.bind_kinds(*arguments, what="")()
 
     def bind(self, *arguments: Any, what: str = "") -> Callable[[], Any]:
@@ -80,7 +80,7 @@ class Entry:
         return Call.of(code, leaves)
 
     def bind_kinds(self, *arguments: Any, what: str) -> Callable[[], Any]:
-        """Return such a call, chosen by the kinds of the arguments and not by their types alone."""
+        """Return such a call, for the kinds of the arguments rather than for their types alone."""
         if not COMPILED:
             return partial(self.function, *arguments)
         return Call.of(self._code_for(arguments, what), flat(arguments))
@@ -99,7 +99,7 @@ class Entry:
 
 
 class Needed(NamedTuple):
-    """A kernel with arguments like those of later calls, so that it can be compiled before."""
+    """A kernel with arguments like those of later calls, so that it can be compiled in advance."""
 
     kernel: Entry
     arguments: tuple[Any, ...]
@@ -136,7 +136,7 @@ def make_all(
     missing = sorted((one for one in needed if not one.is_made), key=lambda one: one.name)
     folder = cache.directory()
     if folder is None:
-        return  # without a folder no other process could load them
+        return  # without a folder, no other process could load the libraries
     count = max(1, min(IN_ONE_PROCESS, -(-len(missing) // jobs)))
     # Kernels with similar compile times are adjacent after sorting, so each process gets a mixture.
     number = -(-len(missing) // count)
@@ -177,13 +177,13 @@ class Code:
         Raises `IndexError` if the kernel used an index outside an array.
         """
         if raised:
-            raise IndexError(f"the kernel `{self.name}` came to a place beyond an array")
+            raise IndexError(f"the kernel `{self.name}` used an index outside an array")
         return self.layout.result(made)
 
     def call(self, arrays: Sequence[ndarray[Any, Any]], numbers: Sequence[int], last: Last) -> Call:
         """Return a call with these arguments, which must have the right types; faster than `bind`.
 
-        First arrays, then integers or truth values, then the other arguments; None is left out.
+        The arguments are arrays, then integers or booleans, then the other arguments, without None.
         """
         made = self.table_type()
         layout = self.layout
@@ -248,12 +248,12 @@ class Call:
     def _refusal(self, status: int) -> WrongArgumentError:
         if status == REFUSED:
             return WrongArgumentError(
-                f"the library of the kernel `{self.code.name}` is called by another table than "
-                f"version {table.VERSION} of {self.code.layout.length} words"
+                f"the library of the kernel `{self.code.name}` needs another table than "
+                f"version {table.VERSION} with {self.code.layout.length} words"
             )
         value = self._leaves[status - 1]
         return WrongArgumentError(
-            f"argument {status} of the kernel `{self.code.name}`, tuples taken apart and None "
-            f"left out, must be {self.code.words[status - 1]} in one piece, got "
+            f"argument {status} of the kernel `{self.code.name}` (with tuples flattened, without "
+            f"None) must be a contiguous {self.code.words[status - 1]}, got "
             f"{kind_of(value)} with strides {value.strides}"
         )

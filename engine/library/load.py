@@ -83,7 +83,7 @@ def check_compiler() -> None:
     """Raise `NoCompilerError` if there is no compiler; call this before announcing to compile."""
     if find_spec("numba") is None:
         raise NoCompilerError(
-            "kernels have to be compiled, and numba, which does that, isn't installed. Run "
+            "kernels must be compiled, but numba, the compiler, isn't installed. Run "
             "`pip install '.[compiler]'` in a clone of Ghostball"
         )
 
@@ -169,7 +169,7 @@ def _say_of_compiler(said: str) -> None:
 def _say_unlinked(why_not: str) -> None:
     """Log once why a kernel wasn't linked; the reason is the same for all kernels."""
     logger.warning(
-        "LLVM loads the kernels, in each process anew, for want of a linker: %s", why_not
+        "no library could be linked, so LLVM links the kernels in each process: %s", why_not
     )
 
 
@@ -193,7 +193,7 @@ def check_sources(order: dict[str, Any]) -> None:
     """
     function = kernel_in(table.named(order["kernel"]))
     if function is None or _digest(function) != order["digest"]:
-        raise GhostballError("its sources were changed since the program began; start it again")
+        raise GhostballError("its sources changed after the program started; start it again")
 
 
 def name_of(function: FunctionType, kinds: table.Kind) -> str:
@@ -240,8 +240,8 @@ def entry(function: FunctionType, kinds: table.Kind, what: str) -> Any:
     except OSError as error:
         if path not in shipped.files().values():
             raise GhostballError(
-                f"the system doesn't load what was compiled: {error}. Remove it, or name another "
-                f"folder in {CACHE_DIR_VARIABLE}"
+                f"the system can't load the compiled library: {error}. Remove it, or set "
+                f"{CACHE_DIR_VARIABLE} to another folder"
             ) from error
         shipped.set_aside(str(error))
     return entry(function, kinds, what)

@@ -22,7 +22,8 @@ NEEDED = frozenset(("abm", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"))
 """Linux's names of the features of `WIDE` beyond `x86-64`; macOS' names differ for LZCNT only."""
 
 BUILD_FOR = "GHOSTBALL_BUILD_FOR"
-"""Environment variable with the machine type to compile libraries for, if not this one: "arm64".
+"""Environment variable with the machine type to compile libraries for, if it differs from this one,
+such as "arm64".
 
 `CC` must then name a linker for that machine.
 """

@@ -1,8 +1,9 @@
 """Everything that determines the machine code of a kernel: functions and constants, by name.
 
 numba compiles a function's bytecode, and treats as a constant every value that a name has in the
-function's module or in another of our modules (`st.X`). A hash of all these identifies a kernel. So
-an edit causes compilation only of kernels that reach the edited code, and comments change nothing.
+function's module or in another of our modules (`st.X`). A hash of all these identifies a kernel. An
+edit therefore causes compilation only of kernels that use the edited code, and comments have no
+effect.
 """
 
 from __future__ import annotations
@@ -42,8 +43,8 @@ def mark(function: Any, inline: bool) -> None:
 def by_reference(value: Any, memory: Any) -> Any:  # noqa: ARG001 - compiled kernels use it
     """Return a named tuple; in a compiled kernel, write it into `memory` and return its address.
 
-    numba passes each array of a named tuple as seven words or more from kernel to kernel; the two
-    dozen arrays of `Contacts` made up a third of all compiled code.
+    numba passes each array of a named tuple as seven words or more from kernel to kernel; passing
+    the two dozen arrays of `Contacts` was a third of all compiled code.
 
     `memory` : (REFERENCE_WORDS,) float64; a named tuple that needs more can't be compiled.
     """
@@ -99,9 +100,9 @@ def names_in(function: FunctionType) -> Iterator[tuple[str, Any]]:
     function: possibly more than the function uses, but never fewer.
     """
     if function.__closure__:
-        raise TypeError(f"the kernel `{function.__qualname__}` is made inside another function")
+        raise TypeError(f"the kernel `{function.__qualname__}` is defined inside another function")
     if function.__defaults__ or function.__kwdefaults__:
-        raise TypeError(f"the kernel `{function.__qualname__}` has arguments that may be left out")
+        raise TypeError(f"the kernel `{function.__qualname__}` has optional arguments")
     names = sorted(set(_names(function.__code__)))
     for name in names:
         if name not in function.__globals__:

@@ -1,4 +1,4 @@
-"""The libraries in the package, and whether they fit its sources and this machine."""
+"""Shipped libraries of kernels, and whether they match the sources and this machine."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _files() -> Iterator[tuple[str, Path]]:
 
 
 def manifest(files: dict[str, str]) -> dict[str, Any]:
-    """Return the manifest of libraries made here: what they are made for, and their files.
+    """Return the manifest of libraries made here: what they are for, and their files.
 
     `files`: the file name of each library by `key_of`.
     """
@@ -99,18 +99,18 @@ def set_aside(reason: str) -> None:
 
 
 def _say_aside(reason: str) -> None:
-    logger.warning("the kernels that came with ghostball are set aside: %s", reason)
+    logger.warning("the shipped kernels are not used: %s", reason)
 
 
 def why_not(found: dict[str, Any]) -> str | None:
     """Return why libraries with this manifest can't be used here, or None if they can."""
     if flags():
-        return f"{', '.join(sorted(flags()))} asks for others"
+        return f"{', '.join(sorted(flags()))} requires other kernels"
     wanted = _wanted()
     for name, what in (
-        ("table", "they are called in another way"),
+        ("table", "they have another calling interface"),
         ("system", "they are for another system"),
-        ("sources", "the sources were changed"),
+        ("sources", "the sources have changed"),
     ):
         if found.get(name) != wanted[name]:
             return what

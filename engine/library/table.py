@@ -64,7 +64,7 @@ def kind_of(value: Any) -> Kind:
             return "float"
         case np.ndarray():
             if not value.dtype.isnative:
-                raise TypeError(f"a kernel can't be given numbers of another byte order: {value!r}")
+                raise TypeError(f"a kernel can't take numbers with another byte order: {value!r}")
             fields = value.dtype.fields and [list(field) for field in value.dtype.descr]
             return ["array", fields or value.dtype.str[1:], value.ndim]
         case tuple():
@@ -72,7 +72,7 @@ def kind_of(value: Any) -> Kind:
             if hasattr(value, "_fields"):
                 return ["named", f"{type(value).__module__}:{type(value).__qualname__}", kinds]
             return ["tuple", kinds]
-    raise TypeError(f"a kernel can't be given a {type(value).__name__}: {value!r}")
+    raise TypeError(f"a kernel can't take a {type(value).__name__}: {value!r}")
 
 
 def kind_of_result(function: Callable[..., Any]) -> Kind:

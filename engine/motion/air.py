@@ -32,7 +32,7 @@ def felt_drag(laws: Laws) -> float:
 def slowed_by_air(
     powers: FloatArray | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
 ) -> tuple[float, float]:
-    """Return an acceleration plus that by the air, at the velocity (vx, vy) [m/s].
+    """Return an acceleration with the deceleration by air added, at the velocity (vx, vy) [m/s].
 
     The reaction of the cloth on a rolling ball is left to the caller.
     """
@@ -56,7 +56,7 @@ def rolling_deceleration(
 def slowed_while_rolling(
     powers: FloatArray | None, laws: Laws, vx: float, vy: float, ax: float, ay: float
 ) -> tuple[float, float]:
-    """Return the acceleration of a rolling ball, with all of the air and of rolling friction."""
+    """Return the acceleration of a rolling ball, with the full effect of air and friction."""
     if not in_air(powers, laws):
         return ax, ay
     drag = felt_drag(laws) * laws.air_drag + laws.roll_quadratic

@@ -32,7 +32,8 @@ from ghostball.engine.motion.position import (
 MOST_BOUNDS = 4_096
 """Number of bounds after which the search for a contact stops.
 
-One or two dozen are enough, because convergence is quadratic; a search that needs more never ends.
+One or two dozen bounds are enough, because convergence is quadratic; a search that needs more than
+this number never ends.
 """
 
 
@@ -55,8 +56,8 @@ def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, floa
         dy = laws.obstacles[k].ny - laws.obstacles[k].y
         along, square = rx * dx + ry * dy, dx * dx + dy * dy
         if along >= 0.0 and along <= square:
-            # The same normal for every place. The direction from the nearest point is rounded, so
-            # that friction along the segment would drive a ball into the segment, or off it.
+            # Use the same normal for every place. The rounded direction from the nearest point
+            # would let friction along the segment drive a ball into the segment, or off it.
             nx, ny, away = _across(rx, ry, dx, dy)
             return nx, ny, away - laws.obstacles[k].radius
         if along > 0.0:

@@ -28,7 +28,7 @@ _DIAGONAL = REMEMBERED + 1
 """Column with the diagonal before elimination."""
 
 _DEPENDENT = 1e-10
-"""Part of a difference's square that must remain besides the other differences.
+"""Fraction of the square of a difference that must be independent of the other differences.
 
 A difference with less adds no information and is left out.
 """

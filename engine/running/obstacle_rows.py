@@ -1,4 +1,4 @@
-"""Make the rows of `Laws.obstacles`: the bodies on a scene's table that balls hit or fall into."""
+"""Make the rows of `Laws.obstacles`: cushions, posts and holes on a scene's table."""
 
 from __future__ import annotations
 

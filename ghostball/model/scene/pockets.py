@@ -109,7 +109,7 @@ def hole_of(pocket: Pocket, is_corner: bool) -> Point:
 
 
 class _Half(NamedTuple):
-    """The place of one half of a pocket: origin and axes of its coordinates on the table."""
+    """Position of one half of a pocket: origin and axes of its coordinates on the table."""
 
     cushion: int
     origin: Point

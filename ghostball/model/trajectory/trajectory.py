@@ -84,8 +84,8 @@ class ExactTrajectory:
         bz, which adds to the decay of wz [rad/s^2]; `Phase`. For a ball that rolls or rests, wx,
         wy, bx and by have no meaning: the velocity determines the angular velocity. With `lifts`,
         then: height of the lowest point above the cloth [m], velocity upwards [m/s], acceleration
-        downwards by gravity [m/s^2]. If air may slow a ball, then the coefficients of m powers of
-        the time: see `model.trajectory.polynomial`.
+        downwards by gravity [m/s^2]. If air may slow a ball, the coefficients of m powers of the
+        time follow: see `model.trajectory.polynomial`.
     t_end : float [s]
     spin_decelerations : (n,) float64 [rad/s^2]
         Rate at which each ball's wz decays to 0 on the cloth; in the air, wz is constant.

@@ -1,4 +1,4 @@
-"""What the table does to a ball that comes down on it, and where its bounces end."""
+"""Tests of bounces on the table, and of the positions at which low bounces end."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ghostball.model import EventKind
     ids=["slips", "sticks", "slips across"],
 )
 def test_a_bounce_on_the_table_is_the_published_one(velocity, spin, then, turning):
-    """Breaks where the vertical spin is touched: another engine takes 2/7 of it where it sticks."""
+    """Fails if the vertical spin changes: another engine takes 2/7 of it if the ball sticks."""
     scene = scene_of(ball((0, 0, JUST_ABOVE), velocity, angular_velocity=spin), **FLIES)
     event, v, w = after_the_first_event(scene)
     assert event["kind"] == EventKind.BALL_CLOTH

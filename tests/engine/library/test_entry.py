@@ -55,7 +55,7 @@ def test_a_kernel_that_comes_to_a_place_beyond_an_array_is_not_run_again(monkeyp
 
     (code,) = {id(one): one for one in slowing.stop._by_types.values()}.values()
     monkeypatch.setattr(code, "entry", goes_beyond)
-    with pytest.raises(IndexError, match="kernel `stop` came to a place beyond an array"):
+    with pytest.raises(IndexError, match="kernel `stop` used an index outside an array"):
         slowing.stop(V, SLOWING, np.empty(3))
     assert len(calls) == 1
 

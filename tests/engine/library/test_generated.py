@@ -55,6 +55,6 @@ def test_another_version_or_length_of_the_table_is_refused_and_nothing_written(p
     times = np.full(3, 7.0)
     call = slowing.stop.bind(V, SLOWING, times)
     call._table[place] += 1
-    with pytest.raises(WrongArgumentError, match="called by another table than version"):
+    with pytest.raises(WrongArgumentError, match="needs another table than version"):
         call()
     assert np.all(times == 7.0)

@@ -47,15 +47,15 @@ def test_where_none_came_nothing_is_said(come, caplog):
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"table": table.VERSION + 1}, "called in another way"),
+        ({"table": table.VERSION + 1}, "another calling interface"),
         ({"system": "plan9-x86_64"}, "for another system"),
-        ({"sources": "0" * 64}, "the sources were changed"),
+        ({"sources": "0" * 64}, "the sources have changed"),
     ],
 )
 def test_what_does_not_fit_is_set_aside_and_said(come, changes, reason, caplog):
     assert come(**changes) == {}
     (record,) = caplog.records
-    assert "came with ghostball are set aside: " in record.message
+    assert "shipped kernels are not used: " in record.message
     assert reason in record.message
     assert "\n" not in record.message
 
@@ -71,7 +71,7 @@ def test_a_processor_that_lacks_what_they_need_sets_them_aside(come, monkeypatch
 def test_settings_of_numba_ask_for_others(come, monkeypatch, flag, caplog):
     monkeypatch.setenv(f"NUMBA_{flag}", "1")
     assert come() == {}
-    assert f"NUMBA_{flag} asks for others" in caplog.text
+    assert f"NUMBA_{flag} requires other kernels" in caplog.text
 
 
 def test_sources_are_those_of_the_engine_of_adapters_and_of_the_model(monkeypatch, tmp_path):
