@@ -40,7 +40,11 @@ def impact_of(
 
 
 def shot(cut: float, speed: float, roll: float = 0.0, side: float = 0.0, radius: float = R):
-    """Return a's motion, `cut` off the line of centres; roll 1 rolls; side is R wz over speed."""
+    """Return the motion of ball a at an angle `cut` to the line of centres.
+
+    `roll`: 0 for a ball without horizontal spin, 1 for a rolling ball.
+    `side`: side spin R wz divided by the speed.
+    """
     n, t = speed * math.cos(cut), speed * math.sin(cut)
     return (n, t, -roll * t / radius, roll * n / radius, side * speed / radius)
 
@@ -53,13 +57,13 @@ class BallVelocities(NamedTuple):
     wz: float
 
     def rolling(self, radius: float) -> tuple[float, float]:
-        """Return the velocity that is left when the ball has stopped sliding."""
+        """Return the velocity of the ball at the end of its slide."""
         slip_n, slip_t = self.vn - radius * self.wt, self.vt + radius * self.wn
         return self.vn - 2.0 / 7.0 * slip_n, self.vt - 2.0 / 7.0 * slip_t
 
 
 def after(i: BallImpact, p: BallImpulse) -> tuple[BallVelocities, BallVelocities]:
-    """Return both motions after: impulses on spheres, at the contact and at the lowest point."""
+    """Return both motions after the impulses at the contact and at the lowest points."""
     to_a = i.b_mass / (i.a_mass + i.b_mass)
     to_b = i.a_mass / (i.a_mass + i.b_mass)
     turn_a, turn_b = 2.5 / i.a_radius, 2.5 / i.b_radius
@@ -94,13 +98,13 @@ def gained(i: BallImpact, p: BallImpulse) -> float:
 
 
 def mirrored(i: BallImpact) -> BallImpact:
-    """Return the mirror image in the plane of n and z: t turns, and every spin but that about t."""
+    """Return the mirror image in the plane of n and z: t changes sign, and so do wn and wz."""
     signs = (1, -1, -1, 1, -1, 1, 1, 1)
     return BallImpact(*(sign * x for sign, x in zip(2 * signs, i, strict=True)))
 
 
 def exchanged(i: BallImpact) -> BallImpact:
-    """Call a b and b a: the frame turns by half a turn about the vertical."""
+    """Return the impact with a and b exchanged: the frame rotates by 180 degrees about z."""
     signs = (-1, -1, -1, -1, 1, 1, 1, 1)
     return BallImpact(*(sign * x for sign, x in zip(2 * signs, i[8:] + i[:8], strict=True)))
 
@@ -123,5 +127,5 @@ impacts = (
 )
 restitutions = st.sampled_from([0.0, 1e-3, 0.5, 0.95, 1.0])
 frictions = st.sampled_from([0.0, 1e-6, 0.03, 0.06, 0.5, 1.0, "alciatore"])
-"""Up to the most that mathavan2014 describes."""
+"""Coefficients of friction for which mathavan2014 is valid."""
 any_frictions = st.one_of(frictions, st.just(5.0))

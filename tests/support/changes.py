@@ -10,12 +10,12 @@ from ghostball.model import Result, Scene
 
 
 def recorded(scene: Scene) -> Result:
-    """Play a scene whose trajectory is kept."""
+    """Simulate a scene and record its trajectory."""
     return simulate(scene, record="trajectory")
 
 
 def one_direction(n: int, **parts: tuple[float, ...]) -> np.ndarray:
-    """Return a change of the first ball: r, v or w."""
+    """Return a change of the first ball's position `r`, velocity `v` or angular velocity `w`."""
     direction = np.zeros((1, n, 7))
     for name, place in (("r", slice(0, 2)), ("v", slice(2, 4)), ("w", slice(4, 7))):
         if name in parts:
@@ -24,7 +24,7 @@ def one_direction(n: int, **parts: tuple[float, ...]) -> np.ndarray:
 
 
 def moved(scene: Scene, change: np.ndarray) -> Scene:
-    """Return the scene with the change of every ball's state (n, 7) added; rolling balls roll."""
+    """Return the scene with changes (n, 7) of all balls' states; rolling balls still roll."""
     balls = []
     for one, rolls, d in zip(scene.balls, scene.rolls, change, strict=True):
         update = {
@@ -41,7 +41,7 @@ def moved(scene: Scene, change: np.ndarray) -> Scene:
 
 
 def check_derivatives(scene: Scene) -> None:
-    """Check the tangent map by central differences, at instants all over the shot."""
+    """Check the tangent map against central differences, at times throughout the shot."""
     result = recorded(scene)
     times = np.linspace(0.05, 0.95, 7) * result.rest_time
     for change in directions_of(result.scene, 3):
@@ -54,10 +54,10 @@ def check_derivatives(scene: Scene) -> None:
 
 
 def _both_sides(result, change, times):
-    """Return the scene changed by much less than matters and by the opposite, and what the tangent
-    map makes of their difference at `times`, (k, n, 7).
+    """Return the scene with a tiny change, with the opposite change, and the predicted difference.
 
-    The scenes hold rounded numbers: it is their own difference that is predicted from.
+    The prediction of the tangent map, (k, n, 7) at `times`, starts from the actual difference of
+    the two scenes, whose numbers are rounded.
     """
     (largest,) = np.max(np.abs(result.tangent(change[np.newaxis]).sample(times)), axis=(0, 2, 3))
     size = 1e-7 / largest
@@ -74,7 +74,7 @@ def _both_sides(result, change, times):
 
 
 def directions_of(scene: Scene, count: int) -> np.ndarray:
-    """Return random changes of the balls that move, of rolling ones without their spin."""
+    """Return random changes of the moving balls; rolling balls get no change of spin."""
     generator = np.random.default_rng(7)
     n = len(scene.balls)
     directions = np.zeros((count, n, 7))

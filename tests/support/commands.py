@@ -16,11 +16,11 @@ Result = Any
 """Result type of typer's runner."""
 
 HEAD = 'schema = 1\nname = "shot"\n[table]\nlength = 2.0\nwidth = 1.0\n'
-"""The start of a scene's file; balls follow."""
+"""Start of a scene file, before the balls."""
 
 
 def ball(name: str = "cue", x: str = "0.5", extra: str = "") -> str:
-    """Return a ball of a scene's file, which moves along x."""
+    """Return the TOML of a ball that moves along x, for a scene file."""
     return f'[[balls]]\nid = "{name}"\nposition = [{x}, 0.5]\nvelocity = [1.0, 0.0]\n{extra}'
 
 
@@ -62,7 +62,10 @@ def contents(folder):
 
 
 def refused(result: Result, *parts: str) -> bool:
-    """Assert that the input was refused: one message with every part, no traceback, no result."""
+    """Assert that the input was rejected with one message, without a traceback and a result.
+
+    `parts`: texts that the message must contain.
+    """
     assert result.exit_code == 2, result.output
     assert result.stdout == ""
     assert "Traceback" not in result.stderr

@@ -1,7 +1,8 @@
 """Compile the kernels that the tests need: `compile_kernels.py PROCESSES`.
 
-Otherwise workers of pytest would need the same kernels at the same time, and wait for each other.
-Compiled kernels are reused. A kernel that is missing here is compiled in the tests.
+Without this program, the workers of pytest would need the same kernels at the same time, and wait
+for each other. Compiled kernels are reused. Kernels that this program doesn't compile are compiled
+in the tests.
 """
 
 import sys
@@ -20,8 +21,8 @@ def main(jobs: str) -> None:
         asked += [one for kernels in KERNELS.values() for one in kernels()]
     if missing := sum(not one.is_made for one in asked):
         print(
-            f"Compiling {missing} of the engine's kernels, once; that takes some minutes. Whoever "
-            "edits one waits for those that call it, and for no others"
+            f"Compiling {missing} of the engine's kernels, once; this takes some minutes. After an "
+            "edit, only the edited kernel and the kernels that call it are compiled again"
         )
     make_all(asked, int(jobs), print)
 

@@ -1,9 +1,9 @@
 """Integrate balls in resting contact with each other and a cushion, independently of the engine.
 
-The normal forces keep the gaps' second derivatives at 0. The friction of a contact acts against the
-slip of its surfaces, by Coulomb's law, or keeps that at 0 where the contact sticks; and so does the
-cloth's, where a ball slides or rolls. Nothing here is shared with the engine: vectors of three
-dimensions, and one system of linear equations.
+The normal forces keep the second derivatives of the gaps at 0. The friction at a contact acts
+against the slip of the surfaces by Coulomb's law, or keeps the slip at 0 if the contact sticks. The
+friction of the cloth acts in the same way on sliding and rolling balls. The module shares no code
+with the engine: it uses 3D vectors and solves one system of linear equations.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact of ball a with ball b, or with the table's only cushion where b is None.
+    """A contact of ball a with ball b, or with the only cushion of the table if b is None.
 
-    `sticks` says that its surfaces don't slip.
+    `sticks`: whether the surfaces don't slip.
     """
 
     a: int
@@ -37,11 +37,12 @@ class Touch:
 
 
 def constrained_motion(scene: Scene, touches: Sequence[Touch]) -> Numbers:
-    """Return positions, velocities and angular velocities at `t_max`, to some 1e-12 of each.
+    """Return positions, velocities and angular velocities at `t_max`, with errors of about 1e-12.
 
-    All balls continue to slide or to roll; every contact pushes all the time, and continues to slip
-    or to stick. In the paper's motion a ball is a point that rolling friction slows, and no contact
-    rubs. Balls of different radii touch in the plane too: as in the engine, their contact is level.
+    Requires: every ball keeps sliding or keeps rolling; every contact pushes all the time, and
+    keeps slipping or keeps sticking. In the paper's model, a ball is a point slowed by rolling
+    friction, and contacts have no friction. The contact normal of balls with different radii is
+    horizontal, as in the engine.
     """
     first = np.array([scene.positions, scene.velocities, scene.angular_velocities])
 
@@ -65,10 +66,10 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
     push = -np.where(rolls, scene.rolling_frictions, scene.sliding_frictions)[:, None] * G * against
     push /= np.linalg.norm(against, axis=1)[:, None]
     turns = 2.5 / radii  # m R / I
-    # What resists rolling leaves a ball rolling.
+    # Rolling friction doesn't end rolling.
     pull = np.where(rolls[:, np.newaxis], 1.0 / radii, -turns) * np.cross(UP, push)
     pull[:, 2] -= scene.spinning_friction_rates * np.sign(w[:, 2])
-    # The air acts on the centre. So that a ball continues rolling, the cloth takes 2/7 of that.
+    # Air drag acts on the centre; the cloth takes 2/7 of it, so that a rolling ball keeps rolling.
     drag = -scene.physics.air_drag * np.linalg.norm(v, axis=1)[:, None] * v
     drag[rolls] *= 5.0 / 7.0
     push += drag
@@ -82,7 +83,7 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
         friction = scene.physics.ball_friction
         if touch.b is None:
             friction = scene.physics.cushion_friction
-        # A gap of two balls closes along n; dn/dt is across that.
+        # The gap of two balls closes along n, and dn/dt is perpendicular to n.
         sizes = [(p, np.zeros(3))]
         equations.append((touch, n, None))
         known.append(-np.dot(change, _relative(touch, v, 1.0)))
@@ -100,7 +101,7 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
         columns += [(touch, force, twist) for force, twist in sizes]
 
     def respond(touch, force, twist):
-        """Return accelerations by a unit of a contact's force, and what of it the cloth does."""
+        """Return the accelerations caused by a unit force at a contact, and the cloth's part."""
         a, b = np.zeros_like(v), np.zeros_like(w)
         flat = force * [1.0, 1.0, 0.0]
         a[touch.a] -= flat / masses[touch.a]
@@ -108,13 +109,13 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
         if touch.b is not None:
             a[touch.b] += flat / masses[touch.b]
             b[touch.b] -= turns[touch.b] * twist / masses[touch.b]
-        # What the cloth does so that a ball continues rolling.
+        # The force of the cloth that keeps a ball rolling.
         hold = -(a - radii * np.cross(b, UP)) * [1.0, 1.0, 0.0] / 3.5
         hold[of_paper | ~rolls] = 0.0
         return a + hold, b - turns * np.cross(UP, hold), hold
 
     def measure(equation, a, b):
-        """Return how fast a gap's rate changes, or a slip, by these accelerations."""
+        """Return the rate of change of a gap's rate, or of a slip, for these accelerations."""
         touch, d, p = equation
         found = np.dot(d, _relative(touch, a, 1.0))
         if p is not None:
@@ -138,7 +139,7 @@ def _rates(scene: Scene, touches: Sequence[Touch], z: Numbers) -> Numbers:
 
 
 def _normal(scene: Scene, touch: Touch, x: Numbers, v: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """Return the normal in the plane, the direction to where it touches, how that changes."""
+    """Return the normal in the plane, the direction to the contact point, and dn/dt."""
     if touch.b is None:
         radius = scene.radii[touch.a]
         sine = (scene.physics.cushion_height - radius) / radius
@@ -152,5 +153,5 @@ def _normal(scene: Scene, touch: Touch, x: Numbers, v: Numbers) -> tuple[Numbers
 
 
 def _relative(touch: Touch, of: Numbers, sign: float) -> Numbers:
-    """Return ball a's less, times the sign, ball b's: for velocities 1, for spins -1."""
+    """Return a - `sign` * b for the balls of a contact: sign 1 for velocities, -1 for spins."""
     return of[touch.a] if touch.b is None else of[touch.a] - sign * of[touch.b]

@@ -8,7 +8,7 @@ from pathlib import Path
 from ghostball import engine
 
 INSTALLED = Path(engine.__file__).parent.parent
-"""The package `ghostball`, in which the others are found."""
+"""Folder of the package `ghostball`, which contains all other packages."""
 
 
 def copy_packages(folder: Path, *packages: str) -> Path:

@@ -25,19 +25,19 @@ def impact_of(
 
 
 def rolling(vn: float, vt: float, side: float = 0.0, **fields: float) -> CushionImpact:
-    """Return a ball that rolls, with `side` times the speed of approach of side spin R wz."""
+    """Return the impact of a rolling ball; `side`: side spin R wz over the approach speed."""
     return impact_of(vn, vt, -vt / R, vn / R, side * vn / R, **fields)
 
 
 def cushion_of(
     e: float = 0.98, friction: float = 0.14, height: float = 1.4 * R, tangential: float = 1.0
 ) -> Cushion:
-    """Return a cushion with these constants; as given, those of Mathavan 2010."""
+    """Return a cushion with these constants; the defaults are those of Mathavan 2010."""
     return Cushion(e, tangential, friction, height)
 
 
 def energy(ball: CushionImpact | CushionBounce, radius: float = R) -> float:
-    """Return the energy over the mass: I = 2/5 m R^2."""
+    """Return the energy divided by the mass, with I = 2/5 m R^2."""
     turning = ball.wn**2 + ball.wt**2 + ball.wz**2
     return 0.5 * (ball.vn**2 + ball.vt**2) + 0.2 * radius**2 * turning
 
@@ -53,11 +53,11 @@ def reflected(impact: CushionImpact) -> CushionImpact:
 
 
 def _without_tiny(numbers: SearchStrategy[float]) -> SearchStrategy[float]:
-    """Numbers whose products lose no bits to underflow: others scale by no power of two."""
+    """Return numbers large enough that scaling by powers of two is exact, without underflow."""
     return numbers.map(lambda x: x if abs(x) > 1e-100 else 0.0)
 
 
-# Speeds in units of the speed of approach, from far below it to far above; 0 among them.
+# Speeds in units of the approach speed, from far below 1 to far above 1, and 0.
 _spin = _without_tiny(
     st.one_of(st.sampled_from([0.0, 1.0, -1.0]), st.floats(-1.5, 1.5), st.floats(-40.0, 40.0))
 )

@@ -1,4 +1,4 @@
-"""Valid input with one fault, and checks of readers and commands that get this input."""
+"""Valid input with one fault each, and checks of readers and commands that get such input."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def run(*arguments):
 
 
 def assert_refused_or_done(*arguments):
-    """Run a command, which must do its work, or refuse its input in one line."""
+    """Run a command, which must finish or reject its input with a message of one line."""
     status, output = run(*arguments)
     assert status in (0, 1, 2, 4), output
     assert "Traceback" not in output
@@ -34,7 +34,7 @@ def places(value, path=()):
     """Yield the path of each part of a value."""
     yield path
     if isinstance(value, list):
-        value = dict(enumerate(value[:2]))  # of a long one the first two
+        value = dict(enumerate(value[:2]))  # only the first two elements of a list
     for key, part in value.items() if isinstance(value, dict) else ():
         yield from places(part, (*path, key))
 
@@ -55,13 +55,13 @@ def faults(whole, values=VALUES):
 
 
 def texts(text):
-    """Yield JSON that each has one fault, and what is none."""
+    """Yield texts with one fault each: JSON of `whole` with faults, and texts that aren't JSON."""
     yield from ("", "null", "[]", "{}", "no json", DEEP, text[: len(text) // 2])
     yield from map(json.dumps, faults(json.loads(text)))
 
 
 def reads(read, path, text):
-    """Whether a file is read; whatever is raised where it isn't, a command says in one line."""
+    """Return True if a file is read, and False if it is rejected with a `GhostballError`."""
     path.write_text(text, "utf-8", "surrogatepass")
     try:
         read(path)

@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 PATIENCE = 60.0
-"""Seconds that a scheduler or a worker gets to start or to end."""
+"""Time limit for the start and the end of a scheduler or a worker [s]."""
 
 
 class DaskCluster:
@@ -21,7 +21,7 @@ class DaskCluster:
     Attributes
     ----------
     address : str
-        Of the scheduler.
+        Address of the scheduler.
     scheduler, workers : Popen
     """
 
@@ -33,7 +33,7 @@ class DaskCluster:
         self.address = self._said("Scheduler at:").split()[-1]
 
     def add_worker(self, *options: str, **variables: str) -> subprocess.Popen[bytes]:
-        """Start a worker of one thread, and return it once it is at the scheduler's service."""
+        """Start a worker with one thread, and return it when the scheduler has registered it."""
         given = ("--nthreads", "1", "--host", "127.0.0.1", "--local-directory", str(self._folder))
         self.workers.append(self._start("worker", self.address, *given, *options, **variables))
         self._said("Registered to:")
@@ -55,7 +55,7 @@ class DaskCluster:
         return process
 
     def _said(self, what: str) -> str:
-        """Wait until the process that was started last has said something; return that line."""
+        """Wait until the process started last prints a line with `what`, and return the line."""
         deadline = time.monotonic() + PATIENCE
         while time.monotonic() < deadline:
             for line in self._log.read_text().splitlines():
@@ -66,7 +66,7 @@ class DaskCluster:
 
 
 def kill_group(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process that hasn't ended, and all that it started."""
+    """Kill a process and its children, unless it has ended."""
     if process.poll() is None:
         os.killpg(process.pid, signal.SIGKILL)
         process.wait()
@@ -74,9 +74,9 @@ def kill_group(process: subprocess.Popen[bytes]) -> None:
 
 @contextmanager
 def dask_cluster(folder: Path, workers: int = 2, **variables: str) -> Iterator[DaskCluster]:
-    """Yield a cluster with workers that nobody starts again; it is gone with the block.
+    """Yield a cluster that ends with the block; workers that end aren't started again.
 
-    `variables` are of the scheduler's environment.
+    `variables`: environment variables of the scheduler.
     """
     with ExitStack() as ending:
         cluster = DaskCluster(folder, ending, **variables)

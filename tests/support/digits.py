@@ -1,4 +1,4 @@
-"""Closed forms in forty digits of a scene's own doubles: what is off is an engine's rounding."""
+"""Closed forms in 40 digits, from the doubles of a scene, so that only an engine rounds."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ghostball.model import Scene
 
 @pytest.fixture(autouse=True)
 def forty_digits() -> Iterator[None]:
-    """Compute with forty digits in every test of the module that imports this."""
+    """Compute with 40 digits in every test of a module that imports this fixture."""
     with workdps(40):
         yield
 
 
 def deceleration(scene: Scene) -> mpf:
-    """Return by how much the cloth slows a ball that rolls [m/s^2]."""
+    """Return the deceleration of a rolling ball [m/s^2]."""
     return mpf(scene.physics.rolling_friction) * mpf(scene.physics.gravity)
 
 
 def assert_close(value: float, exact: mpf, ulps: float) -> None:
-    """Assert that a number is the exact one, but for so many roundings."""
+    """Assert that a number differs from the exact one by at most `ulps` roundings."""
     error = abs(mpf(float(value)) - exact)
     assert error <= ulps * EPS * abs(exact), f"{float(error / abs(exact)) / EPS:.1f} ulp"

@@ -1,4 +1,4 @@
-"""An exact engine with contacts that are early by up to a time step, as large as being late."""
+"""An exact engine whose contacts are early by up to a time step, in place of late contacts."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from ghostball.validation.grading.slope import Slope
 from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.runs.sampling import events_of
 
-# No balls overlap at an early contact, so that the motion can go on as that of another scene. To
-# first order it displaces what follows by as much as a late one, to the other side.
+# At an early contact no balls overlap, so a new scene can continue the motion. To first order, an
+# early contact displaces the later motion as much as a late contact, in the opposite direction.
 
 
 def _plain(value: float) -> Slope:
@@ -28,7 +28,7 @@ def _plain(value: float) -> Slope:
 
 @plays(*Feature)
 def displaced(scene: Scene, dt: float = 1e-3, seed: int = 0) -> dict[str, object]:
-    """Play a shot in which each contact comes early by a random part of `dt`; seed 0: by it all."""
+    """Simulate a shot with contacts early by a random part of `dt` [s]; for seed 0, by `dt`."""
     scene = scene.without_strikes()
     laws, chance = ImpactLaws(problem_of(scene)), random.Random(f"{seed} {scene.name}")
     rolling, radii = scene.physics.motion == "rolling", scene.radii
@@ -43,8 +43,8 @@ def displaced(scene: Scene, dt: float = 1e-3, seed: int = 0) -> dict[str, object
         hit = log[hits[0]] if len(hits) else None
         early = chance.random() if seed else 1.0
         due = run.rest_time if hit is None else float(hit["t"])
-        # A contact comes early by half of the time to it at most. Else balls that friction pushes
-        # together would collide at one instant for ever.
+        # A contact is early by at most half of the time since the last contact. Otherwise balls
+        # that friction pushes together would collide endlessly at one time.
         t = due if hit is None else max(due - dt * early, 0.5 * due)
         before = log[: hits[0]] if len(hits) else log
         for one in before[before["t"] <= t]:

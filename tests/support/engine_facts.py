@@ -12,10 +12,10 @@ from ghostball.model import POOL_BALL_RADIUS as R, Ball, Physics, Result, Scene,
 from ghostball.reference_adapters import engine_class, make_engine
 
 SPEED = 1.5
-"""Of the cue ball in single collisions [m/s]."""
+"""Speed of the cue ball in single collisions [m/s]."""
 
 FREE = Physics(preset="paper", rolling_friction=0.0)
-"""Nothing slows a ball, and all impacts are elastic."""
+"""Physics without friction, in which all impacts are elastic."""
 
 TABLE = Table(length=2.54, width=1.27)
 
@@ -30,10 +30,10 @@ def half_ball(start: float = 0.5, physics: Physics = FREE, speed: float = SPEED)
 
 
 def head_on(speed: float = SPEED, restitution: float = 1.0) -> Scene:
-    """Return a straight collision: of the speed, (1 - e) / 2 and (1 + e) / 2 are left after it.
+    """Return a head-on collision: the speeds after it are (1 - e) / 2 and (1 + e) / 2 of the first.
 
-    The balls begin 43 mm apart; below 0.43 m/s a tenth of a second, but 2 mm at least: who steps in
-    time would need a hundred thousand steps for the way at 1 mm/s.
+    The initial gap is 43 mm, or for slow balls the way in 0.1 s, but at least 2 mm. With 43 mm at
+    1 mm/s, a time-stepping engine would need tens of thousands of steps.
     """
     gap = min(0.1 - 2.0 * R, max(0.1 * speed, 0.002))
     balls = [
@@ -45,7 +45,7 @@ def head_on(speed: float = SPEED, restitution: float = 1.0) -> Scene:
 
 
 def frozen_line() -> Scene:
-    """Return a ball that runs into two frozen ones in its line."""
+    """Return a ball that hits two touching balls on its line."""
     balls = [
         Ball(id="cue", position=(0.5, 0.5), velocity=(SPEED, 0.0)),
         Ball(id="1", position=(0.6, 0.5)),
@@ -55,10 +55,10 @@ def frozen_line() -> Scene:
 
 
 def throw(friction: float = 0.05) -> Scene:
-    """Return a half-ball hit of a ball that slides without spin, with friction between the balls.
+    """Return a half-ball hit by a ball that slides without spin, with friction between the balls.
 
-    The object ball is thrown off its line by atan(mu), as its surface slips: the other limit,
-    where it sticks, is atan(tan(30) / 7) degrees.
+    The surfaces slip, so the throw of the object ball is atan(mu). If they stuck, the throw would
+    be atan(tan(30 degrees) / 7).
     """
     balls = [
         Ball(
@@ -80,13 +80,12 @@ def throw(friction: float = 0.05) -> Scene:
 
 
 def rack(shift: float = 0.001, duration: float = 1.0) -> Scene:
-    """Return a break of 15 balls 0.1 mm apart at 8 m/s, without cloth: its energy must stay.
+    """Return a break of 15 balls with gaps of 0.1 mm at 8 m/s, without cloth friction.
 
-    Parameters
-    ----------
-    shift : float [m]
-        Of the cue ball off the axis: another break for each.
-    duration : float [s]
+    The energy must be conserved.
+
+    `shift` [m]: distance of the cue ball from the axis; each value gives a different break.
+    `duration` [s]: simulated time.
     """
     pitch = 2 * R + 1e-4
     balls = [Ball(id="cue", position=(0.6, 0.635 + shift), velocity=(8.0, 0.0))]
@@ -103,7 +102,7 @@ PHASES = np.arange(8) / 8
 
 
 def needs(name: str) -> pytest.MarkDecorator:
-    """Skip, with the reason that a user reads, where an engine isn't installed."""
+    """Return a mark that skips a test if an engine isn't installed, with the reason for users."""
     reason = engine_class(name).unavailable()
     return pytest.mark.skipif(reason is not None, reason=str(reason))
 
@@ -121,7 +120,7 @@ def to_the_wall(restitution: float = 1.0) -> Scene:
 
 
 def slide() -> Scene:
-    """Return a ball that slides for half a second and never slows as it rolls."""
+    """Return a ball that slides for half a second, and then rolls without slowing."""
     ball = Ball(
         id="cue", position=(0.5, 0.5), velocity=(2.0, 0.0), angular_velocity=(0.0, 0.0, 0.0)
     )
@@ -130,7 +129,10 @@ def slide() -> Scene:
 
 
 def cut_angles(engine: str, dt: float) -> NDArray[np.float64]:
-    """Return how far each phase's object ball leaves off 30 degrees [deg], in steps of `dt` [s]."""
+    """Return the errors of the object ball's direction, one for each phase of the step [deg].
+
+    `dt` [s]: time step.
+    """
     spec = f"{engine}{',' if ':' in engine else ':'}dt={dt}"
     off = []
     for phase in PHASES:
@@ -140,14 +142,14 @@ def cut_angles(engine: str, dt: float) -> NDArray[np.float64]:
 
 
 def shares(spec: str, scene: Scene) -> NDArray[np.float64]:
-    """Return the final velocities along x over the cue ball's first."""
+    """Return the final velocities along x divided by the initial velocity of the cue ball."""
     result = play(spec, scene)
     speeds: NDArray[np.float64] = result.final_state.velocities[0, :, 0]
     return speeds / scene.velocities[0, 0]
 
 
 def energy_ratios(spec: str, scene: Scene) -> NDArray[np.float64]:
-    """Return the energy through the shot over that at its start."""
+    """Return the energy at times throughout the shot divided by the initial energy."""
     result = play(spec, scene, record="trajectory")
     assert scene.t_max is not None
     total = result.energy(np.linspace(0.0, scene.t_max, 201)).total

@@ -1,4 +1,4 @@
-"""Engines that fail in the way a setting asks for; the harness must survive them."""
+"""Engines that fail in a chosen way; Ghostball must handle each failure."""
 
 from __future__ import annotations
 
@@ -47,15 +47,15 @@ Fault = Literal[
 
 
 class FaultySettings(EngineSettings):
-    """What it does in place of a shot."""
+    """The fault of the engine."""
 
     does: Fault = "none"
     slow: float = 0.0
-    """Seconds that it sleeps before each shot, so that one can be caught in the midst of it."""
+    """Seconds that the engine sleeps before each shot, so that a test can interrupt the shot."""
 
 
 class FaultyEngine(EngineBase):
-    """Our engine, until it fails. It isn't among the installed ones: see `planted`."""
+    """Ghostball's engine with a fault. It isn't an installed engine: see `planted`."""
 
     name: ClassVar[str] = "faulty"
     Settings: ClassVar[type[EngineSettings]] = FaultySettings
@@ -96,15 +96,15 @@ class FaultyMotion:
 
 
 def fail(does: str) -> None:
-    """Fail in that way, where it isn't by what is returned; most never return."""
+    """Perform a fault that isn't a wrong return value; most faults never return."""
     if does == "raise":
         raise RuntimeError("lost the balls")
     if does == "exit":
         raise SystemExit(0)
     if does == "crash":
-        os._exit(7)  # as where C code calls `exit`
+        os._exit(7)  # as if C code called `exit`
     if does == "abort":
-        os.kill(os.getpid(), signal.SIGKILL)  # as by the system, where memory runs out
+        os.kill(os.getpid(), signal.SIGKILL)  # as the system does when memory runs out
     if does == "print":
         print("\x1b[31mfrom Python")
         os.write(1, b"\x1b]0;straight to descriptor 1\x07\n")  # as C code does
@@ -120,7 +120,7 @@ def fail(does: str) -> None:
 
 
 class FakeSettings(EngineSettings):
-    """What it does, how far along x its balls end beside our engine's [m], and what it states."""
+    """Fault, shift of the rest positions along x [m], and declared resolution [m]."""
 
     does: str = "run"
     shift: float = 0.0
@@ -145,28 +145,28 @@ ENDS = {
     "lose time": {"rest_time": np.nan},
     "lie": {"status": "rest"},
 }
-"""What a result is that isn't right."""
+"""Wrong fields of a result, by fault."""
 
 
 class Fake(EngineBase):
-    """Our engine, which rolls balls "nearly" right, until it raises or returns something else."""
+    """Ghostball's engine with approximate rolling, which raises an error or returns nonsense."""
 
     name: ClassVar[str] = "fake"
     Settings: ClassVar[type[EngineSettings]] = FakeSettings
 
     @property
     def capabilities(self) -> Mapping[Feature, Capability]:
-        """Everything, and balls that roll nearly or not at all."""
+        """All features exact, except pure rolling: approximate or unsupported."""
         refuses = self.settings.does == "refuse"
         rolling = Capability("none", "it slips") if refuses else Capability("approximate", "nearly")
         return dict.fromkeys(Feature, EXACT) | {Feature.ROLLING: rolling}
 
     def resolution(self, scene: Scene) -> float:
-        """Return what the setting says."""
+        """Return the resolution of the settings."""
         return self.settings.sees
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Any:
-        """Simulate, or do something else."""
+        """Simulate with the fault."""
         self.check(scene)
         does, shift = self.settings.does, self.settings.shift
         if does == "say last words":
@@ -195,7 +195,7 @@ class Fake(EngineBase):
         if does == "lose a ball":
             ended.positions[0, 0, 1] = np.nan
         motion = result.trajectory
-        if motion is not None:  # the balls rest where the result says it
+        if motion is not None:  # the motion ends at the rest positions of the result
             segments = [rows.copy() for rows in motion.segments]
             for rows in segments:
                 rows[-1, 1] += shift
@@ -206,26 +206,26 @@ class Fake(EngineBase):
 
 
 class Impostor(Fake):
-    """An engine that has the name of ours."""
+    """An engine with the name of Ghostball's engine."""
 
     name = OURS
 
 
 class Absent(Fake):
-    """An engine that can't be had."""
+    """An engine that is unavailable."""
 
     name = "absent"
 
     @classmethod
     def unavailable(cls) -> str:
-        """Return why."""
+        """Return the reason."""
         return "not installed here"
 
 
 def planted(folder: Path, *engines: type[EngineBase]) -> Path:
-    """Make a folder that, on the path, lets every process find engines as installed ones.
+    """Make a folder; with this folder on the import path, engines count as installed.
 
-    `engines`: the faulty one where they are left out.
+    `engines`: classes of engines (default: `FaultyEngine`).
     """
     info = folder / "faulty_engine-1.0.dist-info"
     info.mkdir(parents=True)

@@ -15,7 +15,7 @@ ONE = find_scene("stop")
 
 
 def still(scene: Scene, **more: Any) -> dict[str, Any]:
-    """Return a right answer of a shot that is over at once."""
+    """Return a valid answer for a shot in which nothing moves."""
     sample = (0.0, scene.positions, scene.velocities)
     return {"rest_positions": scene.positions, "events": [], "samples": [sample]} | more
 

@@ -1,4 +1,4 @@
-"""What the tests of the gate compare: runs of small shots, and logs made up event by event."""
+"""Data for tests of comparisons: runs of small shots, and event logs written by hand."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ACCEPTED = Accepted(
 
 
 def cut_shot(speed: float = 1.0, name: str = "cut") -> Scene:
-    """A ball that cuts another, and both meet cushions."""
+    """Return a cut shot in which both balls meet cushions."""
     return Scene(
         name=name,
         title=f"Two balls, {name}",
@@ -41,13 +41,13 @@ def cut_shot(speed: float = 1.0, name: str = "cut") -> Scene:
 
 
 def roll_shot(speed: float = 1.0, name: str = "roll") -> Scene:
-    """One ball that rolls to rest."""
+    """Return one ball that rolls to rest."""
     cue = Ball(id="cue", position=(0.5, 0.25), velocity=(speed, 0.5))
     return Scene(name=name, title=f"One ball, {name}", balls=[cue])
 
 
 def record_of(result: Result, scene: Scene, **changes: Any) -> CaseRecord:
-    """Return the record of a run, as if it were in a scene; it is right to 1e-12 m."""
+    """Return the record of a run as a case of a scene, with errors of 1e-12 m."""
     fields = {
         "tags": (),
         "status": status_name(result.status),
@@ -63,53 +63,53 @@ def record_of(result: Result, scene: Scene, **changes: Any) -> CaseRecord:
 
 
 def played(scene: Scene, *, like: Scene | None = None, **changes: Any) -> ComparedRun:
-    """Return what our engine does in a scene; as if it were in that scene `like`."""
+    """Simulate a scene with Ghostball's engine; return the run, as a case of `like` if given."""
     result = simulate(scene, record="events")
     log = EventLog.of(events_of(result))
     return ComparedRun(record_of(result, like or scene, **changes), lambda: log)
 
 
 def having(run: ComparedRun, **changes: Any) -> ComparedRun:
-    """Return a run whose record has other values."""
+    """Return a run with changed values in its record."""
     return ComparedRun(replace(run.record, **changes), run.log)
 
 
 def off(run: ComparedRun, error: float, kind: Any = "millimetres") -> ComparedRun:
-    """Return a run that is so far from the reference result [m]."""
+    """Return a run with an error [m] and an accuracy class."""
     return having(run, accuracy=Accuracy(kind, error=error))
 
 
 def compared(base: ComparedRun, head: ComparedRun, scene: Scene) -> SceneChange:
-    """Compare two runs with what rounding explains in a scene."""
+    """Compare two runs of a scene, with the allowance for rounding."""
     return compare(base, head, lambda: allowance_of(scene))
 
 
 def log(*rows: tuple[float, EventKind, int, int]) -> Events:
-    """Return an event log of rows: instant, kind, a, b."""
+    """Return an event log of rows: time, kind, a, b."""
     return np.array([(t, int(kind), a, b) for t, kind, a, b in rows], dtype=EVENT_DTYPE)
 
 
 def long_log(count: int) -> Events:
-    """Return so many collisions, one a second, of balls 0 and 1."""
+    """Return `count` collisions of balls 0 and 1, one per second."""
     return log(*((k + 1.0, EventKind.BALL_BALL, 0, 1) for k in range(count)))
 
 
 def with_events(run: ComparedRun, events: Events) -> ComparedRun:
-    """Return a run with other events and their hashes."""
+    """Return a run with the given events and their hashes."""
     assert run.record.rest_positions is not None
     bits = bits_hash(events, run.record.rest_positions)
     return ComparedRun(replace(run.record, bits=bits), lambda: EventLog.of(events))
 
 
 def as_accepted(run: ComparedRun) -> ComparedRun:
-    """Return a run as a baseline holds it: the first events only."""
+    """Return a run as a baseline stores it, with only the first events."""
     events = run.log().events
     kept = EventLog(events[:KEPT_EVENTS], len(events), sequence_hash(events))
     return ComparedRun(run.record, lambda: kept)
 
 
 def at_rest(run: ComparedRun, positions: Sequence[Sequence[float]]) -> ComparedRun:
-    """Return a run that ends at other places [m]."""
+    """Return a run with the given rest positions [m]."""
     places = np.array(positions, dtype=np.float64)
     return having(run, rest_positions=places, bits=bits_hash(run.log().events, places))
 
@@ -132,5 +132,5 @@ def allowance(
 
 
 def changes(regression: Regression) -> dict[str, str]:
-    """Return what became of each scene of a comparison."""
+    """Return the class of change of each scene of a comparison."""
     return {one.scene: one.change for one in regression.scenes}

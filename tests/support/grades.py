@@ -1,4 +1,4 @@
-"""Runs and their grades, with a made-up growth of errors where a test wants one."""
+"""Runs and their grades, optionally with a made-up growth of errors."""
 
 from __future__ import annotations
 

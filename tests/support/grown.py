@@ -1,4 +1,4 @@
-"""What a run says of its own predictability, held against the proof of its shot."""
+"""Compare the sensitivity and the horizon that a run reports with the certified motion."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from ghostball.validation.grading.tolerances import (
 
 
 def self_reported_growth(result: Result, proof: Certificate, until: float = math.inf) -> list[str]:
-    """Return what a run says of its own predictability that the proved motion contradicts.
+    """Return a sentence for each reported value that contradicts the certified motion.
 
-    Its horizon, and how far rounding displaces its balls; as far as the shot is proved, and up to
-    an instant `until` [s]. No grade depends on them, but users do. Along a proved flight the
-    grader follows no derivative.
+    Checked are the horizon and the displacements by rounding, up to the time `until` [s] and to the
+    end of the proof. Grades don't use these values, but users do. In a certified flight there is no
+    derivative to compare with.
     """
     if float(np.max(np.linalg.norm(result.scene.velocities, axis=1))) < LEAST_SPEED:
         return []
     if not is_differentiated(result.scene):
         return []
-    # Our engine's own estimate rounds states only, not gaps.
+    # The engine's own estimate includes rounding of states, but not of gaps.
     growth = growth_of_certificate(result.scene, proof, gaps=False)
     error = ROUNDINGS * UNIT_ROUNDOFF
     end, ends = min(float(proof.t_end), until), growth.derivative_ends
-    # Where no derivative exists both say so, and beyond the proof the grader says nothing.
+    # If no derivative exists, both report this; after the end of the proof there is no comparison.
     least, said, most = (
         min(known, end, ends)
         for known in (
@@ -46,7 +46,8 @@ def self_reported_growth(result: Result, proof: Certificate, until: float = math
     faults = []
     if not least - GRID <= said <= most + GRID:
         faults.append(f"`horizon()` is {said:.6g} s, the proved motion's {least:.6g} to {most:.6g}")
-    # Amid the longest time without an event, for the run's own events come sooner or later.
+    # In the middle of the longest time without events, because the run's events come earlier or
+    # later.
     marks = np.append(growth.times[growth.times < most], most)
     longest = int(np.argmax(np.diff(marks, append=most)))
     t = float(np.mean(marks[longest : longest + 2]))
@@ -63,4 +64,4 @@ def self_reported_growth(result: Result, proof: Certificate, until: float = math
 
 
 LEAST_SPEED = 2.0**-500
-"""Speed [m/s] below which squares vanish, and our engine's map says that there is no derivative."""
+"""Speed [m/s] below which squares underflow, so the engine's tangent map has no derivative."""

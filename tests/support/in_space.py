@@ -1,7 +1,8 @@
-"""What no run of our engine may do where balls fly, looked up in its motion by brute force.
+"""Check a run with flying balls for impossible motion, by brute force at many times.
 
-A ball is in no other one, in no nose of a cushion and not in the table, by more than rounding and
-what resting contact in space may be off by; no energy comes in; a ball at rest lies on the cloth.
+A ball must not overlap another ball, a cushion nose or the table by more than rounding and the
+tolerance of resting contact in space. The energy must not rise. A ball at rest must lie on the
+cloth.
 """
 
 from __future__ import annotations
@@ -17,18 +18,18 @@ from ghostball.validation.grading.tolerances import CONTACT_STEP, EPS
 from ghostball.validation.runs.sampling import overlaps_of_balls
 
 Measured = dict[str, tuple[float, float]]
-"""What is measured of a run: by its name, its value and the most that it may be."""
+"""Measured quantities of a run: value and limit, by name."""
 
 BETWEEN = 3
-"""Instants from each event to the next at which a run is looked at, beside those of the events and
-of the changes of a ball's motion, and just before."""
+"""Number of checked times between neighbouring events. Times at and just before events and changes
+of a ball's motion are also checked."""
 
 MOST_STEPS = 64
-"""Contact steps that may err the same way: more than a contact takes from its start to its end."""
+"""Number of contact steps whose errors may have the same sign: more than one contact takes."""
 
 
 def faults_in_space(result: Result) -> list[str]:
-    """Return what a run that was recorded as a trajectory does and must not, a sentence each."""
+    """Return a sentence for each impossible property of a run with a recorded trajectory."""
     times = instants(result)
     states = result.sample(times)
     found = _depths(result, times, states)
@@ -39,12 +40,12 @@ def faults_in_space(result: Result) -> list[str]:
     return [
         f"{name} of {value:.3g}, at most {limit:.3g}"
         for name, (value, limit) in found.items()
-        if not value <= limit  # nor where it is NaN
+        if not value <= limit  # also true for NaN
     ]
 
 
 def instants(result: Result) -> FloatArray:
-    """Return the instants at which an exact run is looked at, (k,) [s], sorted."""
+    """Return the times at which an exact run is checked, (k,) [s], sorted."""
     assert result.events is not None
     assert isinstance(result.trajectory, ExactTrajectory)
     marks = np.unique(np.concatenate(([0.0], result.events["t"], [result.rest_time])))
@@ -58,7 +59,7 @@ def instants(result: Result) -> FloatArray:
 
 
 def energy_rise(energy: FloatArray) -> float:
-    """Return by how much energy ever exceeds the least before it, over the first."""
+    """Return the largest rise of the energy above its earlier minimum, over the initial energy."""
     rise = largest_rise(energy)
     if rise <= 0.0:
         return 0.0
@@ -66,13 +67,13 @@ def energy_rise(energy: FloatArray) -> float:
 
 
 def gap_rounding(scene: Scene, positions: FloatArray) -> float:
-    """Return how far rounding alone may put a closed gap off [m]: some ulps of the coordinates."""
+    """Return the largest error of a closed gap by rounding alone [m]: a few ulps of coordinates."""
     largest = float(np.max(np.abs(positions[:, :, :2]), initial=0.0))
     return 8.0 * EPS * max(largest, float(scene.radii.max()))
 
 
 def after_the_first_event(scene: Scene) -> tuple[np.void, FloatArray, FloatArray]:
-    """Return the event, and velocities and spins just after it, (n, 3) each."""
+    """Return the first event, and velocities and spins just after it, (n, 3) each."""
     result = simulate(scene, record="trajectory")
     event = result.events[0]
     states = result.sample([event["t"]])
@@ -87,11 +88,12 @@ def energies_around_events(result: Result) -> FloatArray:
 
 
 def rise_limit(result: Result, times: FloatArray, states: Samples) -> float:
-    """Return the largest `energy_rise` that a run may have.
+    """Return the limit on `energy_rise` for a run.
 
-    A rounding of each of the three parts that a ball's energy has; those of many impacts, by chance
-    half a spacing each; what the cloth takes while the clock is rounded; and what contact steps may
-    err by, twice that of the velocities. A height is recorded as that of the centre, rounded so.
+    It is the sum of: one rounding of each of the three parts of a ball's energy; random roundings
+    of half an ulp at each impact; the energy loss to the cloth during one rounding of the clock;
+    and twice the velocity errors of contact steps. Heights are recorded, and rounded, at the
+    centre.
     """
     scene = result.scene
     limit = max(16.0, 3.0 * len(scene.balls)) * EPS + 2.0 * EPS * np.sqrt(result.work["events"])
@@ -110,7 +112,7 @@ def rise_limit(result: Result, times: FloatArray, states: Samples) -> float:
 
 
 def _depths(result: Result, times: FloatArray, states: Samples) -> Measured:
-    """Return how deep balls are in the table, in each other, and in the noses of cushions."""
+    """Return the depths of balls in the table, in each other, and in cushion noses, with limits."""
     scene = result.scene
     here = result.phases(times) != Phase.GONE
     places, radii = states.positions, scene.radii

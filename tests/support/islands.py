@@ -1,4 +1,4 @@
-"""Shots of balls in resting contact that once showed what was wrong, and how far they overlap."""
+"""Shots with resting contact that once revealed bugs, and a measure of their overlaps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ghostball.model import Result, Scene, Status
 
 
 def kept_shot(name: str) -> Result:
-    """Play a kept scene until all balls rest."""
+    """Simulate a scene of the folder `scenes` until all balls rest."""
     result = simulate(kept_scene(name), record="events", max_events=100_000)
     assert result.status is Status.REST, result.reason
     return result
@@ -22,7 +22,7 @@ def kept_shot(name: str) -> Result:
 def pushing_pair(
     radii: Sequence[float], masses: Sequence[float], *, air_drag: float = 0.0
 ) -> Scene:
-    """Return a ball that pushes another for 40 ms: both slide and spin all the time."""
+    """Return a ball that pushes another ball for 40 ms; both slide and spin all the time."""
     places = ((0.0, 0.0), (sum(radii), 0.0))
     velocities = ((0.3, 0.1), (0.3, -0.02))
     spins = ((4.0, 60.0, 8.0), (-30.0, -20.0, -5.0))
@@ -39,7 +39,7 @@ def pushing_pair(
 
 
 def largest_overlap(result: Result) -> float:
-    """Return how far [m] a ball goes into another or beyond a cushion, at and between events."""
+    """Return the largest overlap of balls, or of ball and cushion [m], at and between events."""
     assert result.trajectory is not None
     starts = np.unique(np.concatenate([k[:, 0] for k in result.trajectory.segments]))
     times = np.union1d(starts, 0.5 * (starts[1:] + starts[:-1]))

@@ -1,4 +1,4 @@
-"""The kernels as tests run them: called by Python."""
+"""Helpers for tests that call kernels from Python."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ghostball.engine.running.from_scene import most_contacts
 
 
 def room_for_contacts(n: int) -> tuple[st.BoolArray, st.IntArray, st.FloatArray]:
-    """Return the three arrays of the contacts of n balls of which there are none yet."""
+    """Return the three empty arrays for the contacts of n balls."""
     m = most_contacts(n)
     marks, integers = no_contacts(n, m)
     return marks.copy(), integers.copy(), np.zeros(numbers_of_contacts(n, m))
@@ -24,13 +24,13 @@ def room_for_contacts(n: int) -> tuple[st.BoolArray, st.IntArray, st.FloatArray]
 
 @cache
 def entry_to(inner: Any) -> Any:
-    """Return a kernel that does what `inner` does, compiled; where none are it is that itself."""
+    """Return a compiled kernel that calls `inner`; if kernels are interpreted, `inner` itself."""
     return Entry(inner) if COMPILED and not isinstance(inner, Entry) else inner
 
 
 def checks_bounds() -> bool:
-    """Whether kernels are compiled with every access to an array checked."""
+    """Return True if kernels are compiled with checks of array bounds."""
     return COMPILED and os.environ.get("NUMBA_BOUNDSCHECK", "0") not in ("", "0")
 
 
-interpreted = pytest.mark.skipif(COMPILED, reason="it needs kernels that Python runs")
+interpreted = pytest.mark.skipif(COMPILED, reason="it needs interpreted kernels")

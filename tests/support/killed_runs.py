@@ -1,6 +1,6 @@
-"""Runs that are killed, for processes of their own: they must find what they run by its name.
+"""Functions for runs that tests kill; other processes import this module by its name.
 
-Not in the module of the tests: some package that is installed may be called `tests`.
+They aren't in a module of `tests`, because an installed package may also have the name `tests`.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def suite(out: Path, say: Say) -> None:
 def run_until_killed(
     run: Callable[[Path, Say], None], out: Path, said: Path, variables: dict[str, str]
 ) -> None:
-    """Run in this process, and say what is done by a line of a file each, written at once.
+    """Run in this process, and write each finished key at once as a line of the file `said`.
 
-    With these variables of the environment, which are part of what a result is reused for. The
-    server of processes has those of whichever test began it.
+    `variables`: environment variables to set here, because reuse of results depends on them, and
+    the server of processes has those of the test that started it.
     """
     os.environ.clear()
     os.environ.update(variables)

@@ -1,4 +1,4 @@
-"""Scenes of many balls, and shots played by both schedulers."""
+"""Scenes with many balls, and shots simulated with both schedulers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ghostball.model import Ball, Physics, Result, Scene, Table
 
 
 def many_balls(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **physics) -> Scene:
-    """Balls on a lattice, off by chance; `spread` is the largest ratio of radii."""
+    """Return balls on a randomly perturbed lattice; `spread` is the largest ratio of radii."""
     chance = random.Random(seed)
     length = math.sqrt(count * math.pi * R * R / filled)
     lines = math.ceil(math.sqrt(count))
@@ -33,13 +33,13 @@ def many_balls(count, filled=0.4, seed=1, speed=1.0, t_max=None, spread=1.0, **p
 
 
 def alike(velocities, spins=None, **physics) -> Scene:
-    """Balls far from each other, whose own events tie where they move alike."""
+    """Return balls far apart; balls with equal motions have simultaneous events."""
     places = (np.stack(np.divmod(np.arange(len(velocities)), 64), axis=1) + 1.0) * (20.0, 0.2)
     return Scene.from_arrays(places, velocities, spins, name="alike", physics=Physics(**physics))
 
 
 def by_both(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> list[Result]:
-    """Play a scene with a bound for every pair, and with cells."""
+    """Simulate a scene with both schedulers: all pairs, and grid."""
     results = []
     for most in (10**6, 0):
         monkeypatch.setattr(skips, "MOST_PAIRED", most)

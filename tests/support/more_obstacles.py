@@ -1,4 +1,4 @@
-"""Obstacles that no scene can have."""
+"""Obstacles that no scene file can describe."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _OWN = obstacle_rows.obstacles_of
 
 
 def add_obstacles(monkeypatch: pytest.MonkeyPatch, *rows: Sequence[float]) -> None:
-    """Let every table have these rows too, with the coefficients of the scene's cushions."""
+    """Add obstacles to every table, with the coefficients of the scene's cushions."""
 
     def obstacles_of(scene, *more):
         coefficients = obstacle_rows.coefficients_of(scene.physics)
@@ -27,6 +27,6 @@ def add_obstacles(monkeypatch: pytest.MonkeyPatch, *rows: Sequence[float]) -> No
 
 
 def played_among(monkeypatch: pytest.MonkeyPatch, scene: Scene, *rows: Sequence[float]) -> Result:
-    """Play a scene on whose table these rows are, too."""
+    """Simulate a scene with additional obstacles."""
     add_obstacles(monkeypatch, *rows)
     return simulate(scene, record="trajectory")

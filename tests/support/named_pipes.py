@@ -1,4 +1,4 @@
-"""Named pipes, which tell when all processes that hold one have ended."""
+"""Named pipes, with which tests detect that all processes with an open end have ended."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from io import BufferedReader
 
 
 def read_to_end(pipe: BufferedReader, within: float = 20.0) -> bytes:
-    """Return what is written into a pipe until nobody holds its other end.
+    """Return the bytes written into a pipe until no process holds its other end.
 
-    `within` [s]: how long that may take after each part, so that what is left behind is a failure.
+    `within` [s]: longest wait for the next bytes; then a process was left behind, and this fails.
     """
     said = b""
     while select.select([pipe], [], [], within)[0]:

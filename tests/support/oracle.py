@@ -1,13 +1,13 @@
 """A slow, obvious reference for the engine: mpmath, all pairs, one event after another.
 
-Nothing is shared with the engine but the `Scene`, and nothing is clever: every ball is advanced at
-every event, every pair is predicted anew, and the time of impact is a root of the true quartic,
-isolated by the roots of its derivatives and bisected in 50 digits. So it has no tolerance; what it
-can't decide in that precision (two events at one instant that act on one ball, contact under
-pressure) is not its job, and what has no list of events, or laws integrated over an impact, it
-refuses.
+The oracle shares only the `Scene` with the engine and uses simple methods: every ball is advanced
+at every event, every pair is predicted again, and the time of impact is a root of the quartic
+equation, isolated by the roots of its derivatives and bisected in 50 digits. So the oracle has no
+tolerances. Simultaneous events of one ball and resting contact can't be decided in this way and
+must not occur. Scenes with inelastic contacts, or with laws integrated over an impact, are
+rejected.
 
-The model is the whole game on the cloth: `oracle_laws` has the motion and the impacts.
+The model has all motion on the cloth; `oracle_laws` has the motion and the impacts.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class OracleEvent:
 
 @dataclass(frozen=True)
 class OracleRun:
-    """Events in order of time, and the bodies at the end."""
+    """Events in order of time, and the final states of the bodies."""
 
     events: list[OracleEvent]
     bodies: list[Body]
@@ -146,9 +146,9 @@ def _bodies_of(scene: Scene, laws: Laws) -> list[Body]:
 
 
 def _next_event(scene: Scene, bodies: list[Body], remaining: Any) -> OracleEvent | None:
-    """First event after now, its `t` counted from now, or None where none comes in time."""
+    """Return the next event, with `t` counted from now, or None if none happens in time."""
     found: OracleEvent | None = None
-    horizon = remaining  # nothing later than the earliest event found so far matters
+    horizon = remaining  # only events before the earliest event found so far matter
     for i, body in enumerate(bodies):
         if time_left(body) < horizon:
             horizon = time_left(body)
@@ -171,7 +171,7 @@ def _next_event(scene: Scene, bodies: list[Body], remaining: Any) -> OracleEvent
 
 
 def _time_to_cushion(scene: Scene, body: Body, index: int, horizon: Any) -> Any | None:
-    """Time from now in [0, horizon) at which a body, left alone, comes to a cushion; or None."""
+    """Return the time from now in [0, horizon) at which a body alone meets a cushion, or None."""
     assert scene.table is not None
     if body.phase is Phase.RESTING:
         return None
@@ -182,7 +182,7 @@ def _time_to_cushion(scene: Scene, body: Body, index: int, horizon: Any) -> Any 
 
 
 def _time_of_impact(a: Body, b: Body, horizon: Any) -> Any | None:
-    """Time from now in [0, horizon) at which two bodies, left alone, come to touch; or None."""
+    """Return the time from now in [0, horizon) at which two bodies alone collide, or None."""
     if a.phase is Phase.RESTING and b.phase is Phase.RESTING:
         return None
     reach = a.radius + b.radius
@@ -195,7 +195,7 @@ def _time_of_impact(a: Body, b: Body, horizon: Any) -> Any | None:
 
 
 def _resolve(bodies: list[Body], event: OracleEvent, laws: Laws) -> None:
-    """Change the bodies as the event does, in place."""
+    """Apply an event to the bodies, in place."""
     if event.kind is EventKind.BALL_BALL:
         bodies[event.a], bodies[event.b] = collided(bodies[event.a], bodies[event.b], laws)
     elif event.kind is EventKind.BALL_CUSHION:

@@ -1,8 +1,8 @@
-"""The oracle's physics: spheres on which forces and impulses act at points, in mpf and 3-vectors.
+"""The oracle's physics: forces and impulses at points of spheres, with mpf numbers and 3D vectors.
 
-A body is a solid sphere whose centre stays in the plane z = 0. The cloth acts at its lowest point,
-another ball or a cushion at the point of contact; each force turns the sphere by its arm. Nothing
-is shared with the engine's laws.
+A body is a solid sphere whose centre stays in the plane z = 0. The cloth acts at the lowest point
+of the sphere, another ball or a cushion at the point of contact; the torque is the arm times the
+force. The module shares no code with the engine's laws.
 
 Sources: Alciatore's technical proofs (motion on the cloth, throw); Wallace and Schroeder 1988;
 Han 2005 (a cushion whose nose is above the centre).
@@ -50,13 +50,13 @@ class Body:
     spin: Vector  # angular velocity [rad/s]
     radius: Any
     mass: Any
-    rolling: Any  # decelerations: of a rolling ball [m/s^2],
-    sliding: Any  # of a sliding one [m/s^2],
-    spinning: Any  # of the spin about the vertical [rad/s^2]
+    rolling: Any  # deceleration of a rolling ball [m/s^2]
+    sliding: Any  # deceleration of a sliding ball [m/s^2]
+    spinning: Any  # deceleration of vertical spin [rad/s^2]
     phase: Phase = Phase.RESTING
     final_velocity: Vector = field(
         default_factory=lambda: ZERO
-    )  # with which the slide at hand ends, if nothing comes between
+    )  # velocity at the end of the present slide, without further events
 
     @property
     def inertia(self) -> Any:
@@ -69,7 +69,7 @@ class Body:
 
     @property
     def spins(self) -> bool:
-        """Whether it has spin about the vertical that will end."""
+        """Whether the body has vertical spin that decays."""
         return bool(self.spin[2] != 0 and self.spinning > 0)
 
 
@@ -92,7 +92,7 @@ class Laws:
 
 
 def slip(body: Body) -> Vector:
-    """Velocity of the body's lowest point over the cloth."""
+    """Return the velocity of the body's lowest point relative to the cloth."""
     return point_velocity(body, -body.radius * UP)
 
 
@@ -101,12 +101,12 @@ def point_velocity(body: Body, arm: Vector) -> Vector:
 
 
 def rolling_spin(velocity: Vector, radius: Any, vertical: Any) -> Vector:
-    """Angular velocity without slip, and with this much about the vertical."""
+    """Return the angular velocity of rolling, with a given vertical component."""
     return np.cross(UP, velocity) / radius + vertical * UP
 
 
 def settled(body: Body, always_rolls: bool) -> Body:
-    """Return the body in the phase that its velocities put it in."""
+    """Return the body with the phase that follows from its velocities."""
     if always_rolls:
         spin = rolling_spin(body.velocity, body.radius, body.spin[2])
         return replace(body, spin=spin, phase=rolling_or_resting(body.velocity))
@@ -122,7 +122,7 @@ def rolling_or_resting(velocity: Vector) -> Phase:
 
 
 def time_left(body: Body) -> Any:
-    """Time until the body's phase ends by itself; infinite where it doesn't."""
+    """Return the time until the body's phase ends without an event; infinite if it doesn't end."""
     if body.phase is Phase.SLIDING and body.sliding > 0:
         return 2 * norm(slip(body)) / (7 * body.sliding)
     if body.phase is Phase.ROLLING and body.rolling > 0:
@@ -131,7 +131,7 @@ def time_left(body: Body) -> Any:
 
 
 def next_phase(body: Body) -> Body:
-    """Return the body as it is once its phase has ended by itself."""
+    """Return the body after the end of its phase."""
     velocity = body.final_velocity if body.phase is Phase.SLIDING else ZERO
     return replace(
         body,
@@ -142,7 +142,7 @@ def next_phase(body: Body) -> Body:
 
 
 def acceleration(body: Body) -> Vector:
-    """Friction of the cloth over the mass: against the slip, or against the motion."""
+    """Return the acceleration by cloth friction: against the slip, or against the motion."""
     if body.phase is Phase.SLIDING:
         return -body.sliding * unit(slip(body))
     if body.phase is Phase.ROLLING:
@@ -151,7 +151,7 @@ def acceleration(body: Body) -> Vector:
 
 
 def angular_acceleration(body: Body) -> Vector:
-    """Rate at which the spin about the horizontal changes, in any phase."""
+    """Return the rate of change of the horizontal spin, in any phase."""
     if body.phase is Phase.SLIDING:
         force = body.mass * acceleration(body)
         return np.cross(-body.radius * UP, force) / body.inertia
@@ -177,12 +177,14 @@ def advanced(body: Body, dt: Any) -> Body:
 def contact_impulse(
     velocity: Vector, normal: Vector, mass: Any, restitution: Any, friction: Friction
 ) -> Vector:
-    """Impulse that the first of two spheres gives to the second where they touch.
+    """Return the impulse that the first of two spheres gives to the second at their contact.
 
-    `velocity` is that of the first one's point of contact over the second's, `normal` points to the
-    second, and `mass` is the reduced one. Friction acts against the slip, until it is used up or
-    the slip is gone: a sphere's point of contact is 7/2 times as compliant along the surface as
-    its centre does.
+    `velocity`: velocity of the contact point of the first sphere relative to that of the second.
+    `normal`: unit vector to the second sphere.
+    `mass`: reduced mass.
+
+    Friction acts against the slip, up to the Coulomb limit or until the slip ends. An impulse along
+    the surface changes the slip by 7/2 times the change of the centre's velocity.
     """
     approach_speed = velocity @ normal
     slipping = velocity - approach_speed * normal
@@ -193,13 +195,13 @@ def contact_impulse(
 
 
 def coefficient(friction: Friction, speed: Any) -> Any:
-    """Coefficient of friction at this slip speed: a + b exp(-c v)."""
+    """Return the coefficient of friction at a slip speed, a + b exp(-c v)."""
     constant, part, rate = friction
     return constant if part == 0 else constant + part * mp.exp(-rate * speed)
 
 
 def struck(body: Body, arm: Vector, impulse: Vector) -> Body:
-    """Return the body after an impulse at the end of `arm`; the cloth keeps it from rising."""
+    """Return the body after an impulse at the end of `arm`, without its vertical velocity."""
     velocity = body.velocity + impulse / body.mass
     return replace(
         body,
@@ -233,7 +235,7 @@ def bounced(body: Body, side: Vector, laws: Laws) -> Body:
         along = body.velocity - into
         velocity = laws.cushion_tangential * along - e * into
         return settled(replace(body, velocity=velocity), laws.always_rolls)
-    # The point of contact: as high as the centre ("frictional"), or as the nose (Han).
+    # The contact point is at the height of the centre ("frictional") or of the nose (Han).
     height = laws.cushion_height - body.radius if laws.cushion == "han2005" else mpf(0)
     arm = mp.sqrt(body.radius**2 - height**2) * side + height * UP
     impulse = contact_impulse(

@@ -1,7 +1,7 @@
-"""The oracle's root finder: when a polynomial in time falls below zero, in mpf.
+"""The oracle's root finder: the time at which a polynomial falls below zero, in mpf numbers.
 
-Between two neighbouring stationary points a polynomial is monotone, so it has one root there or
-none. The stationary points are found the same way, from the derivative's.
+Between two neighbouring stationary points a polynomial is monotonic, so it has at most one root
+there. The stationary points are the roots of the derivative, found in the same way.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from typing import Any
 from mpmath import mpf
 
 Polynomial = list[Any]
-"""Coefficients from the constant up."""
+"""Coefficients, the constant first."""
 
 CLOSE = mpf(2) ** -140
-"""How close to a root Newton must have come, in widths of the bracket that it began from."""
+"""Largest error of a root found by Newton's method, relative to the initial bracket."""
 
 
 def first_entry(gap: Polynomial, horizon: Any) -> Any | None:
-    """Time in [0, horizon) at which `gap` goes from positive to negative, first; or None.
+    """Return the first time in [0, horizon) at which `gap` becomes negative, or None.
 
-    Touching (or overlapping by rounding) and approaching is an entry now; touching and receding
-    isn't, nor is touching without approach.
+    Bodies that touch (or overlap by rounding) and approach have an entry at 0. Bodies that touch
+    and separate, or touch without approaching, have none at 0.
     """
     if gap[0] <= 0 and gap[1] < 0:
         return mpf(0)
@@ -34,7 +34,7 @@ def first_entry(gap: Polynomial, horizon: Any) -> Any | None:
 
 
 def _sign_changes(p: Polynomial, horizon: Any) -> list[Any]:
-    """Every point in (0, horizon) where `p` changes sign, in order."""
+    """Return all points in (0, horizon) at which `p` changes its sign, in order."""
     if len(p) <= 1:
         return []
     points = [mpf(0), *_sign_changes(_derivative(p), horizon), horizon]
@@ -49,10 +49,10 @@ def _sign_changes(p: Polynomial, horizon: Any) -> list[Any]:
 
 
 def _root_between(p: Polynomial, low: Any, high: Any) -> Any:
-    """Root of `p`, monotone from `low` to `high`: some halvings, then Newton doubles the digits.
+    """Return the root of `p`, which is monotonic from `low` to `high`, by bisection and Newton.
 
-    Eight halvings do where `p` changes its sign right around what Newton finds; elsewhere, as at a
-    nearly double root, it takes 64.
+    Eight bisections suffice if `p` changes its sign close to the result of Newton's method. At a
+    nearly double root, 64 are needed.
     """
     rising = _value(p, high) > 0
     slope = _derivative(p)
@@ -65,7 +65,7 @@ def _root_between(p: Polynomial, low: Any, high: Any) -> Any:
                 low = middle
         t = (low + high) / 2
         for _ in range(6):
-            # Never out of the bracket: a nearly double root keeps the bisected digits.
+            # Newton must stay in the bracket: at a nearly double root, the bisected digits stay.
             t = min(max(t - _value(p, t) / (_value(slope, t) or mpf(1)), low), high)
         around = (high - low) * CLOSE
         if _value(p, t - around) * _value(p, t + around) < 0:

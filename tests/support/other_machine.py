@@ -1,7 +1,7 @@
-"""Compiles the kernels of all shipped scenes for another machine, or plays the scenes there.
+"""Compile the kernels of all shipped scenes for another machine, or simulate the scenes there.
 
-`compile FOLDER` puts libraries into a folder, as a wheel has them; GHOSTBALL_BUILD_FOR and CC say
-for which machine. `play` prints the hash of each scene's bits.
+`compile FOLDER` writes libraries into a folder, as in a wheel; GHOSTBALL_BUILD_FOR and CC select
+the machine. `play` prints the hash of each scene's exact result.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Parts of a report's page, as tests look at them."""
+"""Read parts of a report's page, for tests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ OPTIONAL = {"li", "dt", "dd", "tr", "td", "th", "thead", "tbody", "p"}
 
 
 class Reader(HTMLParser):
-    """Collects elements; says where one is closed that isn't open."""
+    """Collect elements; raise an error if an element is closed that isn't open."""
 
     def __init__(self):
         super().__init__()
@@ -58,6 +58,6 @@ def section(html, name):
 
 
 def folded(html, name):
-    """Return a part of a section that is folded."""
+    """Return the HTML of a folded part of a section."""
     start = html.index(f'<details class="part" id="{name}"')
     return html[start : html.find('<details class="part"', start + 1)]

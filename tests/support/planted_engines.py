@@ -1,4 +1,4 @@
-"""Engines with one cause of error each, planted: what a diagnosis must name."""
+"""Engines with one planted cause of error each, which a diagnosis must name."""
 
 import math
 from collections.abc import Callable
@@ -30,13 +30,13 @@ PLAYED = (
 
 @dataclass(frozen=True)
 class Planted:
-    """What is wrong with a time-stepping engine.
+    """The planted errors of a time-stepping engine.
 
-    `energy`, `cushion_energy`: what the energy of the balls is multiplied by at a collision.
-    `rolling`: what the rolling friction is multiplied by.
-    `restitution`: the restitution that the engine takes for the scene's.
-    `turned` [rad]: by how much the normal of a collision is turned.
-    `rest`: what becomes of the rest positions, and `times` and `events` of instants [s].
+    `energy`, `cushion_energy`: factors on the energy of the balls at a collision.
+    `rolling`: factor on the rolling friction.
+    `restitution`: restitution used in place of the scene's.
+    `turned` [rad]: rotation of the normal of a collision.
+    `rest`: function of the rest positions; `times` and `events`: functions of times [s].
     """
 
     energy: float = 1.0
@@ -50,7 +50,7 @@ class Planted:
 
 
 def stepping(planted=None, dt=1e-3, **wrong):
-    """Return a time-stepping engine of balls that roll, as `ghostball init` writes one."""
+    """Return a time-stepping engine for rolling balls, like the example of `ghostball init`."""
     one = planted or Planted(**wrong)
 
     @plays(*PLAYED)
@@ -101,7 +101,7 @@ def _steps(scene, dt, planted):
 
 
 class OtherPhysicsEngine(EngineBase):
-    """Our engine, which plays with other physics than the scene's."""
+    """Ghostball's engine with changed physics."""
 
     name: ClassVar[str] = "other-physics"
     Settings: ClassVar[type[EngineSettings]] = NoSettings
@@ -119,12 +119,12 @@ class OtherPhysicsEngine(EngineBase):
 
 
 def other_physics(**physics):
-    """Return our engine, which plays with these fields of the physics."""
+    """Return Ghostball's engine with these fields of the physics changed."""
     return type("Other", (OtherPhysicsEngine,), {"physics": physics})()
 
 
 def hit(angle=0.4, restitution=1.0):
-    """Return a short shot: a ball meets another one, and both soon rest."""
+    """Return a short shot: a ball hits another ball, and both soon rest."""
     along = 2.0 * 0.028575 * np.array([math.cos(angle), math.sin(angle)])
     cue = np.array([0.6, 0.6])
     balls = [
@@ -136,7 +136,7 @@ def hit(angle=0.4, restitution=1.0):
 
 
 class _TurnedOverEngine(OtherPhysicsEngine):
-    """Our engine, which plays the mirror image of a shot and mirrors what comes of it."""
+    """Ghostball's engine; it simulates the mirror image of a shot and mirrors the result back."""
 
     def simulate(self, scene, *, record="rest"):
         flip = np.array([1.0, -1.0, 1.0])
@@ -165,5 +165,5 @@ class _TurnedOverEngine(OtherPhysicsEngine):
 
 
 def turned_over():
-    """Return our engine, which plays the mirror image of a shot."""
+    """Return Ghostball's engine that simulates the mirror image of a shot."""
     return _TurnedOverEngine()

@@ -1,7 +1,7 @@
-"""What other processes do in tests of the pool, and of those that draw the report.
+"""Tasks of other processes in tests of the pool and of the report.
 
-They import it by its name, which a module of `tests` may not have for them: packages exist that
-install a `tests` of their own.
+The processes import this module by its name. A module of `tests` might not be found, because some
+packages install a package `tests`.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from pathlib import Path
 
 
 def work(task: str) -> str:
-    """Do what the task says."""
+    """Perform a task, given as a word and its arguments."""
     word, _, rest = task.partition(" ")
     if word == "crash":
         os._exit(int(rest))
     if word == "sleep":
         time.sleep(float(rest))
-    if word == "native":  # code that lets no handler of a signal run
+    if word == "native":  # code during which no signal handler runs
         sum(range(10**13))
     if word == "deaf":
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         time.sleep(600.0)
-    if word == "later":  # crashes once it is idle
+    if word == "later":  # crash when idle
         signal.signal(signal.SIGALRM, lambda *_: os._exit(9))
         signal.setitimer(signal.ITIMER_REAL, 0.05)
     if word == "pid":
@@ -37,31 +37,31 @@ def work(task: str) -> str:
     if word == "kill":  # the parent, such as a worker of a cluster
         os.kill(os.getppid(), signal.SIGKILL)
         time.sleep(600.0)
-    if word == "note":  # who does it, and take a while if it is the first
+    if word == "note":  # write the process ids, and take a while the first time
         with open(rest, "a") as file:
             file.write(f"{os.getppid()} {os.getpid()}\n")
         time.sleep(0.5 if len(Path(rest).read_text().splitlines()) > 1 else 600.0)
-    if word == "start":  # a child that holds a pipe open, and more as the rest says
+    if word == "start":  # start a child that holds a pipe open, then do the rest
         child, path, then = rest.split(" ", 2)
         start_child(child, path)
         work(then)
-    if word == "fork":  # and let both return
+    if word == "fork":  # fork, and return in both processes
         if os.fork() == 0:
             return "done by a child"
         time.sleep(float(rest))
     if word == "garbage":
         os.write(_answers(), b"\x00\x00\x00\x04junk")
-    if word == "header":  # begins an answer that never ends
+    if word == "header":  # start an answer that never ends
         os.write(_answers(), b"\x7f\xff\xff\xff")
-    if word == "half":  # is killed in the midst of its answer
+    if word == "half":  # be killed in the middle of the answer
         os.write(_answers(), b"\x00\x00\x10\x00half")
         os._exit(3)
     return f"done {task}"
 
 
 def start_child(kind: str, path: str) -> None:
-    """Start a process that holds the end of a pipe and doesn't end."""
-    with open(path, "w") as pipe:  # waits until somebody reads
+    """Start a process that holds an end of a pipe open and doesn't exit."""
+    with open(path, "w") as pipe:  # waits for a reader
         pipe.write("there\n")
         pipe.flush()
         if kind == "program":
@@ -71,7 +71,7 @@ def start_child(kind: str, path: str) -> None:
 
 
 def _answers() -> int:
-    """Return the pipe that this process answers through, which is a socket: it has no other."""
+    """Return the descriptor for this process's answers, its only socket."""
     return next(
         fd
         for fd in range(3, 64)
@@ -85,14 +85,14 @@ def crashed(task: str, reason: str) -> str:
 
 
 def say(task: str) -> str:
-    """Print, and do what the task says."""
+    """Print the task, and perform it."""
     print(f"said {task}")
     os.write(2, b"and more\n")
     return work(task)
 
 
 def wait_a_second() -> None:
-    """Take longer than a task may."""
+    """Wait longer than the time limit of a task."""
     time.sleep(1.0)
 
 
@@ -110,4 +110,4 @@ def crash_in_one_scene(path, figures, task):
 
     if task == report.PART + "stop":
         os._exit(7)
-    return report._make(path, figures, task)  # nothing is planted in the other process
+    return report._make(path, figures, task)  # the other process has no changed functions

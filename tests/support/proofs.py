@@ -1,4 +1,4 @@
-"""Proofs of scenes as tests of the certified engine ask for them, and what is compared of two."""
+"""Certificates of scenes for tests of the certified engine, and values to compare."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from ghostball.validation.truth.collocation import BITS, Collocation
 
 
 def proved(scene: Scene, *, motion: bool = False, **settings: float) -> Certificate:
-    """Return the certificate of a scene that is proved to its end."""
+    """Return the certificate of a scene; assert that the whole shot is proved."""
     certificate = certify(scene, CertifiedSettings(**settings), motion=motion, cached=False)
     assert certificate.proved, certificate.reason
     return certificate
 
 
 def integrated_once(scene: Scene) -> Certificate:
-    """Return a shot with slides in air, integrated to some 20 digits, in the form of a proof."""
+    """Return a shot with slides in air, integrated to about 20 digits, as a certificate."""
     settings = CertifiedSettings(start_precision=BITS, max_precision=BITS, width=1.0)
     ids = tuple(ball.id for ball in scene.balls)
     slide = Collocation(10, arb((1, -2)))
@@ -38,24 +38,24 @@ def integrated_once(scene: Scene) -> Certificate:
 
 
 def keys(certificate: Certificate) -> list[tuple[int, int, int]]:
-    """Return kind and partners of each event, as plain numbers."""
+    """Return kind, a and b of each event as plain numbers."""
     return [(int(e.kind), e.a, e.b) for e in certificate.events]
 
 
 def engine_keys(scene: Scene) -> list[tuple[int, int, int]]:
-    """Return the same of the events that our engine finds."""
+    """Return kind, a and b of each event of Ghostball's engine."""
     events = simulate(scene, record="events").events
     assert events is not None
     return [(int(e["kind"]), int(e["a"]), int(e["b"])) for e in events]
 
 
 def middle(enclosure: Enclosure) -> mpf:
-    """Return the middle of an enclosure, in the precision at work."""
+    """Return the middle of an enclosure, in the present precision."""
     return mpf(enclosure.mid.numerator) / enclosure.mid.denominator
 
 
 def overlap(one: Enclosure, other: Enclosure) -> bool:
-    """Return whether both may hold the same number."""
+    """Return whether two enclosures overlap."""
     return one.lower <= other.upper and other.lower <= one.upper
 
 
@@ -65,26 +65,26 @@ def widest(certificate: Certificate) -> float:
 
 
 def after(scene: Scene, events: int) -> Certificate:
-    """Return what is proved just after so many events."""
+    """Return the certificate of a scene up to the given number of events."""
     certificate = certify(scene, CertifiedSettings(max_events=events), cached=False)
     assert certificate.events_proved == events
     return certificate
 
 
 def flying(*balls: dict[str, Any], **fields: Any) -> Scene:
-    """Return a scene on a pool table's cloth, of balls that may leave it."""
+    """Return a scene with airborne balls on the cloth of a pool table."""
     chosen = {"preset": "pool", "airborne": True, "gravity": 9.81, "table_restitution": 0.5}
     return scene_of(*balls, **chosen | fields)
 
 
 def jump(number: int, **having: str) -> Scene:
-    """Return a random shot in which balls fly."""
+    """Return a random shot with flying balls."""
     wanted = {**PROVABLE, "flight": ("low", "jump", "drop", "on-top"), **having}
     return random_scene(number, **wanted)
 
 
 def in_air(scene: Scene, t_max: float | None = None, **physics: float) -> Scene:
-    """Return the scene with air that slows its balls."""
+    """Return the scene with air drag."""
     changed = {"physics": scene.physics.model_dump(exclude_unset=True) | physics, "t_max": t_max}
     return Scene.model_validate({**scene.model_dump(by_alias=True), **changed})
 
@@ -96,14 +96,14 @@ SHOTS = {
     "break": random_break(5, n=7),
     "gas": random_shot(11, 4, rolling_friction=0.0, t_max=3.0),
 }
-"""Shots that are proved to their end, one of each kind."""
+"""Shots that are proved to the end, one of each kind."""
 
 ELL = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
 """Vertices of a table whose corner (1, 1) points into it."""
 
 
 def met(certificate: Certificate) -> list[str]:
-    """Return what balls meet of what stands on the table, by kind and name."""
+    """Return the events with obstacles, by kind and name of the obstacle."""
     return [
         f"{e.kind.label} {partner_name(e.kind, e.b)}"
         for e in certificate.events

@@ -6,7 +6,7 @@ from ghostball.model.features import Feature
 from ghostball.validation.scenes.random_parts import reach
 
 FEW = range(200)
-"""Numbers of the random scenes for fast tests; all of them have few balls."""
+"""Numbers of the random scenes for fast tests; these scenes have few balls."""
 
 FEATURE_OPTIONS = {
     Feature.ROLLING: (("motion", "rolling"),),

@@ -1,4 +1,4 @@
-"""Reading a recorded shot: its events and their bits, and the states around an event."""
+"""Read a recorded shot: events, their hash, and the states around an event."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ EPS = 2.0**-52
 
 
 def collisions(result: Result) -> list[tuple[int, int, int]]:
-    """Return (kind, a, b) of every collision in order of time."""
+    """Return (kind, a, b) of every collision, in order of time."""
     assert result.events is not None
     return [
         (int(event["kind"]), int(event["a"]), int(event["b"]))
@@ -32,12 +32,12 @@ def fingerprint(result: Result) -> str:
 
 
 def state_at(result: Result, t: float) -> Samples:
-    """Return the state (n, 3) at the instant `t`; after the event, where one falls on it."""
+    """Return the state (n, 3) at time `t`, after an event at this time."""
     return Samples(*(array[0] for array in result.sample(t)))
 
 
 def state_before(result: Result, t: float) -> Samples:
-    """Return the state at the last double before `t`; at t = 0 the scene's own."""
+    """Return the state at the last double before `t`; for t = 0, the initial state."""
     if t == 0.0:
         scene = result.scene
         return Samples(scene.positions, scene.velocities, scene.angular_velocities)
@@ -45,7 +45,7 @@ def state_before(result: Result, t: float) -> Samples:
 
 
 def times_of(result: Result, kind: EventKind, ball: int | None = None) -> list[float]:
-    """Return the times of all events of one kind, of one ball where that is given."""
+    """Return the times of all events of a kind, or only of those of one ball."""
     assert result.events is not None
     of_kind = result.events[result.events["kind"] == kind]
     if ball is not None:

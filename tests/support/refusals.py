@@ -11,11 +11,11 @@ from shots import scene_of
 from ghostball.model import Scene, SceneError
 
 LONGEST_LINE = 700
-"""Characters that a line of a refusal may have: an input is described in a few words."""
+"""Largest length of a line of an error message, which describes an input in a few words."""
 
 
 def refusal_of(read: Callable[[], object]) -> str:
-    """Return the message with which an input is refused."""
+    """Return the error message for an invalid input."""
     with pytest.raises(SceneError) as caught:
         read()
     message = str(caught.value)
@@ -27,10 +27,10 @@ def refusal_of(read: Callable[[], object]) -> str:
 
 
 def refusal(*balls: dict[str, Any], **fields: Any) -> str:
-    """Return the message with which a scene of these balls is refused."""
+    """Return the error message for a scene with these balls."""
     return refusal_of(lambda: scene_of(*balls, **fields))
 
 
 def loading(text: str) -> str:
-    """Return the message with which a file, called shot.toml, is refused."""
+    """Return the error message for a scene file with this text."""
     return refusal_of(lambda: Scene.loads(text, "shot.toml"))

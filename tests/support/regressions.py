@@ -28,7 +28,7 @@ def unchanged(scene="stop", **changes):
 
 
 def worse(scene="break-7", **changes):
-    """A scene that fails: one collision is missing, and a counter differs."""
+    """Return a change that fails: a collision is missing, and a counter differs."""
     fields = {
         "change": "worse",
         "failed": True,

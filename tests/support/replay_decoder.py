@@ -1,4 +1,4 @@
-"""Decoder of the data of `reports.page.replay_tracks`, as simple as possible."""
+"""A simple decoder for the data of `reports.page.replay_tracks`."""
 
 import base64
 import struct
@@ -10,7 +10,7 @@ from ghostball.model.trajectory.orientation import hamilton_product
 
 
 class Packed:
-    """The bytes of a scene, read from the first to the last."""
+    """The bytes of a scene, read in order."""
 
     def __init__(self, text: str) -> None:
         self.bytes = zlib.decompress(base64.b64decode(text), -15)
@@ -42,7 +42,7 @@ class Packed:
 
 
 def decoded(data: dict) -> dict:
-    """Return for each engine with a motion its event log and its balls' pieces, by label."""
+    """Return the event log and the pieces of all balls, for each engine with a motion, by label."""
     packed = Packed(data["packed"])
     engines = {}
     for engine in data["engines"]:
@@ -72,7 +72,7 @@ def decoded(data: dict) -> dict:
 
 
 def place_at(track: dict, t: float, quantum: float) -> np.ndarray:
-    """Return where a ball is, (3,) [m]."""
+    """Return the position of a ball at time t, (3,) [m]."""
     times = track["t"]
     if t >= times[-1]:
         return track["xyz"][-1] * quantum
@@ -83,7 +83,7 @@ def place_at(track: dict, t: float, quantum: float) -> np.ndarray:
 
 
 def turned_by(data: dict, track: dict, radius: float) -> np.ndarray:
-    """Return the orientation at the end of a track, a unit quaternion (4,): many small turns."""
+    """Return the orientation at the end of a track, a unit quaternion (4,), from small steps."""
     now = np.array([1.0, 0.0, 0.0, 0.0])
     along = np.diff(track["xyz"], axis=0)
     for i, dt in enumerate(np.diff(track["t"])):

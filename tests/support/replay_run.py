@@ -1,4 +1,4 @@
-"""A small run of the suite, with the hard cases for a replay."""
+"""A small run of the suite, with the difficult cases for a replay."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,17 +12,17 @@ from ghostball.validation.suite.suite import run_suite
 
 ENGINES = ["ghostball", "pymunk", "paper-discrete"]
 BROKEN = "pymunk:config=naive"
-"""The engine whose motion is made to blow up."""
+"""Engine with a motion that the tests make invalid."""
 
 BREAKS_AT = 0.5
-"""From when on its first ball is nowhere [s]."""
+"""Time after which the positions of its first ball are NaN [s]."""
 
 SCRIPT = "<img src=x onerror=pwned=1>"
 HOSTILE = "</script><script>pwned=1</script>" + SCRIPT
 
 
 def hostile_scene() -> Scene:
-    """Two balls with names, and a title, that would run if they were taken for HTML."""
+    """Return a scene with a title and names that would run as scripts if they were HTML."""
     return Scene(
         name="hostile",
         title=HOSTILE,
@@ -35,7 +35,7 @@ def hostile_scene() -> Scene:
 
 
 def small_run(within: Path) -> Path:
-    """Five scenes on three engines; in the first, a fourth one whose ball is lost midway."""
+    """Run five scenes on three engines; the first scene also on an engine that loses a ball."""
     first, folder = within / "first", within / "page"
     names = ("half-ball-cut", "draw-shot", "three-ball-chain", "flight-jump")
     scenes = [*map(find_scene, names), hostile_scene()]

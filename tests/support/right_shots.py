@@ -1,4 +1,4 @@
-"""Shots that our engine plays right, put to the law that every engine is held to."""
+"""Shots of Ghostball's engine, checked against the common limits of all engines."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from ghostball.validation.suite.judge import Case, judge
 from ghostball.validation.truth.scene_truth import Truth, truth_of
 
 PROOF = CertifiedSettings(time_limit=5.0)
-"""How long a proof of one shot may take."""
+"""Time limit for the certificate of a shot."""
 
 
 @dataclass(frozen=True)
 class Judged:
-    """What the law says of our engine's run of a shot.
+    """Result of the checks of a run of Ghostball's engine.
 
-    `faults`: what it breaks, one sentence each.
-    `reference`: what is known of the shot without our engine: all of it; what a proof says up to
-        where it can't tell contacts apart; a part of it for another reason; or nothing.
+    `faults`: a sentence for each failed check.
+    `reference`: extent of the independent reference: the whole shot; the part before a contact that
+        the certificate can't decide ("ambiguous"); another part; or none.
     """
 
     record: CaseRecord
@@ -39,14 +39,14 @@ class Judged:
     why: str
 
 
-NO_REFERENCE = Truth(None, missing="not asked for")
+NO_REFERENCE = Truth(None, missing="not requested")
 
 
 def judged(scene: Scene, criteria: Criteria | None = None, *, reference: bool = True) -> Judged:
-    """Play a shot with our engine, and hold it to the law as every command does.
+    """Simulate a shot with Ghostball's engine, and check it as all commands do.
 
-    `criteria`: what is asked of it besides.
-    `reference`: whether the shot is compared with a closed form or a proof.
+    `criteria`: additional limits.
+    `reference`: whether the shot is compared with a closed form or a certificate.
     """
     truth = truth_of(scene, settings=PROOF) if reference else NO_REFERENCE
     engine = make_engine("ghostball")
@@ -61,7 +61,7 @@ def judged(scene: Scene, criteria: Criteria | None = None, *, reference: bool = 
 def checks_on(
     engine: ReferenceEngine, result: Result, truth: Truth, asked: Requirements
 ) -> tuple[Check, ...]:
-    """Return what is asked of an engine, judged on a run of it that was made already."""
+    """Return the checks of an existing run of an engine."""
     case = Case(result.scene, engine.name, truth, asked, keeps_motion=False)
     limits = asked.limits(engine, result.scene, truth)
     resolution = resolution_of(engine, result.scene)
@@ -70,7 +70,7 @@ def checks_on(
 
 
 def broken(result: Result, *limits: Criterion, truth: Truth = NO_REFERENCE) -> list[str]:
-    """Return what a run of our engine breaks of the law and of some limits, one sentence each."""
+    """Return a sentence for each common or given limit that a run of Ghostball's engine fails."""
     engine = make_engine("ghostball")
     asked = asked_of([(engine.name, plain_settings(engine))], Criteria(criteria=limits))
     return [one.sentence for one in checks_on(engine, result, truth, asked) if one.passed is False]

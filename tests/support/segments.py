@@ -1,6 +1,6 @@
-"""One ball's recorded motion, written down from the closed forms: slides, rolls, rests, spins out.
+"""The recorded motion of one ball, from closed forms: slide, roll, rest, end of the spin.
 
-Independent of the engine: it needs neither its kernels nor its events.
+The module is independent of the engine's kernels and events.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Segment = NDArray[np.float64]
 def slide(
     t: float, position: Sequence[float], velocity: Sequence[float], spin: Sequence[float]
 ) -> tuple[Segment, float]:
-    """Return the segment of a ball that slides from t on, and for how long it does [s]."""
+    """Return the segment of a ball that slides from time t, and the duration of the slide [s]."""
     slip = np.array([velocity[0] - R * spin[1], velocity[1] + R * spin[0]])
     speed = float(np.hypot(*slip))
     ax, ay = -SLIDING_FRICTION * G * slip / speed
@@ -37,9 +37,9 @@ def slide(
 def roll(
     t: float, position: Sequence[float], velocity: Sequence[float], wz: float
 ) -> tuple[Segment, float]:
-    """Return the segment of a ball that rolls from t on, and for how long it does [s].
+    """Return the segment of a ball that rolls from time t, and the duration of the roll [s].
 
-    What means nothing in it is NaN: whoever reads it spoils the result.
+    Unused columns are NaN, so that reading one invalidates the result.
     """
     speed = math.hypot(*velocity)
     ax, ay = (-ROLLING_FRICTION * G * v / speed for v in velocity)
@@ -49,7 +49,7 @@ def roll(
 
 
 def rest(t: float, position: Sequence[float], wz: float) -> Segment:
-    """Return the segment of a ball whose centre rests from t on."""
+    """Return the segment of a ball whose centre rests from time t."""
     nan = math.nan
     return np.array([t, *position, 0.0, 0.0, 0.0, 0.0, nan, nan, wz, nan, nan, 0.0, 0.0])
 
@@ -62,7 +62,7 @@ def trajectory_of(*segments: Segment, t_end: float) -> ExactTrajectory:
 
 
 def whole_shot(velocity: Sequence[float], spin: Sequence[float]) -> ExactTrajectory:
-    """Return one ball that starts at the origin and slides, rolls, rests and spins out."""
+    """Return the motion of a ball from the origin: slide, roll, rest, end of the spin."""
     first, slides = slide(0.0, (0.0, 0.0), velocity, spin)
     position = first[1:3] + slides * (first[3:5] + 0.5 * slides * first[5:7])
     wz = _decayed(spin[2], slides)

@@ -11,13 +11,13 @@ from typing import Any
 from ghostball.model import Ball, Physics, Result, Scene, Status, Table, initial_state
 
 R = 0.028575
-"""Radius of a pool ball [m]; two touch at a distance of exactly 2 R in doubles."""
+"""Radius of a pool ball [m]; two balls touch at a distance of exactly 2 R in doubles."""
 
 POOL_TABLE = Table(length=2.54, width=1.27)
 
 
 def crowded_table() -> Table:
-    """Return a table with more posts than our engine plays."""
+    """Return a table with more posts than Ghostball's engine supports."""
     posts = [{"centre": (0.5 + k, 2.5), "radius": 0.02} for k in range(60)]
     return Table.model_validate({"length": 61.0, "width": 3.0, "posts": posts})
 
@@ -29,14 +29,14 @@ FLIES = {
     "sliding_friction": 0.2,
     "rolling_friction": 0.01,
 }
-"""Physics of balls that leave the cloth."""
+"""Physics with airborne balls."""
 
 JUST_ABOVE = R * (1 + 2.0**-50)
-"""A height from which a ball comes down at once."""
+"""Height of a centre just above the cloth: the ball lands at once."""
 
 
 def kept_scene(name: str) -> Scene:
-    """Return a scene that once showed what was wrong, and is kept in `scenes`."""
+    """Return a scene of the folder `scenes`, which once revealed a bug."""
     return Scene.load(Path(__file__).with_name("scenes") / f"{name}.toml")
 
 
@@ -47,7 +47,7 @@ def ball(
 
 
 def result_of(scene: Scene, **fields: Any) -> Result:
-    """Return the result of an engine that leaves all balls where they are."""
+    """Return the result of an engine in which no ball moves."""
     defaults = {
         "engine": "toy",
         "settings": {},
@@ -68,7 +68,7 @@ def scene_of(
     t_max: float | None = None,
     **physics: Any,
 ) -> Scene:
-    """Return the scene of these balls, called b0, b1 ... where they have no id."""
+    """Return a scene with these balls; balls without an id get the ids b0, b1, ..."""
     return Scene(
         name="test",
         balls=[Ball(**{"id": f"b{i}", **fields}) for i, fields in enumerate(balls)],
@@ -86,9 +86,9 @@ def random_shot(
     t_max: float | None = None,
     **physics: Any,
 ) -> Scene:
-    """Return n balls at random places, at least one of them moving, up to 3 m/s.
+    """Return n balls at random positions; at least one ball moves, with up to 3 m/s.
 
-    Every other seed has pool balls only; the rest mix radii and masses.
+    Every second seed has only pool balls; the other seeds have mixed radii and masses.
     """
     chance = random.Random(seed)
     width = 0.8 if table is None else table.width
@@ -115,7 +115,7 @@ def random_shot(
 
 
 def rack(n: int, apex: tuple[float, float], gap: float) -> list[dict[str, Any]]:
-    """Return n balls in a triangle that opens along +x, neighbours `gap` [m] apart."""
+    """Return n balls in a triangle that opens along +x, with gaps of `gap` [m]."""
     spacing = 2 * R + gap
     balls: list[dict[str, Any]] = []
     row = 0
@@ -131,9 +131,9 @@ def random_break(seed: int, *, n: int = 16, e: float = 1.0, **physics: Any) -> S
     """Return a break of n - 1 racked balls: speed, aim and rack gap (0 to 1 mm) from the seed."""
     chance = random.Random(seed)
     gap = 0.0 if seed % 4 == 0 else 10 ** chance.uniform(-9, -3)
-    speed = 10 ** chance.uniform(0.0, 1.0)  # slower, the rack is out of reach
+    speed = 10 ** chance.uniform(0.0, 1.0)  # a slower ball wouldn't reach the rack
     aim = chance.uniform(-0.02, 0.02)
-    # Rows of equally spaced balls may overlap by rounding; 1e-15 m keeps them just apart.
+    # Rows of equally spaced balls may overlap by rounding; 1e-15 m prevents this.
     return scene_of(
         ball((0.6, 0.635), (speed * math.cos(aim), speed * math.sin(aim))),
         *rack(n - 1, (1.9, 0.635), gap + 1e-15),
@@ -144,11 +144,11 @@ def random_break(seed: int, *, n: int = 16, e: float = 1.0, **physics: Any) -> S
 
 
 def random_cloth_shot(seed: int, n: int | None = None) -> Scene:
-    """Return a shot with the whole game on the cloth: n balls (2 to 5), all else from the seed.
+    """Return a random shot of n balls (2 to 5) with all kinds of motion on the cloth.
 
-    Balls slide or roll, with spin about any axis; a third of them have a cloth of their own. Radii
-    stay within a quarter of a pool ball's, so that one height of nose suits them all. Nine shots
-    in ten aim the first ball at another.
+    Balls slide or roll, with spin about any axis; a third of the balls have their own cloth
+    friction. Radii are within a quarter of a pool ball's radius, so that one nose height is
+    suitable for all balls. In nine of ten shots, the first ball is aimed at another ball.
     """
     chance = random.Random(f"cloth {seed}")
     n = chance.randint(2, 5) if n is None else n
@@ -172,10 +172,10 @@ def random_cloth_shot(seed: int, n: int | None = None) -> Scene:
 
 
 def _random_physics(chance: random.Random) -> dict[str, Any]:
-    """Return coefficients and laws; one shot in six has a cloth without one of its frictions.
+    """Return coefficients and laws; in one of six shots, the cloth lacks one kind of friction.
 
-    A cloth without sliding friction has no mirrors: after two of them a ball that rolled would roll
-    again but for rounding, and slide for ever with it.
+    A cloth without sliding friction isn't combined with mirror cushions: after two of them, a
+    rolling ball would roll again except for rounding, and slide forever because of rounding.
     """
     frictions = ("rolling_friction", "sliding_friction", "spinning_friction_rate")
     without = chance.choice(frictions) if chance.random() < 1 / 6 else None
@@ -215,7 +215,7 @@ def _random_place(chance: random.Random, alike: bool, table: Table) -> dict[str,
 
 
 def _apart(one: dict[str, Any], other: dict[str, Any]) -> float:
-    """Gap between two balls [m]."""
+    """Return the gap between two balls [m]."""
     reach: float = one["radius"] + other["radius"]
     return math.dist(one["position"], other["position"]) - reach
 
@@ -223,9 +223,9 @@ def _apart(one: dict[str, Any], other: dict[str, Any]) -> float:
 def _random_motion(
     chance: random.Random, one: dict[str, Any], target: dict[str, Any] | None, always: bool
 ) -> dict[str, Any]:
-    """Return velocity and spin of a ball: at rest, or up to 3 m/s; at the target where it has one.
+    """Return velocity and spin of a ball: at rest, or up to 3 m/s, towards the target if given.
 
-    Two balls in five have no angular velocity: they roll, or rest.
+    Two of five balls have no given angular velocity: they roll, or rest.
     """
     fields: dict[str, Any] = {}
     if always or chance.random() < 0.4:

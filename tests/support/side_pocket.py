@@ -25,14 +25,14 @@ SIDE_POCKET = Table.model_validate(
         },
     }
 )
-"""Beyond 68.292 degrees from its axis no ball goes in, by straight lines and mirrors."""
+"""Alciatore's side pocket: at more than 68.292 degrees from its axis, no ball goes in."""
 
 
 def into_side_pocket(degrees: float, offset: float, *, away: float, t_max: float) -> Scene:
     """Return a shot at 1 m/s, at an angle from the pocket's axis.
 
-    `offset` [m]: where the shot's line passes the middle of the mouth, to its right.
-    `away` [m]: how far from there the ball starts.
+    `offset` [m]: distance of the shot's line from the middle of the mouth, to the right.
+    `away` [m]: distance of the start from the mouth.
     """
     sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
     place = (1.27 + offset - away * sine, away * cosine)

@@ -1,4 +1,4 @@
-"""Functions as engines that say nothing of how exact they are; their shots are wrong."""
+"""Wrong engines, as functions; two of them declare no accuracy."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ PLAYED = (Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.BALL_RESTITUTION)
 
 @plays(*PLAYED)
 def lazy(scene: Scene) -> dict[str, object]:
-    """Move nothing, and state no step."""
+    """Move nothing, and declare no time step."""
     return _unmoved(scene)
 
 
 @plays(*PLAYED)
 def braked(scene: Scene) -> dict[str, object]:
-    """Let balls roll half as far, and state no step."""
+    """Let balls roll half as far, and declare no time step."""
     friction = 2.0 * scene.physics.rolling_friction
     physics = scene.physics.model_copy(update={"rolling_friction": friction})
     run = run_ours(scene.model_copy(update={"physics": physics}))
@@ -36,7 +36,7 @@ def braked(scene: Scene) -> dict[str, object]:
 
 @plays(*PLAYED)
 def stepping(scene: Scene, dt: float = 1e-3) -> dict[str, object]:
-    """Move nothing, and state a step."""
+    """Move nothing, and declare a time step."""
     return _unmoved(scene)
 
 

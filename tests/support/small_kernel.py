@@ -1,6 +1,7 @@
-"""A kernel that takes what kernels of shots take, and is compiled in a second.
+"""A kernel with the same kinds of arguments as the kernels of shots, compiled in a second.
 
-Run as a script: compile it, with whatever numba there is, and print how, and what it computes.
+As a script, the module compiles the kernel with the installed numba, and prints the way of
+compiling and the results.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from ghostball.model.arrays import FloatArray, IntArray
 
 
 class Rows(NamedTuple):
-    """Arrays that are passed on by one address."""
+    """Arrays that are passed by one address."""
 
     x: FloatArray  # (n, 3)
     counts: IntArray  # (n,), of half a word each
@@ -30,7 +31,7 @@ class Rows(NamedTuple):
 
 @kernel
 def power(x: float, count: int) -> float:
-    """Return x to a whole power."""
+    """Return x to an integer power."""
     product = 1.0
     for _ in range(count):
         product *= x
@@ -70,7 +71,7 @@ def arguments() -> tuple[Any, ...]:
 
 
 def compiled_bits() -> str:
-    """Compile the kernel in this process, call it, and return all that it has written."""
+    """Compile the kernel in this process, call it, and return all bytes that it wrote."""
     from ghostball.engine.library import build
 
     given = arguments()
@@ -85,12 +86,12 @@ def compiled_bits() -> str:
 
 
 def bits(given: tuple[Any, ...]) -> str:
-    """Return what `computed` has written into its arguments."""
+    """Return the bytes that `computed` wrote into its arguments."""
     return bytes(given[0].counts.tobytes() + given[3].tobytes()).hex()
 
 
 def main() -> None:
-    """Compile the kernel, and print by which numba, in which way, and what it computes."""
+    """Compile the kernel; print the version of numba, the way of compiling, and the results."""
     import numba
 
     from ghostball.engine.library.build import way

@@ -1,4 +1,4 @@
-"""What is asked of an engine in tests, and what the shipped rules allow it for its step."""
+"""Requirements on an engine in tests, and the limits of the shipped rules for its time step."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from ghostball.validation.truth.scene_truth import truth_of
 
 
 def asked_of_all(criteria: Sequence[Criterion], rule: StepRule | None = None) -> Requirements:
-    """Return that these criteria are asked, whatever an engine claims, and no law."""
+    """Return requirements with these criteria for every engine, without the common limits."""
     return Requirements(dict.fromkeys(CLAIMS, tuple(criteria)), rule=rule)
 
 
 def criteria_of_step(scene: Scene, engine: ReferenceEngine) -> tuple[Criterion, ...]:
-    """Return all that is computed of an engine in a scene."""
+    """Return all limits that are computed for an engine in a scene."""
     rule = Criteria().step_rule(engine.name, plain_settings(engine), common_criteria())
     assert rule is not None
     return step_criteria(rule, engine, scene, truth_of(scene))
 
 
 def limit_of_step(scene: Scene, label: str) -> float | None:
-    """Return how far from its place a ball may rest [m], or None where nothing says it."""
+    """Return the limit on the rest position error [m], or None if there is none."""
     found = criteria_of_step(scene, make_engine(label))
     return next((one.limit for one in found if one.metric == "rest_error_max"), None)

@@ -1,4 +1,4 @@
-"""Records of cases, made by hand; folders that hold them; and edits of what a folder holds."""
+"""Records of cases written by hand, folders with such records, and edits of stored data."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ ENVIRONMENT = {"scenes": ["roll", "other"], "engines": ["pymunk", "ghostball"]}
 
 
 def record(label: str = "pymunk", scene: str | Scene = SCENE, /, **changes: Any) -> CaseRecord:
-    """Return the record of a case that ran; all else is as a record has it by default.
+    """Return the record of a case that ran, with defaults for all fields that aren't given.
 
-    `scene`: or the name of one like `SCENE`.
+    `scene`: a scene, or a name for a copy of `SCENE`.
     """
     if isinstance(scene, str):
         scene = SCENE.model_copy(update={"name": scene})
@@ -73,12 +73,12 @@ def labels(cases: list[CaseRecord]) -> list[str]:
 
 
 def left(path: Path, code: str = "code") -> list[str]:
-    """Return the labels of the cases that a next run may reuse."""
+    """Return the labels of the cases that the next run may reuse."""
     return sorted(labels(list(ResultsWriter(path, code).known()[1].values())))
 
 
 def taking_over(path: Path, code: str = "code") -> ResultsWriter:
-    """Make a folder of three cases, and begin a run that reuses the second of them."""
+    """Make a folder with three cases, and start a run that reuses the second case."""
     first = ResultsWriter(path, "code")
     first.begin(ENVIRONMENT)
     for label in ("pymunk", "ghostball", "pybullet"):
@@ -90,27 +90,27 @@ def taking_over(path: Path, code: str = "code") -> ResultsWriter:
 
 
 def in_database(folder: Path, statement: str, *given: Any) -> Any:
-    """Make one change, and return the first value that it returns, if any."""
+    """Execute a statement in the database, and return its first value, if any."""
     with writing(folder) as database, transaction(database):
         return (database.execute(statement, given).fetchone() or (None,))[0]
 
 
 def edit_records(folder: Path, change: Callable[[str], str]) -> None:
-    """Store other texts as the records of the cases."""
+    """Change the stored texts of all records."""
     with writing(folder) as database, transaction(database):
         for number, record in database.execute("SELECT id, record FROM cases").fetchall():
             database.execute("UPDATE records SET record = ? WHERE id = ?", [change(record), number])
 
 
 def edit_document(folder: Path, name: Any, **changes: Any) -> None:
-    """Store other values in a document."""
+    """Change values in a stored document."""
     with writing(folder) as database, transaction(database):
         values = json.loads(get_document(database, name) or "{}")
         put_document(database, name, json.dumps(values | changes))
 
 
 def change_motion(folder: Path, scene: str, label: str, **changes: Callable[[Any], Any]) -> None:
-    """Store other numbers as the motion of a case."""
+    """Change the stored motion of a case."""
     motion = motion_of_case(folder, scene, label)
     assert motion is not None
     changed = {name: change(getattr(motion, name)) for name, change in changes.items()}
@@ -122,12 +122,12 @@ def change_motion(folder: Path, scene: str, label: str, **changes: Callable[[Any
 
 
 def damage_motions(folder: Path) -> None:
-    """Cut every motion short."""
+    """Truncate every stored motion."""
     in_database(folder, "UPDATE motions SET content = substr(content, 1, 100)")
 
 
 def cut_short(folder: Path) -> bytes:
-    """Cut the database short, as a copy that was interrupted is; return what is left of it."""
+    """Truncate the database, like an interrupted copy; return the remaining bytes."""
     path = folder / DATABASE
     left = path.read_bytes()[:-5000]
     path.write_bytes(left)
@@ -135,7 +135,7 @@ def cut_short(folder: Path) -> bytes:
 
 
 def stored(folder: Path) -> list[tuple[Any, ...]]:
-    """Return all that a run of the suite stored, to be compared."""
+    """Return everything that a run of the suite stored, for comparisons."""
     with reading(folder) as database:
         tables = ("documents", "records", "motions", "events")
         return [row for name in tables for row in database.execute(f"SELECT * FROM {name}")]

@@ -1,4 +1,4 @@
-"""What engines make of real tables, made up: so many standard errors off, or lacking."""
+"""Made-up results of engines on real tables: differences in standard errors, or unsupported."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from ghostball.validation.suite.real_tables import AgreementWriter
 
 
 def family(name: str, off: float | str, *, grades: bool = True) -> FigureFamily:
-    """Return a family of three figures that are so much off, or that is lacking, as said."""
+    """Return a family of three figures with a difference in standard errors, or with a reason.
+
+    `off`: the difference, or the reason why the engine has no figures.
+    """
     figures = ()
     if not isinstance(off, str):
         figures = tuple(
@@ -33,14 +36,14 @@ def family(name: str, off: float | str, *, grades: bool = True) -> FigureFamily:
 
 
 def likeness(label: str, **off: float | str) -> TableAgreement:
-    """Return what an engine makes of families of these names."""
+    """Return the results of an engine for families with these names."""
     return TableAgreement(
         label=label, families=tuple(family(name, one) for name, one in off.items())
     )
 
 
 def keep_likenesses(folder: Path, found: Iterable[TableAgreement]) -> None:
-    """Store them, as a run would."""
+    """Store results on real tables in a folder, as a run does."""
     writer = AgreementWriter(folder)
     writer.begin({})
     for one in found:

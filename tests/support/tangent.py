@@ -1,4 +1,4 @@
-"""Growth of errors that is made up, and small changes carried along a proved motion."""
+"""Made-up growth of errors, and small changes propagated along a certified motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class MadeUpGrowth:
-    """So much for each ball [m], the same at all times; see `horizon.Growth`."""
+    """Growth of each ball [m] that is the same at all times; see `horizon.Growth`."""
 
     amplification: tuple[float, ...]
     derivative_ends: float = math.inf
@@ -28,17 +28,17 @@ class MadeUpGrowth:
 
 
 def made_up(balls: int, amplification: float | tuple[float, ...] = 1.0) -> MadeUpGrowth:
-    """Return growth of so much for each ball [m]."""
+    """Return a constant growth of the given size for each ball [m]."""
     if isinstance(amplification, float):
         amplification = (amplification,) * balls
     return MadeUpGrowth(amplification)
 
 
 def carried(growth: CertifiedGrowth, directions: FloatArray, times: FloatArray) -> FloatArray:
-    """Return what becomes of small changes of a shot's first state, (m, n, 7): (k, m, n, 2) [m].
+    """Return the changes of positions at `times`, (k, m, n, 2) [m], for changes of the first state.
 
-    Each a change of every ball's position x, y [m], velocity x, y [m/s] and angular velocity x, y,
-    z [rad/s], as `Result.tangent` has them; returned are the changes of the places at `times`.
+    `directions` (m, n, 7): changes of every ball's position x, y [m], velocity x, y [m/s] and
+        angular velocity x, y, z [rad/s], as for `Result.tangent`.
     """
     m = len(directions)
     whole = np.zeros((PARTS * len(growth.balls), m))
@@ -65,12 +65,12 @@ def carried(growth: CertifiedGrowth, directions: FloatArray, times: FloatArray) 
 
 
 def first_changes(ball: CertifiedBall, directions: FloatArray) -> FloatArray:
-    """Return changes of a ball's first state, (7, m), with its slip in place of its turning."""
+    """Return changes of a ball's first state, (7, m), with the slip in place of the rotation."""
     change = directions.copy()
     change[SLIP] = change[VELOCITY]
     change[4] -= ball.radius * directions[5]
     change[5] += ball.radius * directions[4]
     if not ball.slides(0):
-        change[SLIP] = 0.0  # it begins by rolling, or rests
+        change[SLIP] = 0.0  # the ball rolls or rests at the start
     ball.hold(0, change)
     return change

@@ -14,13 +14,13 @@ from ghostball.validation.runs.rolling import rolling_spin
 
 
 def roll(**changes) -> Scene:
-    """One ball that rolls to rest on an unbounded cloth."""
+    """Return one ball that rolls to rest on an unbounded cloth."""
     cue = Ball(id="cue", position=(0.5, 0.25), velocity=(1.0, 0.5))
     return Scene(**{"name": "roll", "balls": [cue], **changes})
 
 
 def cut(**changes) -> Scene:
-    """A half-ball cut on an unbounded cloth."""
+    """Return a half-ball cut on an unbounded cloth."""
     balls = [
         Ball(id="cue", position=(0.5, 0.6), velocity=(1.0, 0.0)),
         Ball(id="object", position=(1.0, 0.628)),
@@ -29,23 +29,23 @@ def cut(**changes) -> Scene:
 
 
 class ToySettings(EngineSettings):
-    """`dt` is the step; the others are what is planted."""
+    """The time step `dt`, and the planted errors."""
 
     dt: float = 0.01
     model: float = 0.0
-    """Displaces every ball along x [m], whatever the step."""
+    """Displacement of every ball along x [m], independent of the step."""
     slope: float = 0.0
-    """Displaces every ball along y by slope dt^order [m]."""
+    """Displacement of every ball along y: slope dt^order [m]."""
     order: float = 1.0
     sawtooth: float = 0.0
-    """Displaces every ball along y by sawtooth times what is left of the step at 0.1 s [m/s]."""
+    """Displacement along y over the remainder of the step at 0.1 s [m/s]."""
     wobble: float = 0.0
-    """Displaces every ball along y by this, up or down with each halving [m]."""
+    """Displacement of every ball along y [m]; its sign changes with each halving of the step."""
 
 
 @dataclass(frozen=True)
 class _Moved:
-    """A motion whose balls drift by `shift` (3,) [m] from the start to the end."""
+    """A motion in which all balls drift by `shift` (3,) [m] from the start to the end."""
 
     motion: object
     shift: np.ndarray
@@ -63,7 +63,7 @@ class _Moved:
 
 
 class ToyEngine(EngineBase):
-    """Our engine with errors planted."""
+    """Ghostball's engine with planted errors."""
 
     name: ClassVar[str] = "toy"
     Settings: ClassVar[type[EngineSettings]] = ToySettings
@@ -78,7 +78,7 @@ class ToyEngine(EngineBase):
     def simulate(self, scene, *, record="rest"):
         self.check(scene)
         s = self.settings
-        # Since when the scene's own start was, for a shot that was begun earlier: from its speed.
+        # The time since the scene's own start, from the speed, for a shot that starts earlier.
         lead = (scene.balls[0].speed - np.hypot(1.0, 0.5)) / (0.02 * 9.81) if s.sawtooth else 0.0
         late = s.dt - (0.1 + lead) % s.dt
         shift = np.array([s.model, s.slope * s.dt**s.order + s.sawtooth * late, 0.0])
@@ -88,7 +88,7 @@ class ToyEngine(EngineBase):
 
 
 def drifted(result: Result, shift: np.ndarray) -> Result:
-    """Return a run whose balls have drifted by `shift` (3,) [m] by the end of their motion."""
+    """Return a run in which all balls drift by `shift` (3,) [m] until the end of their motion."""
     state, motion = result.final_state, result.trajectory
     return replace(
         result,
@@ -98,15 +98,10 @@ def drifted(result: Result, shift: np.ndarray) -> Result:
 
 
 def changed_shot(scene: Scene, ball: int, speed: float, turn: float) -> Scene:
-    """Return the scene with a ball's velocity and spin scaled by 1 + `speed` and turned.
+    """Return the scene with a ball's velocity and spin scaled and rotated.
 
-    Parameters
-    ----------
-    scene : Scene
-    ball : int
-    speed : float [1]
-    turn : float [rad]
-        About the vertical, to the left.
+    `speed` [1]: relative change; the factor is 1 + `speed`.
+    `turn` [rad]: angle of rotation about the vertical, to the left.
     """
     one = scene.balls[ball]
     factor, c, s = 1.0 + speed, math.cos(turn), math.sin(turn)
@@ -125,19 +120,19 @@ def changed_shot(scene: Scene, ball: int, speed: float, turn: float) -> Scene:
 
 
 class NoSettings(EngineSettings):
-    """Nothing to set: no step."""
+    """No settings, in particular no time step."""
 
 
 @dataclass(frozen=True)
 class StrokeChange:
-    """A change of the cue ball's speed, relative, and direction [rad]."""
+    """A relative change of the cue ball's speed, and a change of its direction [rad]."""
 
     speed: float = 0.0
     turn: float = 0.0
 
 
 class OtherShotEngine(EngineBase):
-    """Our engine, playing the shot with another stroke."""
+    """Ghostball's engine, which simulates the shot with a changed stroke."""
 
     name: ClassVar[str] = "other-shot"
     Settings: ClassVar[type[EngineSettings]] = NoSettings
@@ -155,7 +150,7 @@ class OtherShotEngine(EngineBase):
 
 
 def other_shot(speed: float = 0.0, turn: float = 0.0) -> OtherShotEngine:
-    """An engine that plays with another stroke."""
+    """Return an engine that simulates shots with a changed stroke."""
     engine = OtherShotEngine()
     engine.stroke = StrokeChange(speed, turn)
     return engine

@@ -1,4 +1,4 @@
-"""A small results folder, written by hand: balls that move on straight lines at known speeds."""
+"""A small results folder, written by hand: balls move on straight lines at known speeds."""
 
 from pathlib import Path
 
@@ -112,7 +112,7 @@ def scene_of(name: str) -> Scene:
 
 
 def motion_of_shot(name: str, error: float) -> Motion:
-    """Straight lines between corners; `error` shifts where the balls end [m]."""
+    """Return a motion on straight lines between corners; `error` shifts the rest positions [m]."""
     _, _, paths, collisions = SHOTS[name]
     end = max(path[-1][0] for path in paths)
     events = np.array([(t, int(kind), a, b) for t, kind, a, b in collisions], dtype=EVENT_DTYPE)
@@ -191,7 +191,7 @@ def case_of(name: str, label: str) -> tuple[CaseRecord, Motion | None]:
         checks=() if label.startswith("newcomer") else checks,
         **EXCUSED.get(label, {}),
     )
-    # An engine that recorded nothing to sample from.
+    # An engine that recorded no motion.
     return case, None if label.startswith("newcomer") else motion
 
 

@@ -1,6 +1,6 @@
-"""A table of engines that are wrong in one way each, and of some that are right.
+"""A table of engines with one fault each, and of some right engines.
 
-Every command has to say the same of each; see `tests/ghostball/test_one_verdict.py`.
+Every command must give the same verdict on each engine; see `tests/ghostball/test_one_verdict.py`.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ SLIDING, BREAK, FROZEN, FLIGHT = "draw-shot", "break-7", "frozen-triangle", "fli
 class Row:
     """One engine of the table.
 
-    `fault`: what is wrong with it, one sentence; "" where nothing is.
-    `play`: what it makes of a scene; None: `label` is an engine that there is without this table.
-    `scenes`: shipped scenes in which the fault shows.
-    `states`: the `resolution` that it states [m]; None: it states nothing.
-    `step`: the time step that it states instead [s].
-    `status`: with which every command ends.
-    `label`: how the engine is asked for; "" for one of this table.
+    `fault`: the fault in one sentence; "" for a right engine.
+    `play`: function that simulates a scene; None if `label` names an engine outside this table.
+    `scenes`: shipped scenes in which the fault has an effect.
+    `states`: the declared `resolution` [m]; None if the engine declares nothing.
+    `step`: the declared time step [s], in place of a resolution.
+    `status`: exit status of every command.
+    `label`: label of the engine; "" for an engine of this table.
     """
 
     fault: str
@@ -57,13 +57,13 @@ class Row:
 
 
 def _stepper(dt: float) -> runs.Play:
-    """Play in steps [s], each of which ends before contacts are looked for."""
+    """Return a function that simulates in time steps [s] and detects contacts after each step."""
     engine = Stepper(Stepper.Settings(dt=dt))
     return lambda scene: engine.simulate(scene, record="trajectory")
 
 
 def by_formula(scene: Scene) -> Result:
-    """Play one ball that rolls to rest without meeting anything, by its formula."""
+    """Simulate one ball that rolls to rest without collisions, by a formula."""
     x, v = scene.positions, scene.velocities
     slowing = scene.physics.gravity * scene.physics.rolling_friction
     ends = float(np.linalg.norm(v)) / slowing
@@ -91,7 +91,7 @@ WRONG: Mapping[str, Row] = {
         "Each collision is reported 50 ms late.", runs.late(0.05, *COLLISION_KINDS), (CUT,)
     ),
     "late-collisions-exact": Row(
-        "Each collision is reported 50 ms late; it claims to be exact and states no resolution.",
+        "Each collision is reported 50 ms late; it claims to be exact without a resolution.",
         runs.late(0.05, *COLLISION_KINDS),
         (BOUNCE,),
         states=None,
@@ -115,7 +115,7 @@ WRONG: Mapping[str, Row] = {
     "wrong-counts": Row(
         "The counts differ from the number of events.", runs.with_another_count, (CUT,)
     ),
-    # Where balls end.
+    # Final positions.
     "swapped-ends": Row(
         "The rest positions of two balls are swapped.", runs.ends_moved(runs.swapped), (CUT,)
     ),
@@ -133,58 +133,58 @@ WRONG: Mapping[str, Row] = {
     "ends-early": Row("The run ends after half its time.", runs.ends_early, (CUT,)),
     "stops-late": Row("All balls stop dead at 60 % of the shot.", runs.stops_late, (BREAK,)),
     "stops-past-the-proof": Row(
-        "All balls stop dead at 60 % of a shot of which the first instant alone is proved.",
+        "All balls stop dead at 60 % of a shot of which only the start is proved.",
         runs.stops_late,
         (FROZEN,),
     ),
     "stops-past-the-proof-of-a-step": Row(
-        "The same; it states steps of 1 ms.", runs.stops_late, (FROZEN,), step=1e-3
+        "The same; the declared step is 1 ms.", runs.stops_late, (FROZEN,), step=1e-3
     ),
     "stops-at-once-of-a-step": Row(
-        "All balls stop dead after 20 ms; it states steps of 1 ms.",
+        "All balls stop dead after 20 ms; the declared step is 1 ms.",
         runs.stops_at_once,
         (BREAK,),
         step=1e-3,
     ),
     "moves-at-rest": Row("A ball still moves when all rest.", runs.moves_at_rest, ("stop",)),
     "lazy": Row(
-        "Nothing moves, and it states nothing.",
+        "Nothing moves, and the engine declares no accuracy.",
         None,
         (CUT,),
         states=None,
         label="silent_engine:lazy",
     ),
     "no-motion": Row("Nothing moves.", runs.without_motion, (CUT,)),
-    # The motion between.
+    # The motion between events.
     "slow-samples": Row(
         "Sampled velocities are up to 30 % too low halfway.", runs.slow_in_the_middle, (CUT,)
     ),
     "straight-samples": Row(
-        "Sampled positions go straight from event to event.", runs.straight_between_events, (CUT,)
+        "Sampled positions are linear between events.", runs.straight_between_events, (CUT,)
     ),
     "jump": Row("A ball jumps 1 mm aside halfway.", runs.jumps, ("stop",)),
     "kinematics": Row(
-        "A rolling ball slows down unevenly; where and when it rests is right.",
+        "A rolling ball slows down unevenly; rest position and rest time are right.",
         runs.slows_unevenly,
         ("stop",),
     ),
     "drift": Row("Energy rises by 0.01 % from start to end.", runs.gains_slowly, ("galperin-1",)),
     "overlap": Row("Balls overlap by 5 mm for a moment.", runs.overlaps, (CUT,)),
-    "not-finite": Row("A velocity is no number.", runs.not_finite, (CUT,)),
+    "not-finite": Row("A velocity is NaN.", runs.not_finite, (CUT,)),
     "single-precision": Row(
         "Positions are rounded to single precision.", runs.in_single_precision, (CUT,)
     ),
-    # Other physics.
+    # Wrong physics.
     "energy": Row(
-        "The first collision of balls makes 5 % of energy.",
+        "The first collision of balls gains 5 % of energy.",
         physics.makes_energy(0.05, only_once=True),
         (HEAD_ON,),
     ),
     "energy-at-hits": Row(
-        "Each collision of balls makes 2 % of energy.", physics.makes_energy(0.02), (HEAD_ON,)
+        "Each collision of balls gains 2 % of energy.", physics.makes_energy(0.02), (HEAD_ON,)
     ),
     "friction": Row(
-        "Rolling friction is 5/7 of what it should be.",
+        "Rolling friction is 5/7 of the right value.",
         physics.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
         ("stop",),
     ),
@@ -237,84 +237,84 @@ WRONG: Mapping[str, Row] = {
         "Balls collide when they overlap by 0.5 mm.", physics.sees_late(5e-4), (CUT,)
     ),
     "smaller-step": Row(
-        "It steps by 5 ms and states steps of 0.1 ms.", _stepper(5e-3), (CUT,), step=1e-4
+        "The step is 5 ms, the declared step 0.1 ms.", _stepper(5e-3), (CUT,), step=1e-4
     ),
-    "exact-steps": Row("It steps by 1 ms and claims to be exact.", _stepper(1e-3), (CUT,)),
+    "exact-steps": Row("The step is 1 ms; the engine claims to be exact.", _stepper(1e-3), (CUT,)),
     "friction-of-a-step": Row(
-        "Rolling friction is 5/7 of what it should be; it states steps of 1 ms.",
+        "Rolling friction is 5/7 of the right value; the declared step is 1 ms.",
         physics.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
         ("stop",),
         step=1e-3,
     ),
     "gravity-of-a-step": Row(
-        "Gravity is 8.8 m/s^2, not 9.81, as balls fly; it states steps of 1 ms.",
+        "Gravity is 8.8 m/s^2 in flight, not 9.81; the declared step is 1 ms.",
         physics.with_physics(gravity=lambda _: 8.8),
         (FLIGHT,),
         step=1e-3,
     ),
     "late-collisions-of-a-step": Row(
-        "Each collision is reported 50 ms late; it states steps of 1 ms.",
+        "Each collision is reported 50 ms late; the declared step is 1 ms.",
         runs.late(0.05, *COLLISION_KINDS),
         (CUT,),
         step=1e-3,
     ),
     "late-rest-of-a-step": Row(
-        "The rest time is 0.5 s too long; it states steps of 1 ms.",
+        "The rest time is 0.5 s too long; the declared step is 1 ms.",
         runs.rests_late(0.5),
         (CUT,),
         step=1e-3,
     ),
     "late-rests-of-a-step": Row(
-        "A ball is reported to rest 0.2 s late, the last one in time; it states steps of 1 ms.",
+        "All balls but the last are reported to rest 0.2 s late; the declared step is 1 ms.",
         runs.rests_late_but_the_last(0.2),
         (CUT,),
         step=1e-3,
     ),
     "second-rests-of-a-step": Row(
-        "A ball that rests is reported to rest again at the end; it states steps of 1 ms.",
+        "A resting ball is reported to rest again at the end; the declared step is 1 ms.",
         runs.rests_again,
         (CUT,),
         step=1e-3,
     ),
     "late-slides-of-a-step": Row(
-        "Each slide is reported to end 0.1 s late; it states steps of 0.1 ms.",
+        "Each slide is reported to end 0.1 s late; the declared step is 0.1 ms.",
         runs.late(0.1, EventKind.SLIDE_TO_ROLL),
         (SLIDING,),
         step=1e-4,
     ),
     "slow-samples-of-a-step": Row(
-        "Sampled velocities are up to 30 % too low halfway; it states steps of 1 ms.",
+        "Sampled velocities are up to 30 % too low halfway; the declared step is 1 ms.",
         runs.slow_in_the_middle,
         (CUT,),
         step=1e-3,
     ),
     "energy-at-hits-of-a-step": Row(
-        "Each collision of balls makes 2 % of energy; it states steps of 1 ms.",
+        "Each collision of balls gains 2 % of energy; the declared step is 1 ms.",
         physics.makes_energy(0.02),
         (HEAD_ON,),
         step=1e-3,
     ),
-    "nondeterministic": Row("It plays another stroke each time.", physics.nondeterministic, (CUT,)),
+    "nondeterministic": Row("Each run has a different stroke.", physics.nondeterministic, (CUT,)),
 }
-"""Engines that every command has to fail."""
+"""Engines that every command must fail."""
 
 UNJUDGED: Mapping[str, Row] = {
     "huge-resolution": Row(
-        "Balls rest 1.11 m off; it states that it may be off by 10 m.",
+        "Rest positions are 1.11 m off; the declared resolution is 10 m.",
         runs.drifting(1.11),
         (CUT,),
         states=10.0,
         status=4,
     ),
     "huge-step": Row(
-        "Rolling friction is 5/7 of what it should be; it states steps of 10 s.",
+        "Rolling friction is 5/7 of the right value; the declared step is 10 s.",
         physics.with_physics(rolling_friction=lambda friction: 5.0 / 7.0 * friction),
         ("catch-up",),
         step=10.0,
         status=4,
     ),
     "braked": Row(
-        "Balls roll half as far, and it states nothing.",
+        "Balls roll half as far, and the engine declares no accuracy.",
         None,
         (CUT,),
         states=None,
@@ -322,7 +322,7 @@ UNJUDGED: Mapping[str, Row] = {
         label="silent_engine:braked",
     ),
 }
-"""Engines that state so little that nothing can be judged, so that no command passes them."""
+"""Engines that declare too little to be judged; no command passes them."""
 
 RIGHT: Mapping[str, Row] = {
     "right": Row("", runs.right, (CUT, SLIDING, "restitution-bounce"), status=0),
@@ -336,25 +336,25 @@ RIGHT: Mapping[str, Row] = {
         "", None, (CUT, "restitution-bounce"), status=0, label="pymunk:contact_steps=exact"
     ),
 }
-"""Engines that every command has to pass."""
+"""Engines that every command must pass."""
 
 CRASHES: Mapping[str, Row] = {
-    "crash": Row("It ends its process.", physics.crashes, (CUT,)),
-    "hang": Row("It never returns.", physics.hangs, (CUT,)),
+    "crash": Row("The engine exits its process.", physics.crashes, (CUT,)),
+    "hang": Row("The engine never returns.", physics.hangs, (CUT,)),
 }
-"""Engines that need a process of their own."""
+"""Engines that need their own process."""
 
 ROWS: Mapping[str, Row] = {**WRONG, **UNJUDGED, **RIGHT, **CRASHES}
 
 
 class WrongSettings(EngineSettings):
-    """What is wrong with it: one of `ROWS`."""
+    """The fault: a name in `ROWS`."""
 
     way: str = "right"
 
 
 class Wrong(EngineBase):
-    """An engine of the table, which claims that all it represents is exact."""
+    """An engine of the table, which claims that all its features are exact."""
 
     name: ClassVar[str] = "wrong"
     Settings: ClassVar[type[EngineSettings]] = WrongSettings
@@ -366,12 +366,12 @@ class Wrong(EngineBase):
         return ROWS[self.settings.way]
 
     def resolution(self, scene: Scene) -> float | None:
-        """Return what the row states of how far off a ball may be when it collides [m]."""
+        """Return the resolution that the row declares [m]."""
         step = self.row.step
         return self.row.states if step is None else resolution_of_step(step, scene)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-        """Simulate, wrongly."""
+        """Simulate the scene with the fault."""
         self.check(scene)
         assert self.row.play is not None
         result = self.row.play(scene)

@@ -1,6 +1,7 @@
-"""Shots of our engine with other physics, other contacts or no end; see `wrong_engines`.
+"""Shots of Ghostball's engine with wrong physics, wrong contacts or no end; see `wrong_engines`.
 
-Each function plays a scene and returns the run, with the motion in frames.
+Each function simulates a scene and returns the run, with the motion in frames, or returns such a
+function.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from ghostball.model import EventKind, Result, SampledTrajectory, Scene
 
 
 def with_physics(**change: Callable[[Any], Any]) -> Play:
-    """Play with other numbers in the physics."""
+    """Change numbers of the physics."""
 
     def play(scene: Scene) -> Result:
         update = {name: law(getattr(scene.physics, name)) for name, law in change.items()}
@@ -42,12 +43,12 @@ def with_physics(**change: Callable[[Any], Any]) -> Play:
 
 
 def with_balls(**change: Callable[[Any], Any]) -> Play:
-    """Play with other numbers of the first ball."""
+    """Change numbers of the first ball."""
 
     def play(scene: Scene) -> Result:
         first, *others = scene.balls
         update = {name: law(getattr(first, name)) for name, law in change.items()}
-        # A larger ball lies higher; that alone isn't the fault.
+        # The centre of a larger ball is higher; this isn't the fault.
         height = np.zeros((len(scene.balls), 3))
         height[0, 2] = update.get("radius", first.radius) - first.radius
         place = tuple((scene.positions + height)[0].tolist())
@@ -60,11 +61,11 @@ def with_balls(**change: Callable[[Any], Any]) -> Play:
 
 
 Change = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""Makes other velocities and angular velocities, (n, 3) each, of those just after an impact."""
+"""Function that changes the velocities and angular velocities, (n, 3) each, after an impact."""
 
 
 def at_each(kind: EventKind, change: Change) -> Play:
-    """Change the motion just after each event of a kind, and play on from there."""
+    """Change the motion just after each event of a kind, and continue from there."""
 
     def play(scene: Scene) -> Result:
         parts: list[Result] = []
@@ -89,14 +90,14 @@ def scaled(velocities: float, spins: float) -> Change:
 
 
 def turned(angle: float) -> Change:
-    """Turn all velocities to the left [rad]."""
+    """Rotate all velocities to the left by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return lambda v, w: (v @ rotation.T, w @ rotation.T)
 
 
 def makes_energy(share: float, *, only_once: bool = False) -> Play:
-    """Make a share of the energy at each collision of balls, or at the first alone."""
+    """Gain a share of the energy at each collision of balls, or only at the first one."""
     factor = (1.0 + share) ** 0.5
     done: list[int] = []
 
@@ -112,7 +113,7 @@ def makes_energy(share: float, *, only_once: bool = False) -> Play:
 
 
 def _started(scene: Scene, x: FloatArray, v: FloatArray, w: FloatArray, t: float) -> Scene:
-    """Return the scene as it goes on from a state at an instant."""
+    """Return the scene that continues from a state at time t."""
     slides = scene.physics.motion == "sliding"
     balls = tuple(
         ball.model_copy(
@@ -129,7 +130,7 @@ def _started(scene: Scene, x: FloatArray, v: FloatArray, w: FloatArray, t: float
 
 
 def _until(result: Result, t: float) -> Result:
-    """Return a run up to an event, included in its log; the frames end just before it."""
+    """Return a run up to an event; the log includes the event, the frames end just before it."""
     frames, events = frames_of(result), events_in(result)
     kept = frames.times < t
     motion = SampledTrajectory(frames.times[kept], *(states[kept] for states in states_of(frames)))
@@ -137,7 +138,7 @@ def _until(result: Result, t: float) -> Result:
 
 
 def _shifted(result: Result, t: float) -> Result:
-    """Return a run that begins at an instant [s]."""
+    """Return a run shifted in time, so that it starts at time t [s]."""
     events, frames = events_in(result).copy(), frames_of(result)
     events["t"] += t
     motion = replace(frames, times=frames.times + t)
@@ -145,7 +146,7 @@ def _shifted(result: Result, t: float) -> Result:
 
 
 def _joined(scene: Scene, parts: list[Result]) -> Result:
-    """Return runs that follow each other as one."""
+    """Return successive runs joined to one run."""
     states = zip(*(states_of(frames_of(part)) for part in parts), strict=True)
     times = np.concatenate([frames_of(part).times for part in parts])
     motion = SampledTrajectory(times, *(np.concatenate(list(one)) for one in states))
@@ -161,13 +162,13 @@ def _as(scene: Scene, result: Result) -> Result:
 
 
 def passes_through(scene: Scene) -> Result:
-    """Let the balls pass through each other: they are played 50 m apart."""
+    """Let the balls pass through each other, by simulating them 50 m apart."""
     offsets = np.arange(len(scene.balls))[:, np.newaxis] * np.array([0.0, 50.0, 0.0])
     return _played_elsewhere(scene.model_copy(update={"table": None}), offsets)
 
 
 def sees_late(overlap: float) -> Play:
-    """See a collision when the balls are this far into each other [m]."""
+    """Detect a collision when the balls overlap by a given length [m]."""
 
     def play(scene: Scene) -> Result:
         less = 0.5 * overlap
@@ -178,7 +179,7 @@ def sees_late(overlap: float) -> Play:
 
 
 def _played_elsewhere(scene: Scene, by: FloatArray, **change: Callable[[float], float]) -> Result:
-    """Play a scene whose balls lie elsewhere, (n, 3) [m], and move what comes of it back."""
+    """Simulate a scene with displaced balls, `by` (n, 3) [m], and move the result back."""
     balls = tuple(
         ball.model_copy(
             update={"position": tuple(place)}
@@ -195,7 +196,7 @@ def _played_elsewhere(scene: Scene, by: FloatArray, **change: Callable[[float], 
 
 
 def nondeterministic(scene: Scene) -> Result:
-    """Play with another stroke each time, by up to a thousandth."""
+    """Change the stroke in each run by up to a thousandth."""
     more = 1.0 + 1e-3 * random.SystemRandom().uniform(0.1, 1.0)
     balls = tuple(
         ball.model_copy(update={"velocity": tuple(more * part for part in ball.velocity)})
@@ -210,6 +211,6 @@ def crashes(scene: Scene) -> Result:
 
 
 def hangs(scene: Scene) -> Result:
-    """Wait without end."""
+    """Wait forever."""
     while True:
         time.sleep(1.0)

@@ -1,6 +1,7 @@
-"""Right shots of our engine, reported with one fault each; see `wrong_engines` for their table.
+"""Right shots of Ghostball's engine, reported with one fault each; see `wrong_engines`.
 
-Each function plays a scene and returns the run, with the motion in frames.
+Each function simulates a scene and returns the run, with the motion in frames, or returns such a
+function.
 """
 
 from __future__ import annotations
@@ -27,18 +28,18 @@ FloatArray = NDArray[np.float64]
 Play = Callable[[Scene], Result]
 
 FRAMES = 500
-"""Frames of a run, beside those at its events."""
+"""Number of frames of a run, in addition to frames at events."""
 
 
 def right(scene: Scene) -> Result:
-    """Play a scene without a fault."""
+    """Simulate a scene without a fault."""
     return framed(simulate(scene, record="trajectory"))
 
 
 def framed(result: Result, after: float = 0.0) -> Result:
-    """Return a run with its motion in frames, some just before and at each event.
+    """Return a run with its motion in frames, with frames just before and at each event.
 
-    `after` [s]: how long they go on after the end.
+    `after` [s]: duration of the frames after the end.
     """
     events = events_in(result)
     grid = np.linspace(0.0, result.rest_time + after, FRAMES + 1)
@@ -65,18 +66,18 @@ def states_of(frames: SampledTrajectory) -> tuple[FloatArray, FloatArray, FloatA
 
 
 def with_frames(result: Result, **states: FloatArray) -> Result:
-    """Return a run with other states in its frames, (k, n, 3) each."""
+    """Return a run with changed states in its frames, (k, n, 3) each."""
     return replace(result, trajectory=replace(frames_of(result), **states))
 
 
 def with_end(result: Result, **states: FloatArray) -> Result:
-    """Return a run with another final state, (n, 3) each; the frames stay."""
+    """Return a run with a changed final state, (n, 3) each; the frames are unchanged."""
     end = {name: array[np.newaxis] for name, array in states.items()}
     return replace(result, final_state=result.final_state._replace(**end))
 
 
 def with_events(result: Result, events: Events) -> Result:
-    """Return a run with other events, in order of time, and with the counts of these."""
+    """Return a run with the given events, in order of time, and with their counts."""
     ordered = events[np.argsort(events["t"], kind="stable")]
     counts = {kind.label: int(np.sum(ordered["kind"] == kind)) for kind in COLLISION_KINDS}
     return replace(result, events=ordered, collision_counts=counts)
@@ -121,7 +122,7 @@ def rests_late(by: float) -> Play:
 
 
 def rests_late_but_the_last(by: float) -> Play:
-    """Report that balls come to rest late [s], but none later than the last one does."""
+    """Report that balls come to rest late [s], but not later than the last ball."""
 
     def play(scene: Scene) -> Result:
         result = right(scene)
@@ -134,7 +135,7 @@ def rests_late_but_the_last(by: float) -> Play:
 
 
 def rests_again(scene: Scene) -> Result:
-    """Report the rest of each ball twice: when it is, and at the end of the run."""
+    """Report the rest of each ball twice: at the right time, and at the end of the run."""
     result = right(scene)
     events = events_in(result)
     again = events[(events["kind"] == EventKind.ROLL_TO_REST) & (events["t"] < result.rest_time)]
@@ -143,14 +144,14 @@ def rests_again(scene: Scene) -> Result:
 
 
 def resting_at(result: Result, end: float) -> Result:
-    """Return a run with another rest time [s], to which its last sample is moved."""
+    """Return a run with the rest time `end` [s]; the last sample is moved to this time."""
     frames = frames_of(result)
     motion = replace(frames, times=np.append(frames.times[:-1], end))
     return replace(result, trajectory=motion, rest_time=end)
 
 
 def in_milliseconds(scene: Scene) -> Result:
-    """Report milliseconds where seconds are asked for; velocities are right."""
+    """Report times in milliseconds in place of seconds; velocities are right."""
     result = right(scene)
     events, frames = events_in(result).copy(), frames_of(result)
     events["t"] *= 1e3
@@ -210,7 +211,7 @@ def _with_first(kind: EventKind, scene: Scene, change: Callable[[Any], dict[str,
 
 
 def with_swapped_collisions(scene: Scene) -> Result:
-    """Report the first two collisions in the other order, at the instants of each other."""
+    """Report the first two collisions with exchanged times."""
     result = right(scene)
     events = events_in(result).copy()
     first, second = collisions_of(result)[:2]
@@ -220,27 +221,27 @@ def with_swapped_collisions(scene: Scene) -> Result:
 
 
 def with_another_count(scene: Scene) -> Result:
-    """Count a collision more than there are events."""
+    """Report one collision more in the counts than in the events."""
     result = right(scene)
     counts = {kind: count + 1 for kind, count in result.collision_counts.items()}
     return replace(result, collision_counts=counts)
 
 
-# --- where balls end
+# --- final positions
 
 
 def ends_moved(move: Callable[[FloatArray, Scene], FloatArray]) -> Play:
-    """Report other rest positions, (n, 3) [m], than the motion ends at."""
+    """Report rest positions, (n, 3) [m], that differ from the end of the motion."""
     return lambda scene: with_moved_ends(right(scene), move)
 
 
 def with_moved_ends(result: Result, move: Callable[[FloatArray, Scene], FloatArray]) -> Result:
-    """Return a run with other rest positions, (n, 3) [m]; the motion stays."""
+    """Return a run with changed rest positions, (n, 3) [m]; the motion is unchanged."""
     return with_end(result, positions=move(result.rest_positions.copy(), result.scene))
 
 
 def swapped(places: FloatArray, _: Scene) -> FloatArray:
-    """Give each ball the place of the one before."""
+    """Give each ball the position of the ball before it."""
     return np.roll(places, 1, axis=0)
 
 
@@ -250,13 +251,13 @@ def along_x(by: float) -> Callable[[FloatArray, Scene], FloatArray]:
 
 
 def mirrored(places: FloatArray, scene: Scene) -> FloatArray:
-    """Mirror the places at the middle of the table."""
+    """Mirror the positions at the middle of the table."""
     assert scene.table is not None
     return np.array([scene.table.length, 0.0, 0.0]) + places * np.array([-1.0, 1.0, 1.0])
 
 
 def drifting(by: float) -> Play:
-    """Let all balls drift along x, by this [m] until the end."""
+    """Let all balls drift along x by a given length [m] until the end."""
 
     def play(scene: Scene) -> Result:
         result = right(scene)
@@ -296,7 +297,7 @@ def falls_asleep(scene: Scene) -> Result:
 
 
 def ends_early(scene: Scene) -> Result:
-    """End the run after half its time, and say that all balls rest."""
+    """End the run after half of its time, and report that all balls rest."""
     return _cut(right(scene), 0.5)
 
 
@@ -309,7 +310,7 @@ def stops_late(scene: Scene) -> Result:
 
 
 def _cut(result: Result, share: float) -> Result:
-    """Return a run that says that all balls rest where they are after a share of its time."""
+    """Return a run cut after a share of its time, with the report that all balls rest there."""
     frames, events = frames_of(result), events_in(result)
     kept = frames.times <= share * result.rest_time
     motion = SampledTrajectory(frames.times[kept], *(states[kept] for states in states_of(frames)))
@@ -351,11 +352,11 @@ def without_motion(scene: Scene) -> Result:
     return with_end(with_events(ended, events_in(ended)[:0]), positions=scene.positions)
 
 
-# --- the motion between
+# --- the motion between events
 
 
 def scaled_velocities(law: Callable[[FloatArray], FloatArray]) -> Play:
-    """Scale the velocities by what a law makes of the share of the time that has passed."""
+    """Scale the velocities by a function of the elapsed share of the run."""
     return lambda scene: _with_scaled_velocities(right(scene), law)
 
 
@@ -365,7 +366,7 @@ def _with_scaled_velocities(result: Result, law: Callable[[FloatArray], FloatArr
 
 
 def with_slow_middle(result: Result, part: float) -> Result:
-    """Return a run in frames, whose velocities are too low by up to a part halfway."""
+    """Return a run in frames with too low velocities, by up to the fraction `part` halfway."""
     return _with_scaled_velocities(framed(result), lambda share: 1.0 - part * np.sin(np.pi * share))
 
 
@@ -375,7 +376,7 @@ def slow_in_the_middle(scene: Scene) -> Result:
 
 
 gains_slowly = scaled_velocities(lambda share: np.sqrt(1.0 + 1e-4 * share))
-"""Make a ten-thousandth of the energy from start to end."""
+"""Gain a ten-thousandth of the energy from start to end."""
 
 
 def straight_between_events(scene: Scene) -> Result:
@@ -392,7 +393,7 @@ def straight_between_events(scene: Scene) -> Result:
 
 
 def slows_unevenly(scene: Scene) -> Result:
-    """Slow one ball down by another law, which leads it to the same place at the same time."""
+    """Slow one ball by a wrong law that gives the right rest position and rest time."""
     result = right(scene)
     s = (frames_of(result).times / result.rest_time)[:, np.newaxis, np.newaxis]
     speed = 1.0 - s + 0.2 * s * (1.0 - s) * (1.0 - 2.0 * s)
@@ -410,7 +411,7 @@ def jumps(scene: Scene) -> Result:
 
 
 def overlaps(scene: Scene) -> Result:
-    """Put a ball 5 mm into another one for a moment."""
+    """Let a ball overlap another ball by 5 mm for a moment."""
     result = right(scene)
     positions = frames_of(result).positions.copy()
     first, second = positions[:, 0], positions[:, 1]
@@ -420,7 +421,7 @@ def overlaps(scene: Scene) -> Result:
 
 
 def not_finite(scene: Scene) -> Result:
-    """Lose a velocity in the middle."""
+    """Replace a velocity in the middle by NaN."""
     result = right(scene)
     velocities = frames_of(result).velocities.copy()
     velocities[len(velocities) // 2, 0, 0] = np.nan
@@ -436,7 +437,7 @@ def in_single_precision(scene: Scene) -> Result:
 
 
 def rounded_once(scene: Scene) -> Result:
-    """Round once more: each number is off by one spacing of doubles."""
+    """Round once more: each number differs by one ulp."""
     result = right(scene)
     events = events_in(result).copy()
     events["t"] = np.maximum(np.nextafter(events["t"], 0.0), 0.0)

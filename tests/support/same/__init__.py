@@ -1,10 +1,11 @@
-"""What the engine says is the same, as checks that any scene can be put to.
+"""Checks of equalities that the engine promises, for any scene.
 
 >>> differences(random_scene(17))
 {}
 
-A check is a function of a scene that returns a sentence where two that must be the same differ, and
-None where they don't, or where the scene has nothing to compare. `CHECKS` has them all by name.
+A check is a function of a scene. It returns a sentence if two results that must be equal differ,
+and None if they are equal or if the scene has nothing to compare. `CHECKS` contains all checks by
+name.
 """
 
 from __future__ import annotations
@@ -35,15 +36,15 @@ CHECKS: Final[Mapping[str, Check]] = {
 }
 
 SELDOM: Final = ("results", "proof")
-"""Checks that take a hundred times what others do."""
+"""Checks that take a hundred times as long as the other checks."""
 
 OFTEN: Final = tuple(name for name in CHECKS if name not in SELDOM)
 
 
 def differences(scene: Scene, only: Collection[str] = CHECKS) -> dict[str, str]:
-    """Return what differs in a scene that must be the same: a sentence by the name of its check.
+    """Return a sentence for each failed check of a scene, by the name of the check.
 
-    A run that doesn't end is compared no further.
+    If a run doesn't finish, the remaining checks are skipped.
     """
     found: dict[str, str] = {}
     for name, check in CHECKS.items():

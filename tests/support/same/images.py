@@ -1,7 +1,7 @@
-"""A shot with its balls renumbered, and its images in mirrors: the same to the bit.
+"""A shot with renumbered balls, and mirror images of a shot: bit-identical results.
 
-Where the engine says so: impacts at one instant that are resolved "sequential", one after another,
-depend on their order.
+The engine promises this except for simultaneous impacts with `impacts = "sequential"`, whose result
+depends on the order of the balls.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from ghostball.model import Ball, EventKind, Result, Scene, Table
 from same.plays import play, played, with_balls
 
 Plane = Callable[[Any, Any], tuple[Any, Any]]
-"""A map of the plane onto itself that takes the axes onto the axes."""
+"""A map of the plane onto itself that maps the axes to the axes."""
 
 MAPS: Final[Mapping[str, tuple[Plane, float]]] = {
     "diagonal": (lambda x, y: (y, x), -1.0),
     "left-right": (lambda x, y: (-x, y), -1.0),
     "quarter turn": (lambda x, y: (-y, x), 1.0),
 }
-"""Maps, and by what they multiply an angular velocity: an axial vector, which mirrors reverse."""
+"""Maps, each with its factor on angular velocities: mirrors reverse axial vectors."""
 
 _SWAPPED: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "right"}
 
 
 def renumbered(scene: Scene) -> str | None:
-    """Return what differs where the balls are given in another order."""
+    """Return the difference of the result if the balls are in another order."""
     n = len(scene.balls)
     if n < 2 or not is_promised(scene):
         return None
@@ -39,12 +39,12 @@ def renumbered(scene: Scene) -> str | None:
 
 
 def mirrored(scene: Scene) -> str | None:
-    """Return what differs in a mirror: x = y; and without cushions also x = 0, and a quarter turn.
+    """Return the difference for the mirror x = y; without cushions also x = 0 and a quarter turn.
 
-    Across a table's length a mirror rounds; so does one of what lies aslant, or is round. In air,
-    or where the cloth slows fast balls by more, cushions are met to within rounding, and an image
-    to no more: nothing is compared there. Nor where a ball begins exactly above another: it falls
-    off along x, in an image too.
+    A mirror at the middle of a table rounds, and so do mirror images of oblique or round obstacles.
+    With air drag or quadratic rolling friction, cushion contacts are exact only to rounding. In all
+    these cases nothing is compared. Nor if a ball starts exactly above another ball: it falls in
+    the direction of x in every image.
     """
     bounded = scene.table is not None and scene.table.has_cushions
     if not is_promised(scene) or (bounded and has_drag(scene)):
@@ -64,10 +64,10 @@ def mirrored(scene: Scene) -> str | None:
 
 
 def is_promised(scene: Scene) -> bool:
-    """Whether the engine says that order doesn't matter in this shot.
+    """Return True if the engine promises that the order of the balls doesn't matter in a shot.
 
-    Not where impacts at one instant are resolved one after another, as they are in space; nor where
-    contact steps took part, whose forces are found by iteration over the contacts, in some order.
+    It matters if simultaneous impacts are resolved one after another, as in space, and in contact
+    steps, whose forces are found by iteration over the contacts in a certain order.
     """
     result = played(scene)
     if result.work["contact_steps"]:
@@ -80,7 +80,7 @@ def is_promised(scene: Scene) -> bool:
 
 
 def image(scene: Scene, name: str) -> Scene:
-    """Return the scene under the map of that name; a table with cushions only in the diagonal."""
+    """Return the image of a scene under a named map; with cushions, only for the diagonal."""
     table = scene.table
     if table is not None and table.cushions:
         assert name == "diagonal"
@@ -93,7 +93,7 @@ def image(scene: Scene, name: str) -> Scene:
 
 
 def image_of_ball(one: Ball, name: str) -> Ball:
-    """Return one ball under the map of that name."""
+    """Return the image of a ball under a named map."""
     plane, sign = MAPS[name]
     fields = one.without_strike().model_dump(exclude_none=True)
     for field in ("position", "velocity"):
@@ -112,9 +112,9 @@ def shuffled(scene: Scene, order: Sequence[int]) -> Scene:
 
 
 def rows_of(result: Result, order: Sequence[int]) -> list[tuple[float, int, int, int]]:
-    """Return the events, with ball k called order[k], sorted: those of one instant have no order.
+    """Return the sorted events, with ball k renamed to order[k]; simultaneous events have no order.
 
-    Cushions aren't named, whose names are others in an image.
+    Cushions are left out, because they have different names in an image.
     """
     assert result.events is not None
     rows = []
@@ -129,7 +129,7 @@ def rows_of(result: Result, order: Sequence[int]) -> list[tuple[float, int, int,
 def _difference(
     base: Result, other: Result, order: Sequence[int], plane: Plane, how: str
 ) -> str | None:
-    """Return where `other`, whose ball k is ball order[k] of `base`, isn't its image."""
+    """Return how `other`, whose ball k is ball order[k] of `base`, differs from the image."""
     if base.status is not other.status:
         return f"{how}: {other.status.name} ({other.reason}) instead of {base.status.name}"
     ours, theirs = rows_of(base, range(len(order))), rows_of(other, order)

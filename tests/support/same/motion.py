@@ -1,4 +1,4 @@
-"""What one run says in two places must agree: events, sampled motion, the end; and be possible."""
+"""Checks that the events, the sampled motion and the end of a run agree and are possible."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ghostball.validation.stress.common_limits import POSSIBLE
 from same.plays import played
 
 MOST_PIECES = 4_000
-"""Pieces of motion whose joints are looked at: some of them, evenly taken, where there are more."""
+"""Largest number of checked pieces of motion; if there are more, an even sample is checked."""
 
 
 def ends(scene: Scene) -> str | None:
-    """Return how a run stopped, where not at rest or at its `t_max`; or that it says so wrongly."""
+    """Return how a run stopped if not at rest or at `t_max`, or the error of its final state."""
     result = played(scene)
     if not result.status.complete:
         return f"it stops at {result.rest_time:.6g} s: {result.status.name}: {result.reason}"
@@ -29,7 +29,7 @@ def ends(scene: Scene) -> str | None:
     if np.any(result.final_state.velocities[0, here]):
         return f"a ball moves at rest: {result.final_state.velocities[0].tolist()}"
     spins = np.abs(result.final_state.angular_velocities[0])
-    # No end of a spin is waited for that nothing slows.
+    # Spin without friction never ends, and a run doesn't wait for it.
     slides, turns = scene.sliding_frictions > 0.0, scene.spinning_friction_rates > 0.0
     if np.any(spins[here & slides, :2]) or np.any(spins[here & turns, 2]):
         return f"a ball turns at rest: {result.final_state.angular_velocities[0].tolist()}"
@@ -37,7 +37,7 @@ def ends(scene: Scene) -> str | None:
 
 
 def sampled(scene: Scene) -> str | None:
-    """Return where the sampled motion contradicts the events, the start or the end."""
+    """Return how the sampled motion contradicts the events, the start or the end."""
     result = played(scene)
     assert result.events is not None
     times = result.events["t"]
@@ -51,7 +51,7 @@ def sampled(scene: Scene) -> str | None:
     assert isinstance(result.trajectory, ExactTrajectory)
     kept = [
         np.sum(segments[:, 0] == 0.0) == 1 for segments in result.trajectory.segments
-    ]  # others begin anew
+    ]  # for other balls, the pieces start again
     off = np.abs(first - given)[:, kept]
     if np.any(off > 8.0 * EPS * np.abs(given[:, kept])):
         return f"positions, velocities and spins at the start are off by {float(off.max()):.3g}"
@@ -63,7 +63,7 @@ def sampled(scene: Scene) -> str | None:
 
 
 def invariants(scene: Scene) -> str | None:
-    """Return what no shot may do: overlaps, a rise of the energy, contacts left unsolved."""
+    """Return an impossible property of a shot: overlap, rise of the energy, unsolved contacts."""
     result = played(scene)
     if scene.physics.airborne:
         return "; ".join(faults_in_space(result)) or None
@@ -71,7 +71,7 @@ def invariants(scene: Scene) -> str | None:
 
 
 def _gap_at_events(result: Result) -> str | None:
-    """Return a collision of two balls that don't touch then."""
+    """Return a collision of two balls that don't touch at its time."""
     scene, events = result.scene, result.events
     assert events is not None
     met = events[events["kind"] == EventKind.BALL_BALL]
@@ -80,8 +80,8 @@ def _gap_at_events(result: Result) -> str | None:
     between = between if scene.physics.airborne else between[:, :2]
     radii = scene.radii
     gaps = np.linalg.norm(between, axis=1) - radii[met["a"]] - radii[met["b"]]
-    # And the way of both in the last unit of the clock: the instant is rounded, and so is the time
-    # since their motions began.
+    # Also the way of both balls during one rounding of the clock: the time of the collision is
+    # rounded, and so is the time since the start of each motion.
     speeds = np.linalg.norm(states.velocities, axis=2)
     ways = 2.0 * (speeds[rows, met["a"]] + speeds[rows, met["b"]]) * np.spacing(met["t"])
     limits = _slack(result, states.positions) + ways
@@ -96,17 +96,17 @@ def _gap_at_events(result: Result) -> str | None:
 
 
 def _left_by_impacts(result: Result, a: int, b: int, times: np.ndarray, apart: float) -> np.ndarray:
-    """Return how deep rounding may have put two balls into each other by each instant [m].
+    """Return the largest overlap of two balls that rounding may have caused by each time [m].
 
-    Each piece of a ball's motion begins at a place that is rounded: each of its coordinates to half
-    a spacing of doubles, of a way that is short beside it. An overlap that this leaves counts as
-    touching, and nothing takes it away while inelastic impacts keep the balls together: so it adds
-    up over the pieces that either ball began since the two were last further `apart` than that [m].
-    A gap that rounding opens closes before they collide.
+    Each piece of a ball's motion starts at a rounded position, with an error of half an ulp of each
+    coordinate. The resulting overlap counts as touching, and nothing removes it while inelastic
+    impacts keep the balls together. So overlaps add up over all pieces of both balls since their
+    gap was last larger than `apart` [m]. (A gap opened by rounding closes before the balls
+    collide.)
     """
     assert isinstance(result.trajectory, ExactTrajectory)
     begins = np.concatenate([result.trajectory.segments[k][:, 0] for k in (a, b)])
-    begins = np.sort(begins[begins <= times.max()])  # one of both balls counts twice
+    begins = np.sort(begins[begins <= times.max()])  # a start of both balls counts twice
     between = 0.5 * (begins + np.append(begins[1:], times.max()))
     dimensions = 3 if result.scene.physics.airborne else 2
     places = result.sample(between).positions[:, [a, b], :dimensions]
@@ -119,7 +119,7 @@ def _left_by_impacts(result: Result, a: int, b: int, times: np.ndarray, apart: f
 
 
 def _jump(result: Result) -> str | None:
-    """Return where a ball jumps from one piece of its motion to the next."""
+    """Return the jump of a ball between two pieces of its motion, if there is one."""
     assert isinstance(result.trajectory, ExactTrajectory)
     instants = np.unique(
         np.concatenate([segments[:, 0] for segments in result.trajectory.segments])
@@ -131,7 +131,7 @@ def _jump(result: Result) -> str | None:
     size = np.maximum(np.abs(before.velocities), np.abs(after.velocities))
     way = size * np.spacing(instants)[:, np.newaxis, np.newaxis]
     off = np.abs(after.positions - before.positions) - way
-    # The way of a ball that stops is the difference of two, of which one is twice as long.
+    # The way of a stopping ball is the difference of two terms, one of them twice as long.
     limit = _slack(result, after.positions)
     limit += gap_rounding(result.scene, after.positions) if len(instants) else 0.0
     if len(off) and not off.max() <= limit:
@@ -141,7 +141,7 @@ def _jump(result: Result) -> str | None:
 
 
 def _slack(result: Result, places: np.ndarray) -> float:
-    """Return how far off contacts and pieces of motion may be [m]."""
+    """Return the tolerance for contacts and for joints of pieces [m]."""
     diameter = 2.0 * float(result.scene.radii.max())
     slack = gap_rounding(result.scene, places) if len(places) else 0.0
     if result.work["contact_steps"]:

@@ -1,4 +1,4 @@
-"""One shot played in several ways that must give the same bits."""
+"""Checks that one shot, simulated in several ways, gives bit-identical results."""
 
 from __future__ import annotations
 
@@ -25,40 +25,42 @@ from ghostball.model.sines import cosines_and_sines
 
 MOST_EVENTS = 1_000_000
 MOST_WORK = 4_000_000_000
-"""What a random scene may take: events and contact steps, and work, less than a run may by default.
-Nearly all take a ten thousandth of it; balls that lie on each other in the air take most, or that
-move very slowly in contact where no cloth stops them."""
+"""Limits of a random scene on events and contact steps, and on work, below a run's defaults.
+
+Nearly all scenes need a ten-thousandth of the limits. Balls that rest on each other in the air, and
+balls that move very slowly in contact without cloth friction, need the most.
+"""
 
 THREADS: Final = (1, 2, 5)
 
 PARTS: Final = (Skip.AIR_AND_FLIGHT,)
-"""Skips that leave out parts of the kernels: all are off at once, so that one more is compiled."""
+"""Skips of parts of the kernels; disabled together, so that only one more kernel is compiled."""
 
 ALONE: Final = tuple(
     skip for skip in Skip if skip not in {*PARTS, *BUILT_IN, Skip.ADVANCEMENT, Skip.FAR_CELLS}
 )
-"""Skips that are off one by one. `ADVANCEMENT` isn't the same to the bit, and says so; of
-`FAR_CELLS`, `cells` is the other way round."""
+"""Skips that are disabled one by one, without `ADVANCEMENT`, which may change rounding, and
+`FAR_CELLS`, which the check `cells` tests in the opposite direction."""
 
 _LAST: list[Result] = []
 
 
 def play(scene: Scene, record: Record = "trajectory", no_skip: Collection[str] = ()) -> Result:
-    """Play a random scene within its limits."""
+    """Simulate a random scene within the limits of this module."""
     return simulate(
         scene, record=record, no_skip=no_skip, max_events=MOST_EVENTS, max_work=MOST_WORK
     )
 
 
 def played(scene: Scene) -> Result:
-    """Return the run that all else is compared with; the last scene's is kept."""
+    """Return the run for all comparisons; the run of the last scene is cached."""
     if not (_LAST and _LAST[0].scene is scene):
         _LAST[:] = [play(scene)]
     return _LAST[0]
 
 
 def records(scene: Scene) -> str | None:
-    """Return what differs where less is recorded."""
+    """Return the difference if less is recorded."""
     base = played(scene)
     others: tuple[Record, ...] = ("rest", "events")
     return _first(
@@ -67,7 +69,7 @@ def records(scene: Scene) -> str | None:
 
 
 def many(scene: Scene) -> str | None:
-    """Return what differs where the shot is one of several, on any number of threads."""
+    """Return the difference if the shot is one of a batch, on several numbers of threads."""
     base = played(scene)
     return _first(
         _of_batch(
@@ -80,9 +82,9 @@ def many(scene: Scene) -> str | None:
 
 
 def sweep(scene: Scene, shots: int = 3) -> str | None:
-    """Return what differs where the shot is one of a sweep, on any number of threads.
+    """Return the difference if the shot is one of a sweep, on several numbers of threads.
 
-    The first and the last shot are the same one.
+    The first and the last shot of the sweep are equal.
     """
     cue = next((k for k, ball in enumerate(scene.balls) if any(ball.velocity[:2])), None)
     if cue is None:
@@ -113,9 +115,9 @@ def sweep(scene: Scene, shots: int = 3) -> str | None:
 
 
 def starts(scene: Scene) -> str | None:
-    """Return what differs where the shot is one of several starts of balls that rest.
+    """Return the difference if the shot is given by arrays of initial states of resting balls.
 
-    The first and the last are the same one; between them all balls move half as fast.
+    The first and the last state are equal; in the states between, all balls move half as fast.
     """
     still = {"velocity": (0.0, 0.0, 0.0), "angular_velocity": None}
     slow = [
@@ -148,9 +150,9 @@ def starts(scene: Scene) -> str | None:
 
 
 def cells(scene: Scene) -> str | None:
-    """Return what differs where cells schedule the impacts, of however few balls.
+    """Return the difference if the grid schedules the impacts, for any number of balls.
 
-    And with all parts of the kernels.
+    The run also uses all parts of the kernels.
     """
     with cells_for_all():
         other = play(_anew(scene), no_skip=PARTS)
@@ -158,7 +160,7 @@ def cells(scene: Scene) -> str | None:
 
 
 def skipped(scene: Scene) -> str | None:
-    """Return what differs where skips that the scene uses are switched off."""
+    """Return the difference if skips that the scene uses are disabled."""
     base = played(scene)
     used = {use.skip for use in explain_skips(scene, record="events") if use.used}
     offs: list[tuple[Skip, ...]] = [(skip,) for skip in ALONE if skip in used]
@@ -175,7 +177,7 @@ def skipped(scene: Scene) -> str | None:
 
 @contextmanager
 def cells_for_all() -> Iterator[None]:
-    """Let cells schedule the impacts of any number of balls while the block runs."""
+    """Let the grid schedule the impacts of any number of balls within the block."""
     most, skips.MOST_PAIRED = skips.MOST_PAIRED, 0
     try:
         yield
@@ -184,7 +186,7 @@ def cells_for_all() -> Iterator[None]:
 
 
 def difference(base: Result, other: Result, how: str) -> str | None:
-    """Return where a run isn't another one, to the bit; 0.0 and -0.0 are the same."""
+    """Return the first difference of two runs, bit by bit; 0.0 and -0.0 are equal."""
     if base.status is not other.status:
         return f"{how}: {other.status.name} ({other.reason}) instead of {base.status.name}"
     if base.events is not None and other.events is not None:
@@ -231,7 +233,7 @@ def _of_batch(singles: list[Result], batch: Batch, threads: int) -> str | None:
 
 
 def _single_shots(scene: Scene, cue: int, speeds: Any, angles: Any) -> Iterator[Scene]:
-    """Yield the scenes that a sweep stands for, with the arithmetic that it says it has."""
+    """Yield the scenes of a sweep, computed with the documented arithmetic."""
     shot = scene.balls[cue]
     x, y = shot.velocity[:2]
     scale = max(abs(x), abs(y))
@@ -255,13 +257,13 @@ def _single_shots(scene: Scene, cue: int, speeds: Any, angles: Any) -> Iterator[
 
 
 def with_balls(scene: Scene, balls: list[Ball], **others: Any) -> Scene:
-    """Return the scene with other balls, and whatever else is to change."""
+    """Return the scene with other balls and, optionally, other changed fields."""
     kept = {name: getattr(scene, name) for name in ("name", "physics", "table", "t_max")}
     return Scene(**{**kept, "balls": tuple(balls), **others})
 
 
 def _anew(scene: Scene) -> Scene:
-    """Return an equal scene that nothing is kept of."""
+    """Return an equal scene without cached values."""
     return with_balls(scene, list(scene.balls))
 
 

@@ -1,4 +1,4 @@
-"""A scene, a run and a proof, stored and read back: the same to the bit."""
+"""Checks that a scene, a run and a certificate are bit-identical after storing and reading."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from ghostball.validation.runs.sampling import motion_of
 from same.plays import played
 
 PROOF: Final = CertifiedSettings(start_precision=106, max_precision=106, max_events=2)
-"""How far a scene is proved: what is stored is of the same kind from the first event on."""
+"""Limits of the proof of a scene; a certificate with two events has all kinds of stored values."""
 
 
 def scene_file(scene: Scene) -> str | None:
-    """Return what differs in a scene that was written as TOML or as JSON, and read back."""
+    """Return the difference of a scene after writing it as TOML or JSON and reading it."""
     for name, other in (
         ("TOML", Scene.loads(toml.dumps(scene))),
         ("JSON", Scene.model_validate_json(scene.model_dump_json(by_alias=True))),
     ):
-        # By their text, which tells 0.0 from -0.0.
+        # Compared as text, which distinguishes 0.0 and -0.0.
         if repr(other) != repr(scene):
             return f"the scene read back from {name} is {other!r} instead of {scene!r}"
     return None
 
 
 def results(scene: Scene) -> str | None:
-    """Return what differs in a run that was stored in a results folder, and read back."""
+    """Return the difference of a run after storing it in a results folder and reading it."""
     result = played(scene)
     end = energy_of(scene, result.final_state)
     case = record(
@@ -64,7 +64,7 @@ def results(scene: Scene) -> str | None:
 
 
 def proof(scene: Scene) -> str | None:
-    """Return what differs in the proof of a shot that was stored and read back."""
+    """Return the difference of a certificate after storing and reading it."""
     try:
         certificate = certify(scene, PROOF, motion=True, cached=False)
     except UnsupportedSceneError:  # a slide in air
