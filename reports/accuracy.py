@@ -44,8 +44,8 @@ CLASSES: Final[Mapping[AccuracyKind, ClassLook]] = {
     "centimetres": ClassLook("cm", "1 cm or more", "cm", "dark_orange3"),
     "another shot": ClassLook(
         "wrong collisions",
-        "collisions that differ from the reference; in "
-        "brackets, how many are right from the start, of how many in the reference",
+        "collisions that differ from the reference; in brackets: the number of collisions that are "
+        "right before the first wrong one, and the number in the reference",
         "other",
         "red",
     ),

@@ -180,7 +180,7 @@ def _factor_text(explanation: Explanation, factor: Factor) -> str:
     return (
         f"{_since(explanation)}, {explanation.label} behaves as if {factor.name} were {value} "
         f"{right}. The error is {style.format_length(factor.before)}{by}; with {right} it would be "
-        f"{style.format_length(factor.after)}, {left} of that."
+        f"{style.format_length(factor.after)}, {left} of the error."
         + _physical(explanation, factor)
         + "".join(f" Equally well explained if {one}." for one in factor.rivals)
     )

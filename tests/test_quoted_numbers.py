@@ -117,7 +117,7 @@ QUOTED = {
     ),
     "exactness": (
         "docs/measured.md",
-        r"Of (\d+) events certified in (\d+) random shots Ghostball's engine misses (\d+)\.",
+        r"Of the (\d+) certified events in (\d+) random shots, Ghostball's engine misses (\d+)\.",
         of_accuracy,
     ),
     "exactness in the paper": (

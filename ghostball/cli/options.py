@@ -161,8 +161,8 @@ ShotLimit = Annotated[
     float,
     typer.Option(
         metavar="SECONDS",
-        help="Time limit for a shot on an engine other than Ghostball's. Such an engine runs in "
-        "its own process, which is ended at the limit; the engine then did not finish.",
+        help="Time limit for a shot on an engine other than Ghostball's. The engine runs in its "
+        "own process; at the limit the process is ended, and the engine did not finish.",
     ),
 ]
 
@@ -192,8 +192,8 @@ FormatOption = Annotated[
     Format,
     format_option(
         "What is printed on stdout: tables, one JSON object, comparisons with the reference as "
-        'CSV, JUnit XML, Markdown such as for "$GITHUB_STEP_SUMMARY", or notes that GitHub '
-        "shows with a workflow's run. Unless it is text, the tables go to stderr."
+        'CSV, JUnit XML, Markdown such as for "$GITHUB_STEP_SUMMARY", or annotations of a GitHub '
+        "workflow run. With a format other than text, the tables go to stderr."
     ),
 ]
 

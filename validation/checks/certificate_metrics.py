@@ -111,7 +111,7 @@ def _phase_time_error(run: RunAndTruth) -> float:
     ends = phase_ends(events_of_certificate(certificate), found, run.result.rest_time)
     errors = [one.late_by for one in ends if one.true.t < until]
     if not errors:
-        raise NotMeasuredError("the run reports no certified end of a slide or a roll")
+        raise NotMeasuredError("no certified end of a slide or a roll is among the run's events")
     return max(errors)
 
 
@@ -247,7 +247,7 @@ def _first_landing_error(run: RunAndTruth) -> float:
     if stated_error(run.resolution) == 0.0:
         raise NotMeasuredError("`event_time_error` compares all events of this engine")
     if landing is None:
-        raise NotMeasuredError("the certified result has another contact first, or no landing")
+        raise NotMeasuredError("the certified result has no landing, or another contact before it")
     found = events_in(events_of(run.result), (EventKind.BALL_CLOTH,))
     times = [one.t for one in found if one.a == landing.a]
     if not found:

@@ -29,12 +29,12 @@ app = typer.Typer()
 class RegressOptions(SuiteOptions):
     """Show what changed in an engine since its baselines were accepted.
 
-    Runs the scenes as `validate` does, into the same folder, and compares each with its baseline. A
-    scene is unchanged, changed by rounding only, better, worse, has wrong collisions, or changed in
-    a way that no reference result judges. The first event that differs is named. Exit status 1 if a
-    scene or a work counter changed, unless `--fail-on` is more lenient. A change by rounding only
-    is a failure of Ghostball's own engine, but not of other engines. Exit status 4 if a scene can't
-    be compared, for example because it has no baseline.
+    Runs the scenes as `validate` does, into the same folder, and compares each with its baseline.
+    The answer for a scene is unchanged, changed by rounding only, better, worse, or wrong
+    collisions; or changed, if the errors don't show which result is better. The first event that
+    differs is named. Exit status 1 if a scene or a work counter changed, unless `--fail-on` is more
+    lenient. A change by rounding only fails for Ghostball's own engine, but passes for other
+    engines. Exit status 4 if a scene can't be compared, for example because it has no baseline.
     """
 
     scenes: SceneNames = None

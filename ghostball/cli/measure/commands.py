@@ -43,8 +43,8 @@ class RunOptions(ShotOptions):
     record: Annotated[
         RecordChoice | None,
         typer.Option(
-            help="Record only rest positions, also the events (--format json prints them), or "
-            "also the whole motion (default: rest; with --plot: trajectory)."
+            help="What to record: the rest positions; also the events (--format json prints "
+            "them); or also the whole motion (default: rest; with --plot: trajectory)."
         ),
     ] = None
     plot: Annotated[
@@ -58,7 +58,8 @@ class RunOptions(ShotOptions):
         str | None,
         typer.Option(
             metavar="HASH",
-            help="Fail unless events and rest positions have this hash (see `--record events`).",
+            help="Fail if the hash of the events and rest positions is a different one "
+            "(`--record events` prints the hash).",
         ),
     ] = None
 
@@ -93,8 +94,8 @@ class ValidateOptions(SuiteOptions):
             "--metric",
             metavar="GLOB",
             help="Metric to compute and check, such as rest_error_max or 'energy_*'; repeatable "
-            "(default: all; `ghostball scenes --metrics` lists them). Limits on all other "
-            "metrics are left out; their number is printed.",
+            "(default: all; `ghostball scenes --metrics` lists them). Limits on other metrics "
+            "aren't checked; the command prints how many.",
         ),
     ] = None
     cluster: ClusterAddress = None
@@ -113,8 +114,9 @@ class ValidateOptions(SuiteOptions):
         str | None,
         typer.Option(
             metavar="SIZE",
-            help="Largest perturbation: of the speed (relative) and the direction (rad), and of "
-            "x and y of each ball (m) (default: velocity=1e-3,position=1e-4).",
+            help="Largest perturbation of each ball: velocity is that of the speed (relative) "
+            "and of the direction (rad), position that of x and y (m) (default: "
+            "velocity=1e-3,position=1e-4).",
         ),
     ] = None
     details: Annotated[
@@ -170,9 +172,9 @@ class ExplainOptions(ShotOptions):
 class FitOptions(ShotOptions):
     """Fit the physics of a real table to tracks of its balls.
 
-    The fit uses the clean events in the tracks: stretches of rolling, contacts with one cushion,
-    hits of a ball at rest. The engine simulates each event, and the fitted values minimize the
-    differences from all of them. Needs: pip install '.[fit]' in a clone of Ghostball. Exit status 2
+    The fit uses events in which nothing else disturbs a ball: a ball rolls, hits one cushion, or
+    hits a ball at rest. The engine simulates each event, and the fitted values minimize the
+    differences from the tracks. Needs: pip install '.[fit]' in a clone of Ghostball. Exit status 2
     if there are too few events.
     """
 
@@ -206,8 +208,8 @@ class FitOptions(ShotOptions):
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Cushion law, named as in [physics] (default: the best fit, or the preset's law "
-            "if the tracks don't distinguish them).",
+            help="Cushion law, named as in [physics] (default: the law that fits best, or the "
+            "preset's law if the tracks can't decide).",
         ),
     ] = None
     nose_height: Annotated[
@@ -274,7 +276,7 @@ class StressOptions(SuiteOptions):
     out: Annotated[
         Path | None,
         out_option(
-            "Results folder. A run continues an earlier one by the same code (default: out/stress)."
+            "Results folder. A run continues an earlier run of the same code (default: out/stress)."
         ),
     ] = None
     cluster: ClusterAddress = None

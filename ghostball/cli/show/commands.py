@@ -34,7 +34,7 @@ app = typer.Typer()
 class ReportOptions:
     """Write the report of a run, or print or export its results.
 
-    Runs of `stress` within the folder are a section of the report. In Python,
+    If the folder contains results of `stress`, the report has a section about them. In Python,
     `Results.open(DIR).to_frame()` gives the exported tables as data frames.
     """
 
@@ -121,8 +121,8 @@ class EnginesOptions:
         bool,
         typer.Option(
             "--recipe",
-            help="Print the best known settings as code for that engine, ready to paste, with a "
-            "comment on what each changes.",
+            help="Print the best known settings of the engine as a program that needs only this "
+            "engine; its comments explain the effect of each setting.",
         ),
     ] = False
     check: Annotated[

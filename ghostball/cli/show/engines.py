@@ -28,9 +28,10 @@ from ghostball.validation.parallel.sources import PACKAGE_OF, version_of, versio
 from ghostball.validation.scenes.library import select
 
 ENGINES_KEY = (
-    "Main gaps: unsupported features that most of the {count} shipped scenes need.\n"
+    "Main gaps: the unsupported features that the largest number of the {count} shipped scenes "
+    "needs; in brackets, this number.\n"
     "`ghostball engines NAME` lists all features and settings, and why an engine is unavailable; "
-    "with --recipe, its best settings as code for that engine ({recipes})."
+    "with --recipe, it prints the best settings of the engine as a program ({recipes})."
 )
 
 GAPS_SHOWN = 2

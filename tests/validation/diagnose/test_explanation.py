@@ -251,7 +251,7 @@ def test_no_run_is_made_twice(monkeypatch):
 def test_a_coefficient_comes_with_what_it_leaves():
     found = explain(hit(), stepping(rolling=5 / 7, **SAME), label="mine")
     assert found.factor.after < LARGEST_REMAINDER * found.factor.before
-    assert re.search(r"it would be \S+ \S+, 0\.\d+ % of that", reason_of(found))
+    assert re.search(r"it would be \S+ \S+, 0\.\d+ % of the error", reason_of(found))
 
 
 @pytest.mark.parametrize("name", ["break-7", pytest.param("break-16", marks=pytest.mark.slow)])
