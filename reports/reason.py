@@ -194,9 +194,9 @@ def _physical(explanation: Explanation, factor: Factor) -> str:
         right, value = (f"{gravity * one:.{SHOWN}g}" for one in (factor.right, factor.value))
         return f" A {how} ball should slow by {right} m/s\u00b2, but slows by {value}."
     if factor.what == "ball_restitution":
-        return " (It is separation speed / approach speed along the line of centres.)"
+        return " (Restitution is separation speed / approach speed along the line of centres.)"
     if factor.what == "cushion_restitution":
-        return " (It is rebound speed / approach speed normal to the cushion.)"
+        return " (Restitution is rebound speed / approach speed normal to the cushion.)"
     return ""
 
 
