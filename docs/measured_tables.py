@@ -141,8 +141,8 @@ def pymunk_recipe_reaches() -> str:
     (own, own_steps, _), (exact_off, exact_steps, frames) = found
     return (
         f"The program takes {own_steps} time steps of 1 ms, and the rest position error of the cut "
-        f"is {own}. With time steps that end at contacts, the error is {exact_off}, and the program "
-        f"calls `space.step` {exact_steps} times in {frames} frames."
+        f"is {own}. With time steps that end at contacts, the error is {exact_off}, and the "
+        f"program calls `space.step` {exact_steps} times in {frames} frames."
     )
 
 
