@@ -30,7 +30,7 @@ from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.requirements import Requirements
 from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.parallel.sources import is_ours
-from ghostball.validation.runs.engine_runs import first_played, in_other_process
+from ghostball.validation.runs.engine_runs import in_other_process, smallest_supported
 from ghostball.validation.runs.runner import check_limits
 from ghostball.validation.scenes.commands import regress as regress_command
 from ghostball.validation.scenes.library import scene_names, select
@@ -228,7 +228,7 @@ class _TestPlan:
     def _first(self) -> str:
         if is_ours(self.engine.spec):  # Ghostball's own tests check the shipped engines
             return ""
-        return first_played(self.engine.make(), self.scenes)
+        return smallest_supported(self.engine.make(), self.scenes)
 
     @cached_property
     def _player(self) -> ReferenceEngine:

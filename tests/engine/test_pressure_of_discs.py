@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ghostball.engine import simulate
 from ghostball.model import POOL_BALL_RADIUS as RADIUS, EventKind, ExactTrajectory, Result
-from ghostball.validation.checks.relations import begun_at_end
+from ghostball.validation.checks.relations import scene_from_end
 from ghostball.validation.stress.gas import collision_rate, gas
 
 LAYERS = 10.0 * RADIUS
@@ -141,7 +141,7 @@ def test_the_pressure_is_that_of_the_literature(packing, collisions):
     scene = gas(rows, packing, MIXING * rows**2 / rate)
     result, parts = simulate(scene, max_events=10_000_000), []
     for _ in range(BLOCKS):
-        following = begun_at_end(result, collisions / rate / BLOCKS)
+        following = scene_from_end(result, collisions / rate / BLOCKS)
         result = simulate(following, record="trajectory", max_events=10_000_000)
         parts.append(middle_of(result, 0.0, result.rest_time))
     blocks, side = np.array(parts), scene.table.length

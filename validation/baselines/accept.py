@@ -16,7 +16,7 @@ from ghostball.validation.baselines.baseline import (
     baseline_path,
     load_baseline,
 )
-from ghostball.validation.baselines.gate import Gate, accepted_now, played_in, sources_hash
+from ghostball.validation.baselines.gate import Gate, accepted_now, compared_run_in, sources_hash
 from ghostball.validation.baselines.regression import Regression, SceneChange, load_regression
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.results.files import write_all_whole
@@ -166,7 +166,7 @@ def _is_any(scene: str, patterns: Sequence[str]) -> bool:
 
 def _baseline_of(change: SceneChange, run: Results, accepted: Accepted, gate: Gate) -> Baseline:
     """Return the baseline that accepts a run; the run must be the one that was compared."""
-    played = played_in(run, gate, change.scene)
+    played = compared_run_in(run, gate, change.scene)
     if played.record.bits != change.head_hash:
         raise AcceptError(
             f"{change.scene}: its run isn't the one that was compared, so nobody has reviewed "

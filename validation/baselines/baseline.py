@@ -45,7 +45,7 @@ A difference in later events shows in the hashes only; `ghostball diff` of two r
 """
 
 ENDING = ".json"
-_RESTORE = "Restore it (git checkout), or remove it and accept anew"
+_RESTORE = "Restore it (git checkout), or remove it and accept again"
 _LINES = 3
 """Nesting levels of a file whose entries have a line each, so git shows which of them changed."""
 
@@ -253,7 +253,7 @@ def load_baseline(path: Path, engine: str = OURS) -> Baseline:
     if data["schema"] != SCHEMA:
         raise BaselineSchemaError(
             f"{path}: `schema` must be {SCHEMA}, got {data['schema']!r}: another version of "
-            "ghostball wrote it. Use that version, or run `ghostball regress` and accept anew"
+            "ghostball wrote it. Use that version, or run `ghostball regress` and accept again"
         )
     try:
         baseline = Baseline.model_validate(data)
@@ -272,7 +272,7 @@ def load_baseline(path: Path, engine: str = OURS) -> Baseline:
         raise BaselineError(
             f"{path}: `engine` must be `{engine}`, got `{baseline.engine}`: one engine can't be "
             "compared with another. Give each engine a folder of its own, or remove the file and "
-            "accept anew"
+            "accept again"
         )
     return baseline
 

@@ -96,7 +96,7 @@ def compare(
         why = f"the engine runs the scene now; it did not before: {one.reason or one.outcome}"
         return SceneChange(**common, change="better", summary=why)
     common |= _numbers(one, two)
-    if allowance is None:  # two engines count different work
+    if allowance is None:  # work counters of two engines can't be compared
         common["counters"] = ()
     if one.bits == two.bits != "" and _end_of(one) == _end_of(two):
         return SceneChange(**common, change="unchanged", summary=_said(["bit-identical"], common))
@@ -290,7 +290,7 @@ def _end_moved(
         return True
     if explained.rest is None:
         return False
-    # a baseline holds the order of all events, and the time of the last
+    # A baseline stores the order of all events, and the time of the last one.
     if min(before.until, after.until) < math.inf:
         late = abs((one.rest_time or 0.0) - (two.rest_time or 0.0))
         if before.sequence != after.sequence or not late <= explained.event_times[-1]:

@@ -68,7 +68,7 @@ from ghostball.validation.suite.case import blank_record, failed
 from ghostball.validation.suite.judge import Case, TruthFailure
 from ghostball.validation.suite.unchanged import hash_of
 
-PlayAgain = Callable[[Scene], str]
+RunAgain = Callable[[Scene], str]
 """Simulate a scene again and return the hash of the result, or why there is none."""
 
 NOT_FINITE = "its results contain NaN or infinity, so they can't be compared or accepted"
@@ -131,14 +131,14 @@ def compare_results(
     changes: list[SceneChange] = []
     warnings: list[str] = []
     cases: list[CaseRecord] = []
-    with playing_again(gate.label, time_limit) as play_again:
+    with second_runs(gate.label, time_limit) as run_again:
         for name in _scenes_of(results, gate.label, whole=whole):
-            played = played_in(results, gate, name)
+            played = compared_run_in(results, gate, name)
             case = played.record
             never = case.outcome not in ("ran", "failed") and not gate.guards(name)
             if never or (only is not None and name not in only):
                 continue
-            change, warning = _compare(played, gate, environment, play_again)
+            change, warning = _compare(played, gate, environment, run_again)
             changes.append(_judged(change, gate, fail_on, case.broken))
             warnings += warning
             cases.append(case)
@@ -169,13 +169,13 @@ def compare_case(
 
     Raises `BaselineError` if the baseline is damaged.
     """
-    with playing_again(gate.label, time_limit) as play_again:
-        change, _ = _compare(played, gate, head_of(gate.label), play_again)
+    with second_runs(gate.label, time_limit) as run_again:
+        change, _ = _compare(played, gate, head_of(gate.label), run_again)
     return _judged(change, gate, fail_on)
 
 
 @contextmanager
-def playing_again(label: str, time_limit: float | None = None) -> Iterator[PlayAgain]:
+def second_runs(label: str, time_limit: float | None = None) -> Iterator[RunAgain]:
     """Yield a function that simulates a scene again; nothing is started before its first call.
 
     `label`: the engine with its settings.
@@ -205,7 +205,7 @@ def head_of(label: str) -> dict[str, Any]:
 
 
 def outcome_of(changes: Sequence[SceneChange], fail_on: FailOn = "changed") -> Any:
-    """Return the outcome of a comparison; without anything compared it doesn't pass."""
+    """Return the outcome of a comparison, which doesn't pass if nothing was compared."""
     if any(change.failed for change in changes):
         return "failed"
     incomparable = any(change.change in UNCOMPARED for change in changes) and fail_on != "limits"
@@ -218,7 +218,7 @@ def _scenes_of(results: Results, label: str, *, whole: bool) -> Iterator[str]:
     yield from (scene.name for scene in many_balls() if whole and label == OURS)
 
 
-def played_in(results: Results, gate: Gate, scene: str) -> ComparedRun:
+def compared_run_in(results: Results, gate: Gate, scene: str) -> ComparedRun:
     """Return the run of an engine in a compared scene; shots with many balls run again.
 
     Raises `GhostballError` if the results hold no run of the scene.
@@ -268,7 +268,7 @@ def _judged(
 
 
 def _compare(
-    played: ComparedRun, gate: Gate, environment: Mapping[str, Any], play_again: PlayAgain
+    played: ComparedRun, gate: Gate, environment: Mapping[str, Any], run_again: RunAgain
 ) -> tuple[SceneChange, list[str]]:
     """Return the change of a scene, and warnings."""
     record, path = played.record, baseline_path(gate.folder, played.record.scene)
@@ -292,7 +292,7 @@ def _compare(
             uncompared = ("not-comparable", str(error))
     facts["base_hash"] = "" if baseline is None else baseline.record.bits
     # An accepted result isn't simulated again: the engine has produced it twice.
-    if record.bits != facts["base_hash"] and (again := play_again(scene)) != record.bits:
+    if record.bits != facts["base_hash"] and (again := run_again(scene)) != record.bits:
         how = again if again.startswith("it failed") else "it gave a different result"
         why = (
             f"the engine ran the scene twice: the second time {how}, so nothing can be compared or "

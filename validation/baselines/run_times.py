@@ -30,7 +30,7 @@ LONGEST = 2.0
 _PROGRAM = """\
 import json, os, sys
 answers = os.fdopen(os.dup(1), "w")
-os.dup2(2, 1)  # what an engine prints must not get between the answers
+os.dup2(2, 1)  # the output of an engine must not mix with the answers
 from ghostball.model import Scene
 from ghostball.reference_adapters import make_engine
 engines = {}

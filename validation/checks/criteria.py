@@ -192,7 +192,7 @@ class Criteria(BaseModel, frozen=True, extra="forbid"):
         return found if isinstance(found, StepRule) else None
 
     def check_engines(self, known: Iterable[str], source: str) -> None:
-        """Check that every selector names an installed engine: a typo would check nothing."""
+        """Check that every selector names an installed engine, to detect misspelt names."""
         names = tuple(known)
         for table in _MODELS:
             for i, row in enumerate(getattr(self, table)):

@@ -112,8 +112,8 @@ def _way_back(run: RunAndTruth) -> tuple[float, float]:
 
     Each collision of two balls multiplies errors by about ten, so after some dozens of collisions
     per ball, rounding alone prevents the return. The tangent map of Ghostball's engine on the way
-    back gives the size of this effect. Errors of the way there don't grow: exact motion backwards
-    would undo their growth. The way back adds errors of its own.
+    back gives the size of this effect. Exact motion backwards would reduce errors of the way there
+    to their original size; the way back adds errors of its own.
     """
     engine, result = _engine_of(run), run.result
     scene, turn = result.scene, result.rest_time
@@ -125,7 +125,7 @@ def _way_back(run: RunAndTruth) -> tuple[float, float]:
     if ROUNDINGS * rounding > RETURN_DISTANCE * float(np.min(scene.radii)):
         raise NotMeasuredError("rounding alone keeps the reversed shot from returning to its start")
     try:
-        back = begun_at_end(result, turn, -1.0)
+        back = scene_from_end(result, turn, -1.0)
     except SceneError as error:
         raise RunIncompleteError(f"its final state isn't a valid initial state: {error}") from error
     off = _played(engine, back).rest_positions - scene.positions
@@ -139,12 +139,12 @@ def rounding_of_way_back(scene: Scene, turn: float) -> float:
     and at least one rounding of the largest coordinate.
     """
     there = run_ours(scene.model_copy(update={"t_max": turn}), "rest")
-    back = run_ours(begun_at_end(there, turn, -1.0))
+    back = run_ours(scene_from_end(there, turn, -1.0))
     least = float(np.max(np.abs(scene.positions)))
     return UNIT_ROUNDOFF * max(float(np.max(back.sensitivity([turn]))), least)
 
 
-def begun_at_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
+def scene_from_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
     """Return the scene that starts at the end of a run; with `sign` -1 it runs backwards.
 
     For balls that always roll without friction: their velocity determines their spin. All

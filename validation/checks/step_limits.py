@@ -122,13 +122,13 @@ SLIDING_NOISE = 1e-6
 """Allowed relative gain of energy if balls slide: the contact with a table in space is noisy."""
 
 OVERLAP_MARGIN = 10.0
-"""Allowed overlap, in resolutions, of a contact at the end of a step: the engine continues there.
+"""Allowed overlap at a contact that ends a step, in units of the resolution.
 
-The last step must be long enough for the engine to see the contact, which takes some resolutions.
+The last step must be long enough for the engine to detect the contact: some resolutions.
 """
 
 _TOUCHING_ROUNDINGS = 1024.0
-"""Allowed error of a gap, in roundings of a coordinate: an engine takes some at each event."""
+"""Allowed error of a gap, in roundings of a coordinate: an engine makes several at each event."""
 
 _CLOCK_ROUNDINGS = 4.0
 """Roundings of a time during which balls may continue into each other."""

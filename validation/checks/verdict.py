@@ -185,8 +185,8 @@ def rest_error_standing(case: CaseRecord | None) -> RestError:
 def is_outcome_judged(case: CaseRecord) -> bool:
     """Return True if some check, passed or not, judges the outcome.
 
-    False if a limit lets a ball end more than a radius from its place and no tighter limit applies:
-    then correct collision counts aren't enough.
+    False if a limit allows a rest error of more than the smallest radius, and no tighter limit
+    applies: then correct collision counts aren't enough.
     """
     ends_judged = rest_verdict_of(case) is not Verdict.SHOWN
     if not ends_judged and any(_is_too_wide(check, case) for check in case.checks):
@@ -195,7 +195,7 @@ def is_outcome_judged(case: CaseRecord) -> bool:
 
 
 def _is_too_wide(check: Check, case: CaseRecord) -> bool:
-    """Return True if a check lets a ball end more than a (smallest) radius from its place."""
+    """Return True if a check allows a rest error of more than the smallest radius."""
     if not check.metric.startswith("rest_error") or check.unit != "m":
         return False
     radii = [ball["radius"] for ball in case.definition.get("balls", ())]

@@ -80,7 +80,7 @@ class ContactFault:
     right: float
 
     @property
-    def makes_energy(self) -> bool:
+    def gains_energy(self) -> bool:
         """Whether the balls gain energy in these contacts."""
         return self.what == "energy" and self.measured > 1.0 + ENERGY_ERROR
 

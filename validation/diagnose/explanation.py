@@ -291,7 +291,7 @@ def _causes(
     factor = wrong_factor(known, result, found.instant)
     if fault is None or factor is None:
         return fault, factor
-    if factor.acts_on_the_way or (fault.makes_energy and not factor.is_simple):
+    if factor.acts_on_the_way or (fault.gains_energy and not factor.is_simple):
         return fault, None
     return None, factor
 

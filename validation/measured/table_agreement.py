@@ -78,7 +78,7 @@ def agreement_with_tables(label: str, engine: ReferenceEngine, play: Play) -> Ta
 
 
 def families_of(name: str, player: MeasuredEngine) -> list[FigureFamily]:
-    """Return the simulated families of a measurement, or what the engine lacks."""
+    """Return the families of a measurement with the engine's values, or the reason for none."""
     facts, (settings_of, figures_of) = facts_of(name), MEASUREMENTS[name]
     families, settings, failed = families_in(facts), settings_of(player), False
     if settings is None:

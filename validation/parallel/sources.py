@@ -46,7 +46,7 @@ LIBRARIES = (
     *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core"),
     *("mujoco-core", "box2d", "dartpy", "sapien", "pyb2d3", "rapier3d"),
 )
-"""Distributions that compute, or on which such a distribution depends."""
+"""Distributions that compute numbers, and their dependencies."""
 
 PACKAGES = ("ghostball", *LIBRARIES)
 """Distributions with versions that can affect numbers."""
@@ -85,7 +85,7 @@ def source_folders() -> tuple[Path, ...]:
 def hash_sources(folders: Iterable[Path]) -> str:
     """Return the hash of every file of code below `folders`: names, paths and contents.
 
-    A folder may be given by the `__init__.py` in it; any other file stands for itself.
+    The path of an `__init__.py` stands for its folder; any other file is hashed alone.
     """
     digest = hashlib.sha256()
     for one in folders:

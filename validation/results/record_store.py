@@ -60,7 +60,7 @@ class RecordStore(Generic[W, R]):
     `code_of`: returns the hash of all code that makes the record of a name, including that of an
         external engine; default: `code`.
     `adapter`: reads and writes a record as JSON.
-    `what`: what messages about damaged records call them.
+    `what`: name of the records in messages about damaged ones.
     `document`: name of the document with the options and the state of a run; None: no document.
     `others_stay`: whether records of the same code that this run isn't asked for belong to its
         results.
@@ -109,7 +109,7 @@ class RecordStore(Generic[W, R]):
 
     @contextmanager
     def reserved(self) -> Iterator[None]:
-        """Lock the folder before it is read, so that what was read stays valid.
+        """Lock the folder before it is read, so that its content can't change afterwards.
 
         Raises `ResultsError` if another run holds the lock, or if the results can't be read.
         """

@@ -80,7 +80,7 @@ def run_engine(engine: ReferenceEngine, scene: Scene, record: Record = "trajecto
     return result if reason == result.reason else replace(result, reason=reason)
 
 
-def first_played(engine: ReferenceEngine, scenes: Sequence[Scene]) -> str:
+def smallest_supported(engine: ReferenceEngine, scenes: Sequence[Scene]) -> str:
     """Return the supported scene with the fewest balls, by name; "" if there is none.
 
     `differs_by_record` is called for this scene only, because it takes two more runs.

@@ -75,7 +75,7 @@ def symmetric(most: float) -> tuple[Criterion, ...]:
 
 def bounded(events: int, steps: int) -> tuple[Criterion, ...]:
     """Return the limits on the events and the contact steps of a shot that must not get stuck."""
-    why = "Three times the most that any such shot needs; a stuck ball needs thousands."
+    why = "Three times the largest number in a shot of this kind; a stuck ball needs thousands."
     return (
         limit("event_count", why, at_most=events),
         limit("contact_steps", why, at_most=steps),

@@ -223,7 +223,8 @@ def _restitutions(size: StressSize) -> Iterator[StressShot]:
             if kind != SLIDING:
                 laws["cushion"] = "restitution"
             scene = bank(Physics(**(fields | laws)))
-            # A cushion without restitution holds a ball that its spin drives: not certified.
+            # A ball stays at a cushion without restitution if its spin drives it on: this can't be
+            # certified.
             least = 5 if kind == SLIDING and restitution <= 1e-12 else None
             name = f"restitution-cushions-{kind}-{restitution:.13g}"
             yield shot(name, scene, proved=least, restitution=restitution)

@@ -85,8 +85,7 @@ def elastic_break() -> Scene:
 def bounces() -> Scene:
     """Return a ball that rolls back and forth between two cushions.
 
-    Each cushion takes a part of its speed, so an engine that detects it late has a different
-    energy.
+    Each cushion reduces its speed, so an engine that detects a cushion late has a different energy.
     """
     table = Table(length=0.8, width=0.4)
     physics = Physics(

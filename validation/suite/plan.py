@@ -26,7 +26,7 @@ from ghostball.validation.parallel.sources import is_ours
 from ghostball.validation.results.environment import describe_environment
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord
-from ghostball.validation.runs.engine_runs import first_played
+from ghostball.validation.runs.engine_runs import smallest_supported
 from ghostball.validation.runs.runner import check_each_once
 from ghostball.validation.scenes.library import find_scene, paths_among, scene_names, scene_path
 from ghostball.validation.suite.ensemble import Ensemble
@@ -114,7 +114,7 @@ def plan(
     for label in of_others:
         given = [one for one in scenes if only is None or (one.name, label) in only]
         mine = [one for one in given if one.name not in origins]
-        firsts[label] = first_played(make_engine(label), mine)
+        firsts[label] = smallest_supported(make_engine(label), mine)
     asked: dict[Name, Requirements] = {}
     inputs: dict[Name, str] = {}
     for scene in scenes:

@@ -10,7 +10,7 @@ import pytest
 from ghostball.model import GhostballError
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError
 from ghostball.validation.baselines.baseline import baseline_path
-from ghostball.validation.baselines.gate import played_in
+from ghostball.validation.baselines.gate import compared_run_in
 from ghostball.validation.baselines.regression import load_regression, save_regressions
 
 
@@ -99,10 +99,10 @@ def test_only_what_is_asked_for_is_read_or_simulated_again(accepted, monkeypatch
 
     def played(results, gate, scene):
         asked.append(scene)
-        return played_in(results, gate, scene)
+        return compared_run_in(results, gate, scene)
 
     accepting = import_module("ghostball.validation.baselines.accept")  # not the function
-    monkeypatch.setattr(accepting, "played_in", played)
+    monkeypatch.setattr(accepting, "compared_run_in", played)
     accepted.plant({"cut": 1.01, "roll": 0.99})
     accepted.compare()
     assert accepted.accept(only=["cut"]).left == ("roll",)

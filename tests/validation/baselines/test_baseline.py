@@ -27,7 +27,7 @@ from ghostball.validation.suite.unchanged import hash_of
 
 RUN = gate.played(gate.cut_shot())
 BASELINE = Baseline.of(RUN, gate.ACCEPTED)
-ADVICE = "Restore it (git checkout), or remove it and accept anew"
+ADVICE = "Restore it (git checkout), or remove it and accept again"
 
 
 @pytest.fixture
@@ -146,7 +146,7 @@ def test_nonsense_is_refused_by_its_name_though_its_hash_is_right(file, kind):
     message = str(raised.value)
     assert message.startswith(f"{file}: ")
     assert said in message
-    assert "accept anew" in message
+    assert "accept again" in message
     assert not isinstance(raised.value, BaselineSchemaError)
 
 
@@ -163,7 +163,7 @@ def test_a_file_that_was_cut_short_is_refused(file, part):
 @pytest.mark.parametrize("schema", [2, 5, "4", [], None])
 def test_another_schema_is_an_error_of_its_own(file, schema):
     edited(file, lambda data: data.update(schema=schema, news=1), hashed=False)
-    with pytest.raises(BaselineSchemaError, match=r"`schema` must be 4, got .*accept anew"):
+    with pytest.raises(BaselineSchemaError, match=r"`schema` must be 4, got .*accept again"):
         load_baseline(file)
 
 

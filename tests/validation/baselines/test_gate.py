@@ -15,7 +15,7 @@ from ghostball.validation.baselines import gate as gate_module
 from ghostball.validation.baselines.accept import CHANGES_FILE, AcceptError, RefusedError
 from ghostball.validation.baselines.baseline import Baseline, baseline_path, load_baseline
 from ghostball.validation.baselines.compared_run import ComparedRun
-from ghostball.validation.baselines.gate import outcome_of, playing_again
+from ghostball.validation.baselines.gate import outcome_of, second_runs
 
 SCENES = [gate.cut_shot(), gate.roll_shot()]
 
@@ -159,7 +159,7 @@ def test_an_engine_that_gives_other_bits_each_time_is_reported(accepted, unstead
 
 def test_a_shot_is_played_to_its_bits_or_to_why_there_are_none(monkeypatch):
     run = gate.played(SCENES[0])
-    with playing_again("ghostball") as again:
+    with second_runs("ghostball") as again:
         assert again(SCENES[0]) == run.record.bits
 
         def fails(*_):

@@ -15,9 +15,9 @@ from ghostball.validation.checks.metrics import measure
 from ghostball.validation.checks.relations import (
     RELATIONS,
     RETURN_DISTANCE,
-    begun_at_end,
     mirrored,
     rounding_of_way_back,
+    scene_from_end,
 )
 from ghostball.validation.grading.tolerances import ROUNDINGS
 from ghostball.validation.scenes.library import find_scene
@@ -121,7 +121,7 @@ def test_our_engine_is_lost_where_the_tangent_map_says():
     scene, lost, predicted = gas(3, 0.2, 4.0), [], []
     for turn in np.arange(0.25, 4.0, 0.125):
         there = simulate(scene.model_copy(update={"t_max": float(turn)}))
-        back = simulate(begun_at_end(there, float(turn), -1.0))
+        back = simulate(scene_from_end(there, float(turn), -1.0))
         off = np.linalg.norm(back.rest_positions - scene.positions, axis=1).max()
         lost.append(off > RETURN_DISTANCE * scene.radii.min())
         predicted.append(

@@ -23,7 +23,7 @@ def test_a_wrong_change_of_energy_is_measured(energy):
     assert (found.what, found.kind, found.count) == ("energy", EventKind.BALL_BALL, 1)
     assert found.measured == pytest.approx(energy, abs=1e-3)
     assert found.right == pytest.approx(1.0, abs=1e-3)
-    assert found.makes_energy == (energy > 1.0)
+    assert found.gains_energy == (energy > 1.0)
 
 
 def test_a_cushion_that_gives_energy_is_told_from_balls_that_do():
