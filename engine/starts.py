@@ -22,7 +22,7 @@ from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.motion_rules import check_motions
 from ghostball.model.scene.rules import check_places
 
-_AT_ONCE = 2**18
+_BALLS_PER_CHUNK = 2**18
 """Number of balls whose initial states are checked or laid out at a time: about ten megabytes."""
 
 
@@ -108,7 +108,7 @@ def play_starts(scene: Scene, given: Given, limits: Limits, threads: int) -> Bat
     Raises `SceneError` if a scene with one of these initial states would be invalid.
     """
     k, m = given.positions.shape[:2]
-    size = max(1, _AT_ONCE // m)
+    size = max(1, _BALLS_PER_CHUNK // m)
     parts = [slice(first, min(first + size, k)) for first in range(0, k, size)]
     with ThreadPoolExecutor(threads) as pool:
         for _ in pool.map(lambda part: _check(scene, given.part(part), part.start), parts):

@@ -120,7 +120,7 @@ class Needed(NamedTuple):
         return self.kernel.bind_kinds(*self.arguments, what=self.name)
 
 
-IN_ONE_PROCESS = 6
+KERNELS_PER_PROCESS = 6
 """Most kernels that one process compiles: each adds to the memory that the process needs."""
 
 
@@ -137,7 +137,7 @@ def make_all(
     folder = cache.directory()
     if folder is None:
         return  # without a folder, no other process could load the libraries
-    count = max(1, min(IN_ONE_PROCESS, -(-len(missing) // jobs)))
+    count = max(1, min(KERNELS_PER_PROCESS, -(-len(missing) // jobs)))
     # Kernels with similar compile times are adjacent after sorting, so each process gets a mixture.
     number = -(-len(missing) // count)
     groups = [missing[k::number] for k in range(number)]

@@ -27,7 +27,7 @@ logger = logging.getLogger("ghostball.engine")
 SYMBOL = "ghostball_kernel"
 """The name of the kernel's function in its library."""
 
-_IN_MEMORY: list[Any] = []
+_LOADED: list[Any] = []
 """Objects loaded by LLVM, which must exist as long as their code may be called."""
 
 
@@ -269,5 +269,5 @@ def _load_object(path: Path) -> int:
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(str(path))
     engine.finalize_object()
-    _IN_MEMORY.append(engine)
+    _LOADED.append(engine)
     return int(engine.get_function_address(SYMBOL))

@@ -24,7 +24,7 @@ MANIFEST = "manifest.json"
 FLAGS = ("BOUNDSCHECK", "OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
 """Environment settings of numba that change the machine code."""
 
-FROM_MODEL = (events, impact_laws, polynomial, rounding)
+MODEL_MODULES = (events, impact_laws, polynomial, rounding)
 """Modules of the model from which kernels take constants and functions."""
 
 _ENGINE = Path(__file__).resolve().parent.parent
@@ -53,7 +53,7 @@ def _files() -> Iterator[tuple[str, Path]]:
         yield path.relative_to(_ENGINE).as_posix(), path
     for path in _ADAPTERS.glob("*.py"):
         yield f"{_ADAPTERS.name}/{path.name}", path
-    for module in FROM_MODEL:
+    for module in MODEL_MODULES:
         yield module.__name__, Path(inspect.getfile(module))
 
 

@@ -50,7 +50,7 @@ rack of 512 were within reach of each other, and an event took four times as man
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class SceneLayout:
     """A scene as the kernels get it at the start of a shot. Its arrays must not be modified."""
 
     block: Block  # balls and data of their scheduler at the start of each shot
@@ -128,7 +128,7 @@ def _is_admitted(scene: Scene) -> bool:
     return kept is not None and kept[0]() is scene
 
 
-def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
+def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> SceneLayout:
     """Return the layout of a scene, made on first use and kept as long as the scene exists.
 
     The key is the scene's identity. Two equal scenes have two layouts, because comparing scenes
@@ -143,7 +143,7 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Layout:
     return kept[off]
 
 
-def _laid_out(scene: Scene, off: frozenset[Skip]) -> Layout:
+def _laid_out(scene: Scene, off: frozenset[Skip]) -> SceneLayout:
     laws, n = laws_of(scene, off), len(scene.balls)
     variant, radii = variant_of(scene, off), scene.radii
     radii.flags.writeable = False
@@ -152,7 +152,7 @@ def _laid_out(scene: Scene, off: frozenset[Skip]) -> Layout:
     else:
         height = height_of(scene) if variant is Variant.FULL else None
         block = _blank_block(n, variant).begun(state_of(scene), height)
-    return Layout(
+    return SceneLayout(
         block=block,
         laws=np.array(laws[:-1], dtype=np.float64),
         obstacles=laws.obstacles,
@@ -179,7 +179,7 @@ _COLUMNS = {
 }
 """Number of columns of `Log.motion`."""
 
-_LAYOUTS: dict[int, tuple[weakref.ref[Scene], dict[frozenset[Skip], Layout]]] = {}
+_LAYOUTS: dict[int, tuple[weakref.ref[Scene], dict[frozenset[Skip], SceneLayout]]] = {}
 """The layouts of each scene, by the skips that are switched off."""
 
 

@@ -14,7 +14,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.block import END
 from ghostball.engine.event_loop.play import START_COLUMNS, play
 from ghostball.engine.library.entry import COMPILED, Code, Needed
-from ghostball.engine.running.from_scene import Layout, log_of
+from ghostball.engine.running.from_scene import SceneLayout, log_of
 from ghostball.engine.running.variants import Variant
 from ghostball.model.events import Status
 
@@ -74,16 +74,16 @@ class Room:
     `numbers` (m,) float64: the block of arrays of the current shot; see `core.block`.
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: SceneLayout) -> None:
         self.numbers = np.empty(layout.block.offsets[END])
         self._layout = layout
 
-    def fits(self, layout: Layout) -> bool:
+    def fits(self, layout: SceneLayout) -> bool:
         """Return whether another scene has as many balls, and blocks of the same size."""
         same = layout.count == self._layout.count
         return same and layout.block.offsets[END] == len(self.numbers)
 
-    def turn_to(self, layout: Layout) -> None:
+    def turn_to(self, layout: SceneLayout) -> None:
         """Simulate shots of another scene from now on; `fits` must be True for this scene."""
         self._layout = layout
 
@@ -130,7 +130,7 @@ class Room:
             )
 
 
-def needed(layout: Layout, name: str) -> Needed:
+def needed(layout: SceneLayout, name: str) -> Needed:
     """Return the kernel that shots of a scene need, for compiling, with its `name` in messages."""
     arrays = (
         _NO_INTEGERS,
@@ -151,7 +151,7 @@ def needed(layout: Layout, name: str) -> Needed:
 _NO_INTEGERS, _NO_NUMBERS = np.empty(0, dtype=np.int64), np.empty(0)
 
 
-def _code_of(layout: Layout) -> Code:
+def _code_of(layout: SceneLayout) -> Code:
     """Return the compiled kernel for a scene."""
     code = _CODES.get(layout.variant)
     if code is None:

@@ -11,7 +11,7 @@ import numpy as np
 from ghostball.engine.core import state as st
 from ghostball.engine.event_loop import play
 from ghostball.engine.running.driver import warm_up
-from ghostball.engine.running.from_scene import Layout, phases_of
+from ghostball.engine.running.from_scene import SceneLayout, phases_of
 from ghostball.engine.running.room import Limits, Room, Shots
 from ghostball.model import Scene
 from ghostball.model.scene.contents import rolling
@@ -26,18 +26,18 @@ _SCENES_AT_ONCE = 64
 """Largest number of scenes per share: passing one scene at a time took as long as its simulation.
 """
 
-Task = tuple[Layout, st.IntArray]
+Task = tuple[SceneLayout, st.IntArray]
 """Shots of one scene, as indices into `Shots`."""
 
 
-def tasks_of(layout: Layout, count: int, threads: int) -> list[list[Task]]:
+def tasks_of(layout: SceneLayout, count: int, threads: int) -> list[list[Task]]:
     """Divide `count` shots of one scene into shares for a number of threads."""
     share = max(_FEWEST_AT_ONCE, min(_MOST_AT_ONCE, count // (4 * threads)))
     shares = np.array_split(np.arange(count), max(1, -(-count // share)))
     return [[(layout, which)] for which in shares]
 
 
-def tasks_of_each(layouts: Sequence[Layout], threads: int) -> list[list[Task]]:
+def tasks_of_each(layouts: Sequence[SceneLayout], threads: int) -> list[list[Task]]:
     """Divide one shot of each scene into shares for a number of threads."""
     alone = np.arange(len(layouts)).reshape(-1, 1)
     tasks = list(zip(layouts, alone, strict=True))

@@ -46,7 +46,7 @@ A ball that stops keeps a small speed by rounding. Changes in proportion to that
 smaller than their rounding errors.
 """
 
-_NEAR = 2.0**-16
+_MARGIN = 2.0**-16
 """Duration before and after an event within which no simulation ends [s].
 
 Within this duration, some changed balls have passed the event already, and the others haven't. The
@@ -163,16 +163,16 @@ class Replayed:
         for k, (t, kind, a, b) in enumerate(self._events.tolist()):
             balls = [a, b] if kind == EventKind.BALL_BALL else [a]
             j = int(np.searchsorted(self.at, t, side="left")) - 1
-            near = self._events[np.abs(self._events["t"] - t) < 3.0 * _NEAR]
+            near = self._events[np.abs(self._events["t"] - t) < 3.0 * _MARGIN]
             alone = np.count_nonzero(_has(near, balls)) == 1
             if j < 0 or not alone:
                 continue
-            before, after = (self._beside(j, t, t + side * _NEAR)[balls] for side in (-1.0, 1.0))
-            sides = _states(self._trajectory, t + _NEAR * np.array([-2.0, -1.0, 1.0, 2.0]))
+            before, after = (self._beside(j, t, t + side * _MARGIN)[balls] for side in (-1.0, 1.0))
+            sides = _states(self._trajectory, t + _MARGIN * np.array([-2.0, -1.0, 1.0, 2.0]))
             slower = (sides[1] - sides[2])[balls, 3:6]
             jump = (after - before)[:, :3]
-            rates = (sides[1::2] - sides[::2])[:, balls, 3:6] / _NEAR
-            if np.max(np.abs(slower)) < 4.0 * _NEAR * np.max(np.abs(rates)):
+            rates = (sides[1::2] - sides[::2])[:, balls, 3:6] / _MARGIN
+            if np.max(np.abs(slower)) < 4.0 * _MARGIN * np.max(np.abs(rates)):
                 slower, jump = rates[0] - rates[1], (after - before)[:, 3:6]
             square = float(np.sum(slower * slower))
             if square > 0.0:
@@ -240,10 +240,10 @@ class Replayed:
     def _side(self, j: int, t: float) -> float:
         """Return the instant at which the simulation for an instant t ends, away from events."""
         k = int(np.searchsorted(self._instants, t, side="right"))
-        if k > 0 and t - self._instants[k - 1] < _NEAR:
-            return float(self._instants[k - 1] + _NEAR)
-        if k < len(self._instants) and self._instants[k] - t < _NEAR:
-            return float(max(self._instants[k] - _NEAR, self.at[j]))
+        if k > 0 and t - self._instants[k - 1] < _MARGIN:
+            return float(self._instants[k - 1] + _MARGIN)
+        if k < len(self._instants) and self._instants[k] - t < _MARGIN:
+            return float(max(self._instants[k] - _MARGIN, self.at[j]))
         return t
 
     def _beside(self, j: int, t: float, side: float) -> FloatArray:

@@ -47,7 +47,7 @@ _RUNS, _MOST_SEGMENTS = 4, 20_000
 _RUNS_PLAYED = 2
 """Largest number of groups for simulated changes, which take longer."""
 
-_BETWEEN = 4
+_PARTS_PER_SEGMENT = 4
 """Number of parts of a segment at whose ends growth is computed."""
 
 _CHUNK = 1024
@@ -197,10 +197,10 @@ def rounding_of(scene: Scene, trajectory: ExactTrajectory, events: Events) -> En
 def _chunks(segments: FloatArray, t_end: float) -> Iterator[FloatArray]:
     """Yield times at and between the starts of segments; each chunk starts where the last ended."""
     ends = np.append(segments, t_end) if segments[-1] < t_end else segments
-    step = _CHUNK // _BETWEEN
+    step = _CHUNK // _PARTS_PER_SEGMENT
     for start in range(0, max(len(ends) - 1, 1), step):
         some = ends[start : start + step + 1]
-        fractions = np.arange(_BETWEEN) / _BETWEEN
+        fractions = np.arange(_PARTS_PER_SEGMENT) / _PARTS_PER_SEGMENT
         inner = some[:-1, np.newaxis] + np.diff(some)[:, np.newaxis] * fractions
         yield np.append(inner.ravel(), some[-1])
 

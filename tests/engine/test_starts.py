@@ -115,7 +115,7 @@ def test_a_start_is_refused_that_a_scene_would_be_refused_for(field, at, value, 
 
 @pytest.mark.compiled
 def test_starts_beyond_those_that_are_laid_out_at_once_are_played(monkeypatch):
-    monkeypatch.setattr("ghostball.engine.starts._AT_ONCE", 6)
+    monkeypatch.setattr("ghostball.engine.starts._BALLS_PER_CHUNK", 6)
     scene = two_ball_shot()
     velocities = np.linspace(0.2, 3.0, 10)[:, None, None] * [[[1.0, 0.1], [0.0, 0.0]]]
     batch = simulate_starts(scene, velocities=velocities)

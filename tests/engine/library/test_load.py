@@ -258,7 +258,7 @@ def test_with_bounds_checked_a_place_beyond_an_array_is_an_error(copy):
 def test_many_are_made_at_once_and_those_that_are_there_not_again(monkeypatch, tmp_path):
     monkeypatch.setattr(cache, "directory", lambda: tmp_path)
     monkeypatch.setattr(shipped, "files", dict)
-    monkeypatch.setattr(entry, "IN_ONE_PROCESS", 2)
+    monkeypatch.setattr(entry, "KERNELS_PER_PROCESS", 2)
     needed, names = cloth.needed()[1:], []
     make_all(needed, 2, names.append)
     assert sorted(names) == sorted(one.name for one in needed)

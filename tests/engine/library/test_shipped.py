@@ -81,7 +81,7 @@ def test_sources_are_those_of_the_engine_of_adapters_and_of_the_model(monkeypatc
     file.write_text("BALL_BALL = 0")
     module = ModuleType("events")
     module.__file__ = str(file)
-    monkeypatch.setattr(shipped, "FROM_MODEL", (module,))
+    monkeypatch.setattr(shipped, "MODEL_MODULES", (module,))
     changed = shipped.sources()
     assert changed != before
     file.write_text("BALL_BALL = 7")
@@ -93,7 +93,7 @@ def test_sources_are_those_of_the_engine_of_adapters_and_of_the_model(monkeypatc
 
 def test_kernels_take_nothing_else_from_the_model():
     """If a module isn't in the hash, an edit of its constants wouldn't change the machine code."""
-    allowed = {module.__name__ for module in shipped.FROM_MODEL}
+    allowed = {module.__name__ for module in shipped.MODEL_MODULES}
     unread = [path for path in PACKAGE.rglob("*.py") if "kernel" in imported_by(path)]
     assert len(unread) > 40
     read = set()
