@@ -18,7 +18,7 @@ _LOGGER = logging.getLogger("ghostball.validation")
 
 
 def needed_kernels(scenes: Iterable[Scene], labels: Iterable[str] = ()) -> list[Needed]:
-    """Return the kernels that `scenes` need on our engine, and the kernels of these adapters."""
+    """Return the kernels that `scenes` and the adapters of some engines need."""
     return kernels_of(scenes) + adapter_kernels(labels)
 
 
