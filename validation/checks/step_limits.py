@@ -242,9 +242,9 @@ def _beginning(shot: SteppedShot) -> Iterator[_Limit]:
 def _before_contacts(shot: SteppedShot) -> Iterator[_Limit]:
     """Yield the limits on the motion before the first contact, flights included.
 
-    Until then only errors of the engine's own motion displace a ball: by the resolution, or by
-    v dt; if a slide ends one step late, by the change of velocity in this step times the remaining
-    time; and by the effect of gravity in a step, if balls may fly.
+    Until then only errors of the engine's own motion displace a ball: by its resolution, or by
+    v dt. A slide that ends one step late adds the change of velocity in this step times the
+    remaining time. If balls may fly, the effect of gravity in one step is added.
     """
     scene, certificate = shot.scene, shot.truth.certificate
     if certificate is None or shot.fastest == 0.0:

@@ -39,10 +39,10 @@ SAMPLE_OFFSET: Final = 1e-6
 """Time before and after a contact at which an exact motion is sampled [s]."""
 
 FRAMES_AFTER: Final = 1
-"""Number of frames after the frame of a contact: an engine may report a contact before it acts."""
+"""Frames after that of a contact: an engine may report the contact before velocities change."""
 
 LONGEST_INTERVAL: Final = 0.05
-"""Longest interval around a contact [s]; a longer one shows more than the contact."""
+"""Longest interval around a contact [s]; a longer one includes more than the contact."""
 
 ENERGY_ERROR: Final = 0.003
 """Smallest error of an energy change that counts, as a share of the energy."""

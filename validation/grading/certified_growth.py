@@ -48,8 +48,8 @@ _CANCELLATION = 16.0 * EPS
 class RoundingEffects:
     """The effects on a shot of rounding each number of the state at the start and at each event.
 
-    Over 2^-53; rms values along a certified motion, upper bounds in flight. Infinite if no
-    derivative is known.
+    All values are divided by 2^-53. They are rms values along a certified motion, upper bounds in
+    flight, and infinite if no derivative is known.
 
     `events` (events,) float64 [s]: shift of the time of each certified event.
     `rest` [s]: shift of the end of the shot.

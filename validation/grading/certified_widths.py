@@ -53,9 +53,10 @@ class FlightGrowth:
                 self._events[ball].append((event.t, width))
 
     def sizes(self, times: ArrayLike) -> FloatArray:
-        """Return the path of the fastest ball while each ball's last event is uncertain.
+        """Return the path of the fastest ball in the uncertainty of each ball's last event.
 
-        For a certified computation in double precision, over 2^-53: (k, n) [m].
+        The uncertainty is that of a certified computation in double precision. Values are divided
+        by 2^-53: (k, n) [m].
         """
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
         sizes = np.empty((len(t), len(self._events)))

@@ -158,10 +158,10 @@ class Meetings:
     falls.
 
     `times` (k,) float64 [s]: of the meetings, increasing.
-    `largest` (k,) float64 [m]: displacement of the balls that meet by a relative error of 1 at the
-        start and at each event (`Growth`), scaled to two of the smallest balls: an error matters in
-        relation to the distance of the centre from the point that it turns about, which is 2
-        `radius` there. inf if it is unknown.
+    `largest` (k,) float64 [m]: displacement of the meeting balls by a relative error of 1 at the
+        start and at each event (`Growth`); inf if it is unknown. The effect of a displacement
+        depends on the distance of a ball's centre from the point about which its path turns. The
+        displacement is therefore scaled to this distance for two of the smallest balls, 2 `radius`.
     `extent` [m]: of the scene; relative errors are relative to it.
     `radius` [m]: of the smallest ball.
     """

@@ -331,7 +331,7 @@ def covariance_of(
 ) -> FloatArray:
     """Return the covariance (p, p) of values, from the effect of each shot and of assumptions.
 
-    Events of one shot share samples, and deficiencies of the model. Shots are therefore left out
+    Events of one shot share samples, and errors of the model. Shots are therefore left out
     one by one, to first order (the jackknife, CR3 of Bell and McCaffrey 2002); measurement errors
     give only the weights. An assumed value may be off by its stated spread, whatever the shots
     show. The variance of a value that no event determines is infinite.
