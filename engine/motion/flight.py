@@ -3,8 +3,8 @@
 `scheduling.time_of_impact` finds collisions of flying balls; `impacts.in_space` resolves collisions
 and bounces. A flying ball moves along a parabola, or in air as in `motion.flight_in_air`, and keeps
 its angular velocity. It lands when its lowest point is back on the cloth. When bounces have become
-so low that the ball can't be told from a ball on the cloth (`LOWEST_BOUNCE`), all further bounces
-are one motion of known duration.
+lower than `LOWEST_BOUNCE`, so that the ball hardly leaves the cloth, all further bounces are one
+motion of known duration.
 
 On a table that isn't a plain rectangle, straight noses have ends, and jaws have round noses. A ball
 that flies over one of these is off the table; posts are taller than any flight. A flying ball falls

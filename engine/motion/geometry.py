@@ -224,7 +224,7 @@ def stands_before(balls: Balls, i: int, j: int) -> bool:
 
 @kernel(inline=True)
 def has_cells(cells: Cells) -> bool:
-    """Return whether the balls of a scene are scheduled with `Cells`, not with `Pairs`."""
+    """Return whether the scheduler uses `Cells` rather than `Pairs`."""
     return len(cells.slot) > 0
 
 

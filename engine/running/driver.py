@@ -156,7 +156,7 @@ class KernelRun:
         if code == st.RUN_NO_ROOM:
             return (
                 "more balls touch than can lie side by side: they are hardly larger than the "
-                "rounding of their coordinates. Move the scene to the origin. It stopped"
+                "rounding of their coordinates. Move the scene to the origin. The run stopped"
             )
         k = int(self._counters[st.NOT_FINITE])
         if k == st.FREE:

@@ -109,7 +109,8 @@ def chosen_skips(names: Iterable[str], scene: Scene | None = None) -> frozenset[
     if chosen & BUILT_IN:
         raise GhostballError(
             f"`no_skip` can't switch off {', '.join(sorted(chosen & BUILT_IN))}: without it the "
-            f"engine finds no contact. It can: {', '.join(s for s in Skip if s not in BUILT_IN)}"
+            "engine finds no contact. Skips that can be switched off: "
+            f"{', '.join(s for s in Skip if s not in BUILT_IN)}"
         )
     if scene is not None and Skip.FAR_CELLS in chosen and len(scene.balls) > MOST_IN_MATRIX:
         raise GhostballError(
@@ -160,7 +161,7 @@ def has_frame(scene: Scene) -> bool:
 
 
 def uses_cells(scene: Scene, off: Collection[Skip] = ()) -> bool:
-    """Return whether cells schedule this scene's impacts, not a bound for every pair."""
+    """Return whether the scheduler with cells is used for this scene."""
     return len(scene.balls) > MOST_PAIRED and Skip.FAR_CELLS not in off
 
 

@@ -157,7 +157,7 @@ class Replayed:
 
         The change of the position jumps by the delay times the jump of the velocity. Where the
         velocity doesn't jump, the change of the velocity jumps by the delay times the jump of the
-        acceleration. NaN where a ball has another event soon.
+        acceleration. The result is NaN if a ball has another event soon.
         """
         shifts = np.full((len(self._events), self._kept.shape[3]), np.nan)
         for k, (t, kind, a, b) in enumerate(self._events.tolist()):
@@ -218,7 +218,7 @@ class Replayed:
         turning = radius * rows[:, [st.WY, st.WX]] * (-1.0, 1.0)
         slip = velocity + np.where(slides[:, np.newaxis], turning, 0.0)
         speed, slipping = np.linalg.norm(velocity, axis=1), np.linalg.norm(slip, axis=1)
-        # Where balls may slide, friction of the cloth cancels 2/7 of the air's drag.
+        # If balls may slide, friction of the cloth cancels 2/7 of the drag.
         felt = physics.air_drag * (5.0 / 7.0 if physics.motion == "sliding" else 1.0)
         rolling = scene.rolling_frictions[i] * physics.gravity
         rolling += (felt + physics.rolling_friction_quadratic) * speed * speed

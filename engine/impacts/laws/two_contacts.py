@@ -22,7 +22,7 @@ TURNS = 3.5
 
 
 class Slips(NamedTuple):
-    """Both slips, or changes of them, or impulses of friction at the same contacts."""
+    """Numbers for both contacts: slips, changes of slips, or impulses of friction."""
 
     across: float  # of the colliding contact
     along: float
@@ -58,7 +58,10 @@ class Model(NamedTuple):
 
 
 class Held(NamedTuple):
-    """Which slips friction holds: a slip below `still` is divided by `still` in its friction."""
+    """Whether friction holds each slip.
+
+    The friction of a held slip is proportional to the slip divided by `still`.
+    """
 
     still: float
     contact: bool
@@ -101,7 +104,7 @@ def held_of(change: Slips, still: float, model: Model) -> Held:
 
 @kernel
 def per_slip(x: float, y: float, held: bool, still: float) -> float:
-    """Return the reciprocal of the divisor of a slip (x, y) in its friction."""
+    """Return the factor on a slip (x, y) that gives the direction of its friction."""
     return 1.0 / (still if held else max(length(x, y), 1e-300))
 
 

@@ -170,7 +170,8 @@ class Scene(SceneContents):
     def without_strikes(self) -> Scene:
         """Return an equivalent scene whose balls have velocities instead of strikes.
 
-        The scene itself if no ball has a strike. For engines that read only velocities.
+        The result is the scene itself if no ball has a strike. This is for engines that read only
+        velocities.
         """
         if all(ball.strike is None for ball in self.balls):
             return self
