@@ -18,6 +18,7 @@ from ghostball.validation.measured.facts import FactRow, facts_of
 from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds, square_rebound
 from ghostball.validation.measured.rolling import deceleration
+from ghostball.validation.measured.table_agreement import material_hits as measured_hits
 
 _PLAY = partial(simulate, record="trajectory")
 _SYMBOLS = {"cushion_restitution": "e", "cushion_restitution_loss": "c"}
@@ -101,6 +102,24 @@ def hits() -> str:
         cells = (f"{measured:.{n}f}, {played:.{n}f}" for measured, played, n in pairs)
         rows.append((f"{speed:.3f} m/s, {cut:.1f}°", *cells))
     heads = ("speed, cut", "cue ball [m/s]", "object ball [m/s]", "cue ball's direction [°]")
+    return table(heads, rows)
+
+
+def material_hits() -> str:
+    """Return the directions after hits of billiard balls: measured, and of each preset."""
+    row = facts_of("hits-materials").rows[0]
+    presets = ("pool", "carom", "snooker")
+    found = [measured_hits(_PLAY, Physics(preset=name), row) for name in presets]
+    rows = []
+    for ball, name in enumerate(("cue ball", "object ball")):
+        for hits in zip(*found, strict=True):
+            figures = [hit[ball] for hit in hits]
+            first = figures[0]
+            cells = (f"{one.played:.1f} ({one.errors_off:+.1f})" for one in figures)
+            rows.append(
+                (f"{name}, {first.at:g}°", f"{first.value:.1f} ± {first.error:.1f}", *cells)
+            )
+    heads = ("ball, cut", "measured [°]", *(f"`{name}`" for name in presets))
     return table(heads, rows)
 
 

@@ -43,7 +43,8 @@ def metric_of(case: CaseRecord | None, name: str) -> float | None:
 
 AGREEMENT_KEY: Final = (
     "Unit: standard errors of the measurement, which include the spread between tables if several "
-    "were measured. Below 2 agrees with the measurement."
+    "were measured, and the uncertainty of measured inputs. ✓: within what is known, because no "
+    "difference exceeds two standard errors."
 )
 """Explanation of `agreement_cell`."""
 
@@ -51,13 +52,14 @@ AGREEMENT_KEY: Final = (
 def agreement_cell(family: FigureFamily) -> str:
     """Return the difference of an engine from measurements; a dash if it doesn't support them.
 
-    It is the typical and the largest difference in standard errors, or, if the error of the
-    measurements is unknown, the typical difference in their unit.
+    It is the typical and the largest difference in standard errors, with a mark if the engine is
+    within what is known; or, if the error of the measurements is unknown, the typical difference in
+    their unit.
     """
     if family.lacks:
         return "–"
     if family.grades:
-        return f"{family.typical:.1f} ({family.most:.1f})"
+        return f"{family.typical:.1f} ({family.most:.1f})" + " ✓" * bool(family.is_within_known)
     return _difference_text(family.typical_difference, family.unit)
 
 

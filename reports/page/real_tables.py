@@ -20,7 +20,7 @@ from ghostball.validation.measured.table_agreement import (
 from ghostball.validation.results.store import Results
 from ghostball.validation.suite.real_tables import load_agreements
 
-SIGNS: Final = ("●", "■")
+SIGNS: Final = ("●", "■", "▲")
 """Plot markers of measured values, one for each quantity of a family."""
 
 _Y_LABELS: Final = {
@@ -28,6 +28,9 @@ _Y_LABELS: Final = {
     "rolling-pool": "deceleration [m/s²]",
     "banks-pool": "aim position / target position",
     "cushion-snooker": "speed after / speed before",
+    "hit-cue-ball": "direction [degrees]",
+    "hit-object-ball": "direction [degrees]",
+    "head-on-unequal": "speed / speed before",
     "hit-speeds": "speed / speed before",
     "hit-angle": "direction [degrees]",
     "throw-pool": "throw [degrees]",
@@ -107,7 +110,7 @@ def _colour(results: Results, label: str) -> str:
 def _signs(family: FigureFamily) -> list[tuple[str, str]]:
     """Return the plot marker of each quantity, if the family has several quantities."""
     things = list(_by_quantity(family.figures))
-    return list(zip(SIGNS, things, strict=True)) if len(things) > 1 else []
+    return list(zip(SIGNS, things, strict=False)) if len(things) > 1 else []
 
 
 def _chart(results: Results, drawn: Sequence[tuple[str, FigureFamily]]) -> Markup:

@@ -61,6 +61,8 @@ def test_what_an_earlier_run_measured_is_said_with_its_dates(small_folder):
 def test_an_engine_beside_real_tables_is_so_many_errors_off_or_lacks_it():
     rebound, rolling = likeness("ghostball", rebound=-3.0, rolling="it rolls none").families
     assert agreement_cell(rebound) == "3.0 (3.0)"
+    (near,) = likeness("ghostball", rebound=-1.9).families
+    assert agreement_cell(near) == "1.9 (1.9) ✓"
     assert agreement_cell(rolling) == "–"
     plain = rebound.model_copy(update={"grades": False, "unit": "degrees"})
     assert agreement_cell(plain).endswith("°")

@@ -32,6 +32,7 @@ class Heading(BaseModel, frozen=True, extra="forbid"):
     title: str | None = None
     quantity: str | None = None
     unit: str | None = None
+    against: str | None = None
 
 
 class FactRow(BaseModel, frozen=True, extra="forbid"):
@@ -41,6 +42,7 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
     `spread` their standard deviation.
     """
 
+    what: str = Field(default="", description="what was measured, if rows differ in it")
     value: float
     error: float | None = Field(default=None, gt=0.0, description="one standard error")
     spread: float | None = Field(

@@ -13,8 +13,8 @@ from ghostball.validation.measured.facts import FactRow, Facts
 class ComparedFigure(BaseModel, frozen=True, allow_inf_nan=False):
     """One measured figure, and the value of a model.
 
-    `error`: standard error of the measurement and the spread of tables together; None if both are
-        unknown.
+    `error`: standard error of the measurement, the spread of tables and the uncertainty of measured
+        inputs together (u_val of ASME V&V 20); None if all are unknown.
     `played`: the value of the model.
     `what`: describes the figure, if a family has several for one value of `against`.
     """
@@ -83,6 +83,13 @@ class FigureFamily(BaseModel, frozen=True):
         Raises `ValueError` if errors are unknown.
         """
         return max(abs(one.errors_off) for one in self.figures)
+
+    @property
+    def is_within_known(self) -> bool | None:
+        """Whether no figure is off by more than two standard errors; None if errors are unknown."""
+        if not self.figures or any(one.error is None for one in self.figures):
+            return None
+        return self.most <= 2.0
 
     @property
     def typical_difference(self) -> float:

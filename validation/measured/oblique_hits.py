@@ -35,6 +35,9 @@ _GAP: Final = 1e-3
 """Gap at which a cue ball without spin starts [m]: the cloth gives it no noticeable spin."""
 _THROW_TIMES: Final = (0.02, 0.3)
 """Times at which the direction of a thrown ball is read [s]; it slides and rolls along one line."""
+_HEAD_ON_TIMES: Final = (0.004, 0.024)
+"""Times after a head-on hit in which balls are observed [s]: soft contacts have ended, and balls
+still slide."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,9 @@ class ObliqueHit:
     object_angle: float
 
 
-def oblique_hit(play: Play, physics: Physics, speed: float, cut: float) -> ObliqueHit:
+def oblique_hit(
+    play: Play, physics: Physics, speed: float, cut: float, size: BallSize = SNOOKER_BALL
+) -> ObliqueHit:
     """Return the result of a cue ball that rolls at `speed` [m/s] into a cut [degrees].
 
     As in the measurement, each ball is read where its slide ends, that is where its deceleration
@@ -62,9 +67,7 @@ def oblique_hit(play: Play, physics: Physics, speed: float, cut: float) -> Obliq
     start = speed + rolling_deceleration(physics, speed) * _APPROACH_TIME
     way = (start + speed) / 2.0 * _APPROACH_TIME
     rolls = {"velocity": (start, 0.0)}
-    scene = _scene(
-        "oblique-hit", physics, SNOOKER_BALL, cut, way, rolls, _APPROACH_TIME + _OBSERVED_TIME
-    )
+    scene = _scene("oblique-hit", physics, size, cut, way, rolls, _APPROACH_TIME + _OBSERVED_TIME)
     tracks = tracks_of(play(scene), _RATE)
     cue, other = (_when_it_rolls(tracks[name], physics, name) for name in ("cue", "object"))
     return ObliqueHit(
@@ -73,6 +76,35 @@ def oblique_hit(play: Play, physics: Physics, speed: float, cut: float) -> Obliq
         cue_angle=math.degrees(math.atan2(cue[1], cue[0])),
         object_angle=-math.degrees(math.atan2(other[1], other[0])),
     )
+
+
+def head_on_hit(
+    play: Play, physics: Physics, speed: float, mass_ratio: float
+) -> tuple[float, float]:
+    """Return the speeds of two balls right after a head-on hit [m/s].
+
+    The hitting ball rolls at `speed` [m/s]; its mass is `mass_ratio` times the other's. While both
+    slide, their decelerations are constant, so parabolas through their tracks lead back to the hit.
+
+    Raises `OperatorError` if the object ball isn't hit.
+    """
+    x, y = _MIDDLE
+    apart, mass = 2.0 * POOL_BALL.radius, POOL_BALL.mass
+    places, masses = ((x - apart - _GAP, y), (x, y)), (mass * mass_ratio, mass)
+    balls = [
+        Ball(id=name, position=place, velocity=(v, 0.0), radius=POOL_BALL.radius, mass=one)
+        for name, place, v, one in zip(("cue", "object"), places, (speed, 0.0), masses, strict=True)
+    ]
+    hit = _GAP / speed
+    scene = Scene(
+        name="head-on", table=_TABLE, physics=physics, balls=balls, t_max=hit + _HEAD_ON_TIMES[1]
+    )
+    times = np.linspace(*_HEAD_ON_TIMES, 20)
+    found = play(scene).sample(hit + times).positions[:, :, 0]
+    slopes = [float(np.polyfit(times, found[:, ball], 2)[1]) for ball in (0, 1)]
+    if not slopes[1] > 0.0:
+        raise OperatorError(f"a ball that was hit head-on at {speed:g} m/s rests")
+    return slopes[0], slopes[1]
 
 
 def throw_angle(play: Play, physics: Physics, speed: float, cut: float) -> float:

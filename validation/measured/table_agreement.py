@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import chain
 from typing import Any, Final, NamedTuple
 
@@ -20,10 +21,15 @@ from ghostball.validation.measured.figures import (
     TableAgreement,
     families_in,
 )
-from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
+from ghostball.validation.measured.hit_formulas import (
+    directions_after_hit,
+    speeds_after_head_on_hit,
+    uncertainty,
+)
+from ghostball.validation.measured.oblique_hits import head_on_hit, oblique_hit, throw_angle
 from ghostball.validation.measured.rebounds import rebounds, square_rebound
 from ghostball.validation.measured.rolling import deceleration
-from ghostball.validation.measured.simulated_ball import OperatorError, Play
+from ghostball.validation.measured.simulated_ball import POOL_BALL, OperatorError, Play
 
 __all__ = [
     "MEASUREMENTS",
@@ -36,6 +42,12 @@ __all__ = [
 
 ANGLES: Final = (5.0, 45.0)
 """Angles from the normal [degrees]; the measured ratio hardly depends on the angle."""
+
+CUTS: Final = (20.0, 40.0, 60.0)
+"""Cuts at which directions after hits are compared [degrees]."""
+
+SPEED_OF_HITS: Final = 0.75
+"""Speed of the balls of Domenech 2008 [m/s]."""
 
 Settings = Mapping[str, Any]
 """Fields of the physics."""
@@ -165,6 +177,73 @@ def _oblique_hits(player: MeasuredEngine, _settings: Settings, rows: Rows) -> Fi
     yield angles
 
 
+def _hits_of_materials(player: MeasuredEngine, _settings: Settings, rows: Rows) -> Figures:
+    """Yield the directions of the cue ball, and those of the object ball, of each material."""
+    cushion = player.any_cushion("banks-pool")
+    found = [
+        material_hits(player.play, Physics(motion="sliding", **_of_row(row), **cushion), row)
+        for row in rows
+    ]
+    for ball in (0, 1):
+        yield [hit[ball] for hits in found for hit in hits]
+
+
+def material_hits(
+    play: Play, physics: Physics, row: FactRow
+) -> list[tuple[ComparedFigure, ComparedFigure]]:
+    """Return the directions of cue ball and object ball at each of `CUTS`, of one material."""
+    inputs, errors = (row.value, row.place), (row.error or 0.0, row.given["friction_error"])
+    figures = []
+    for cut in CUTS:
+        formula = partial(directions_after_hit, cut=cut)
+        hit = oblique_hit(play, physics, SPEED_OF_HITS, cut, POOL_BALL)
+        cue, other = (
+            ComparedFigure(at=cut, value=value, error=error, played=played, what=row.what)
+            for value, error, played in zip(
+                formula(*inputs).tolist(),
+                uncertainty(formula, inputs, errors).tolist(),
+                (hit.cue_angle, hit.object_angle),
+                strict=True,
+            )
+        )
+        figures.append((cue, other))
+    return figures
+
+
+def _of_row(row: FactRow) -> dict[str, float]:
+    """Return the measured coefficients of two balls as fields of the physics."""
+    return {"ball_restitution": row.value, "ball_friction": row.place}
+
+
+def _head_on_hits(player: MeasuredEngine, _settings: Settings, rows: Rows) -> Figures:
+    """Yield the speeds of two balls of different masses right after a head-on hit."""
+    figures = []
+    for row in rows:
+        restitution = {"ball_restitution": row.value}
+        physics = Physics(motion="sliding", **restitution, **player.any_cushion("banks-pool"))
+        formula = partial(speeds_after_head_on_hit, mass_ratio=row.place)
+        speeds = head_on_hit(player.play, physics, SPEED_OF_HITS, row.place)
+        errors = uncertainty(formula, (row.value,), (row.error or 0.0,))
+        figures += [
+            ComparedFigure(
+                at=row.place, value=value, error=error, played=speed / SPEED_OF_HITS, what=ball
+            )
+            for ball, value, error, speed in zip(
+                ("hitting ball", "other ball"),
+                formula(row.value).tolist(),
+                errors.tolist(),
+                speeds,
+                strict=True,
+            )
+        ]
+    yield figures
+
+
+def _as_measured(*names: str) -> Settings:
+    """Return fields of the physics whose values are those of each row."""
+    return dict.fromkeys(names, "as measured")
+
+
 def _throws(player: MeasuredEngine, balls: Settings, rows: Rows) -> Figures:
     """Yield the throw in cuts of balls without spin."""
     physics = Physics(motion="sliding", **balls, **player.any_cushion("banks-pool"))
@@ -209,6 +288,11 @@ MEASUREMENTS: Final[
     ),
     "banks-pool": (lambda player: player.cushion("banks-pool"), _banks),
     "cushion-snooker": (lambda player: player.cushion("cushion-snooker"), _snooker_rebounds),
+    "hits-materials": (
+        lambda _: _as_measured("ball_restitution", "ball_friction"),
+        _hits_of_materials,
+    ),
+    "hits-unequal": (lambda _: _as_measured("ball_restitution"), _head_on_hits),
     "hits-snooker": (lambda _: _of_balls("snooker"), _oblique_hits),
     "throw-pool": (_pool_friction, _throws),
 }

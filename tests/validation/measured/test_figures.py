@@ -43,6 +43,11 @@ def test_figures_with_errors_are_off_by_standard_errors():
     assert found.most == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize(("error", "known"), [(0.0101, True), (0.0099, False), (None, None)])
+def test_two_standard_errors_are_within_what_is_known(error, known):
+    assert with_figures("banks-pool", error).is_within_known is known
+
+
 def test_figures_without_errors_are_off_in_their_unit_and_by_nothing_else():
     found = with_figures("cushion-snooker", None)
     assert found.typical_difference == pytest.approx(0.00025**0.5)
