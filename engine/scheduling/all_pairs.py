@@ -275,7 +275,7 @@ def _least(values: FloatArray) -> float:
 def earliest(world: World) -> tuple[float, int, int]:
     """Implement `scheduling.scheduler.earliest`.
 
-    If several own events have the same time, those that end a motion come first
+    If several own events have the same time, a ball that comes to rest is first
     (`takes_precedence`). So a ball that has almost stopped is at rest before its neighbours are
     checked again. Of two balls that touch each other and reach a cushion simultaneously, the
     position decides, not the index.
