@@ -36,7 +36,8 @@ class Balls(NamedTuple):
     until `own_time`, when the ball's own next event changes its motion. The angular velocity of a
     sliding ball changes at a constant rate, plus the terms in `powers`; that of a rolling ball
     follows from its velocity; that of a flying ball is constant. The cloth slows the vertical spin.
-    m is enough for all pairs that can touch at once and one cushion, and for two cushions.
+    `touching` has enough rows, m, for all pairs that can touch at once and one cushion, and for at
+        least two cushions.
 
     All numbers are in one array, because a kernel call passes every array of a named tuple as
     several words: with one array per number, calls took longer than the work. The numbers of a ball
