@@ -63,7 +63,7 @@ def test_random_shots_are_as_proved(having, first):
 
 
 @pytest.mark.parametrize("physics", [FRICTIONLESS, FULL_CLOTH], ids=["elastic", "sliding"])
-def test_so_many_balls_that_only_neighbours_are_looked_at_are_as_proved(physics):
+def test_shots_scheduled_with_cells_are_as_certified(physics):
     scene = packed_gas(110, 0.3, physics, t_max=0.03, seed=0)
     result = simulate(scene, record="trajectory")
     assert result.collision_counts["ball-ball"] > 10

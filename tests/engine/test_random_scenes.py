@@ -120,7 +120,7 @@ def test_random_scenes_come_out_the_same_by_every_path(kind, first):
 @pytest.mark.compiled
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(4 * MORE))
-def test_runs_and_proofs_read_back_as_they_were_stored(number):
+def test_results_and_certificates_read_back_as_stored(number):
     assert differences(random_scene(number), SELDOM) == {}
 
 
@@ -128,7 +128,7 @@ def test_runs_and_proofs_read_back_as_they_were_stored(number):
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(MORE))
 @pytest.mark.parametrize("flight", ASPECTS["flight"])
-def test_a_sweep_that_threads_share_is_as_shot_by_shot(flight, number):
+def test_a_sweep_shared_by_threads_agrees_with_single_shots(flight, number):
     scene = random_scene(number, flight=flight, count="few", speed="usual")
     assert plays.sweep(scene, LONG_SWEEP) is None
 
@@ -139,7 +139,7 @@ SLOW_UNCOMPILED = {3, 7, 13, 19}
 
 @interpreted
 @pytest.mark.parametrize("number", [k for k in range(27) if k not in SLOW_UNCOMPILED])
-def test_a_few_come_out_the_same_without_compilation(number):
+def test_some_random_scenes_agree_without_compilation(number):
     assert differences(random_scene(number, count="few"), OFTEN) == {}
 
 
@@ -174,7 +174,7 @@ def replaced(scene: Scene) -> Scene:
 
 
 @pytest.mark.slow  # as above
-def test_what_is_the_same_differs_in_nothing():
+def test_equal_results_have_no_differences():
     assert differences(SHOT) == {}
 
 
@@ -194,13 +194,13 @@ def in_full(*_, no_skip=(), **__):
         ("mirrored", images, "play", lambda *_, **__: True),
     ],
 )
-def test_another_way_that_is_another_shot_is_seen(monkeypatch, check, module, name, when):
+def test_a_path_with_another_result_is_detected(monkeypatch, check, module, name, when):
     plays.played(SHOT)
     altered(monkeypatch, module, name, when)
     assert CHECKS[check](SHOT) is not None
 
 
-def test_a_motion_that_contradicts_itself_is_seen(monkeypatch):
+def test_a_motion_that_contradicts_itself_is_detected(monkeypatch):
     result = plays.played(SHOT)
     trajectory = result.trajectory
     assert isinstance(trajectory, ExactTrajectory)

@@ -32,7 +32,7 @@ def test_breaks_of_racks_that_lie_differently_are_as_one_by_one():
         assert_same(batch, k, simulate(one))
 
 
-def test_what_is_not_given_is_as_the_scene_has_it():
+def test_values_that_are_not_given_are_those_of_the_scene():
     scene = two_ball_shot(angular_velocity=(3.0, -20.0, 40.0))
     there = scene.positions + np.array([[[0.0, 0.0, 0.0]], [[0.0, 0.02, 0.0]]])
     batch = simulate_starts(scene, there)

@@ -12,7 +12,7 @@ from ghostball.model import GhostballError, Scene, SceneError, Status
 from ghostball.model.sines import cosines_and_sines
 
 
-def test_a_sweep_of_frozen_balls_is_as_shot_by_shot_in_any_order():
+def test_a_sweep_of_frozen_balls_agrees_with_single_shots_in_any_order():
     """Each shot ends during resting contacts, which must not affect the next shot in the room."""
     scene = scene_of(
         ball((0.6, 0.6), (1.0, 0.0)),

@@ -10,7 +10,7 @@ from ghostball.engine.tangents import tangents_of
 from ghostball.validation.scenes.library import find_scene
 
 
-def test_without_directions_it_is_what_rounding_becomes():
+def test_without_directions_the_result_is_the_effect_of_rounding():
     result = recorded(find_scene("throw-slip"))
     shot = (result.scene, result.trajectory, result.events)
     times, given = np.linspace(0.0, result.rest_time, 5), directions_of(result.scene, 2)

@@ -28,6 +28,6 @@ def test_an_entry_is_called_as_the_function_would_be():
     assert kernel_in(len) is None
 
 
-def test_a_test_calls_an_inner_kernel_compiled_where_kernels_are():
+def test_tests_call_inner_kernels_compiled_if_kernels_are():
     assert (entry_to(friction_coefficient) is friction_coefficient) == (not COMPILED)
     assert entry_to(entry_to(friction_coefficient)) is entry_to(friction_coefficient)

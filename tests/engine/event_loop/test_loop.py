@@ -25,7 +25,7 @@ def displacement_in_air(speed: float) -> float:
     return math.log1p(K * speed * speed / (0.02 * 9.81)) / (2.0 * K)
 
 
-def test_a_ball_in_air_along_a_cushion_that_it_touches_rolls_as_one_in_the_middle():
+def test_a_cushion_that_a_ball_touches_doesnt_change_its_roll_in_air():
     """The bound once included the jerk along the cushion, and the kernel never returned."""
     result = simulate(along_a_cushion(), max_work=10**5)
     far = 0.5 + displacement_in_air(1.0)
@@ -79,7 +79,7 @@ def test_a_ball_that_bounces_without_room_and_without_loss_stands_still():
 
 
 @pytest.mark.compiled
-def test_elastic_balls_that_fill_a_row_between_two_posts_are_given_up_soon():
+def test_elastic_balls_that_fill_a_row_between_two_posts_end_the_run_early():
     """The impulse travels through the row every 1e-15 s, so the clock hardly advances."""
     posts = [{"centre": (0.6, 0.5 + side * (3.0 * R + 0.02)), "radius": 0.02} for side in (-1, 1)]
     row = [ball((0.6, 0.5 + k * 2.0 * R)) for k in (-1, 0, 1)]

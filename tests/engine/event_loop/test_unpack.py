@@ -50,7 +50,7 @@ def test_every_array_comes_back(n, physics):
         np.testing.assert_array_equal(one.ravel()[: packed.size], packed.ravel(), name)
 
 
-def test_a_shot_starts_from_all_but_what_is_scratch():
+def test_a_shot_starts_with_everything_except_scratch():
     scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0)))
     made = Block(balls_of(scene), pairs_of(2), None, 1)
     numbers = np.full(made.offsets[at.END], np.nan)

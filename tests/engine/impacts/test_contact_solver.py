@@ -140,7 +140,7 @@ def test_balls_that_fill_a_table_from_cushion_to_cushion(n, mass):
         assert np.array_equal(after[:, 0], group.velocities[:, 0])
 
 
-def test_what_rests_stays_between_balls_that_must_not_move_it():
+def test_a_ball_that_cannot_move_stops_the_balls_beside_it():
     group = Group(
         [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)],
         [1.0, math.inf, 1.0],
@@ -151,7 +151,7 @@ def test_what_rests_stays_between_balls_that_must_not_move_it():
     assert after == pytest.approx(np.array([(0.0, 0.5), (0.0, 0.0), (0.0, 0.0)]), abs=1e-15)
 
 
-def test_a_ball_all_but_wedged_continues_along_the_gap():
+def test_a_nearly_wedged_ball_continues_along_the_gap():
     """Nothing stops a ball between a fixed ball and a cushion, off the line by rounding."""
     group = Group([(0.0, 0.0), (1e-14, 1.0)], [1.0, math.inf], [(1e-3, 2e-6), (0.0, 0.0)], -0.5)
     solved, after = group.solve()
@@ -161,7 +161,7 @@ def test_a_ball_all_but_wedged_continues_along_the_gap():
 
 @pytest.mark.parametrize("angle", [1e-3, 1e-5, 2e-7, 1e-9])
 @pytest.mark.parametrize("slower", [1e-3, 0.5])
-def test_of_two_contacts_all_but_parallel_the_one_that_is_needed_pushes(angle, slower):
+def test_only_the_needed_of_two_nearly_parallel_contacts_pushes(angle, slower):
     """The approach speeds at a rail and the jaw at its end differ: together, one would pull."""
     sine, cosine = math.sin(angle), math.cos(angle)
     group = Group([(0.0, 0.0)], [1.7], [((1.0 - cosine * slower) / sine, slower)])
@@ -187,7 +187,7 @@ def test_a_contact_that_stays_out_changes_nothing(n):
     assert contacts.columns[: count - 1, FORCE] == pytest.approx(expected, abs=1e-12)
 
 
-def test_what_no_impulses_end_of_an_approach_may_be_noise():
+def test_an_approach_that_no_impulses_end_may_be_noise():
     """The gaps of a row between two cushions have a constant sum, with any impulses."""
     row = Group([(0.0, 0.0), (0.0, 1.0)], [1.0, 1.0], [(0.0, 0.0), (0.0, 0.0)], low=-0.5, high=1.5)
     contacts, rates = row.contacts(), (-1.0, 1.0, -1e-6)
@@ -219,7 +219,7 @@ def test_the_order_of_balls_and_contacts_does_not_matter(seed):
 
 
 @pytest.mark.compiled
-def test_where_no_choice_is_found_impulses_only_take_energy():
+def test_impulses_without_a_solution_only_dissipate():
     for seed in range(300):
         group = random_group(seed, 10.0)
         if not np.any(group.rates(group.velocities) < 0.0):

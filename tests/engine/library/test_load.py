@@ -100,7 +100,7 @@ def test_sources_that_are_changed_while_a_program_runs_are_not_compiled(copy):
 
 
 @pytest.mark.slow
-def test_of_two_processes_one_compiles_and_the_other_waits(copy):
+def test_only_one_of_two_processes_compiles_and_the_other_waits(copy):
     both = [subprocess.Popen(**in_copy(copy, copy / "cache")) for _ in range(2)]
     said = [process.communicate() for process in both]
     assert [out for out, _ in said] == ["7.0\n", "7.0\n"]
@@ -125,7 +125,7 @@ def test_a_cache_that_cannot_be_written_is_said_and_does_not_stop_the_run(copy):
         ("/bin/sh -c 'echo no >&2; echo room >&2; exit 1'", "failed: no room"),
     ],
 )
-def test_where_linking_fails_it_is_said_and_the_object_file_is_loaded(copy, linker, reason):
+def test_if_linking_fails_a_message_says_so_and_the_object_file_is_loaded(copy, linker, reason):
     empty = copy / "no programs"
     empty.mkdir()
     found, messages = run_copy(copy, copy / "cache", PATH=str(empty), CC=linker)
@@ -235,7 +235,7 @@ def test_a_made_library_that_the_system_does_not_load_is_said(monkeypatch, tmp_p
         Entry(STOP)(V, SLOWING, np.empty(1))
 
 
-def test_what_cannot_be_compiled_is_said_with_the_reason(copy):
+def test_a_failed_compilation_is_reported_with_the_reason(copy):
     callee = copy / "ghostball/engine/_callee.py"
     callee.write_text(CALLEE.replace("2.0 * x", "x.nothing"))
     done = subprocess.run(**in_copy(copy, copy / "cache"), check=False)
@@ -255,7 +255,7 @@ def test_with_bounds_checked_a_place_beyond_an_array_is_an_error(copy):
 
 
 @pytest.mark.slow
-def test_many_are_made_at_once_and_those_that_are_there_not_again(monkeypatch, tmp_path):
+def test_missing_libraries_are_made_together_and_existing_ones_kept(monkeypatch, tmp_path):
     monkeypatch.setattr(cache, "directory", lambda: tmp_path)
     monkeypatch.setattr(shipped, "files", dict)
     monkeypatch.setattr(entry, "KERNELS_PER_PROCESS", 2)
@@ -267,7 +267,7 @@ def test_many_are_made_at_once_and_those_that_are_there_not_again(monkeypatch, t
     make_all(needed, 2)
 
 
-def test_of_many_one_that_cannot_be_compiled_is_named(monkeypatch, tmp_path):
+def test_a_kernel_that_cannot_be_compiled_is_named_among_many(monkeypatch, tmp_path):
     monkeypatch.setattr(cache, "directory", lambda: tmp_path)
     wrong = Needed(slowing.stop, (V, SLOWING, 1.0), "durations")
     with pytest.raises(GhostballError, match=r"slowing:stop'\] could not be compiled"):
@@ -336,7 +336,7 @@ def test_the_digest_says_which_compiler_it_is(monkeypatch):
     assert Path(build.__file__).parent == Path(load.__file__).parent
 
 
-def test_what_the_compiler_warns_of_is_said(monkeypatch, caplog, tmp_path):
+def test_warnings_of_the_compiler_are_logged(monkeypatch, caplog, tmp_path):
     warns = "import sys; sys.stdin.read(); print('numba differs', file=sys.stderr)"
     monkeypatch.setattr(load, "_ORDERED", warns)
     load._say_of_compiler.cache_clear()

@@ -66,7 +66,7 @@ def renames_what_a_call_resolves(patch):
         renames_what_a_call_resolves,
     ],
 )
-def test_a_door_that_does_not_open_costs_time_and_no_bits(
+def test_a_missing_internal_of_numba_costs_time_but_no_bits(
     numba_changes, interpreted_bits, caplog, monkeypatch
 ):
     numba_changes(monkeypatch)
@@ -83,7 +83,7 @@ def test_without_optimising_nothing_of_numbas_is_left(doors, interpreted_bits, m
     assert small_kernel.compiled_bits() == interpreted_bits
 
 
-def test_what_is_wrong_with_a_kernel_is_said_either_way(monkeypatch):
+def test_a_mistake_in_a_kernel_raises_in_both_ways_to_compile(monkeypatch):
     def fail(*_):
         raise TypeError("an array too few")
 

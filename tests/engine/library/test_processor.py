@@ -21,14 +21,14 @@ def asked_anew(monkeypatch):
         ("riscv64", "riscv64", "generic"),
     ],
 )
-def test_one_without_wide_vectors_has_code_for_any(monkeypatch, name, machine, generic):
+def test_a_processor_without_wide_vectors_gets_general_code(monkeypatch, name, machine, generic):
     monkeypatch.setattr(processor.platform, "machine", lambda: name)
     monkeypatch.setattr(processor, "has_wide_vectors", lambda: False)
     assert processor.machine() == machine
     assert processor.target() == generic
 
 
-def test_one_with_wide_vectors_has_code_for_those(monkeypatch):
+def test_a_processor_with_wide_vectors_gets_code_for_them(monkeypatch):
     monkeypatch.setattr(processor.platform, "machine", lambda: "x86_64")
     monkeypatch.setattr(processor.sys, "platform", "linux")
     told = frozenset(("sse2", *processor.NEEDED))
@@ -39,7 +39,7 @@ def test_one_with_wide_vectors_has_code_for_those(monkeypatch):
         assert processor.target() == "x86-64"
 
 
-def test_where_a_system_says_nothing_there_are_none(monkeypatch, tmp_path):
+def test_without_information_from_the_system_there_are_no_features(monkeypatch, tmp_path):
     monkeypatch.setattr(processor, "Path", lambda name: tmp_path / "none")
     monkeypatch.setattr(processor.sys, "platform", "linux")
     assert processor.features() == frozenset()

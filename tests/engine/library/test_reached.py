@@ -77,7 +77,7 @@ def test_it_depends_on_nothing_else(digest_of):
     )
 
 
-def test_it_depends_on_a_constant_of_any_type(digest_of):
+def test_the_digest_depends_on_constants_of_any_type(digest_of):
     caller = CALLER.replace("below.LIMIT", "below.TABLE[0]")
     seen = {
         digest_of(caller, table=table)
@@ -86,7 +86,7 @@ def test_it_depends_on_a_constant_of_any_type(digest_of):
     assert len(seen) == 4
 
 
-def test_it_depends_on_what_is_written_into_callers():
+def test_the_digest_depends_on_inlining():
     @kernel
     def one(x):
         return x

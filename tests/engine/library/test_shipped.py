@@ -32,7 +32,7 @@ def come(monkeypatch, tmp_path):
     return with_changes
 
 
-def test_what_fits_is_found_by_kernel_and_arguments(come, tmp_path, caplog):
+def test_suitable_libraries_are_found_by_kernel_and_arguments(come, tmp_path, caplog):
     assert come() == {NAME: tmp_path / "stop.so"}
     assert caplog.text == ""
     assert shipped.key_of(STOP, KINDS[:2]) != NAME
@@ -52,7 +52,7 @@ def test_where_none_came_nothing_is_said(come, caplog):
         ({"sources": "0" * 64}, "the sources have changed"),
     ],
 )
-def test_what_does_not_fit_is_set_aside_and_said(come, changes, reason, caplog):
+def test_unsuitable_libraries_are_not_used_with_a_message(come, changes, reason, caplog):
     assert come(**changes) == {}
     (record,) = caplog.records
     assert "shipped kernels are not used: " in record.message

@@ -99,7 +99,7 @@ def test_a_table_has_a_word_for_each_number_and_array_and_none_for_none():
     assert layout.result(words) == (-7, 2.5)
 
 
-def test_results_come_back_as_what_they_were():
+def test_results_keep_their_type_and_value():
     kind = kind_of_result(returning("Pair"))
     words = np.zeros(table.AT_RESULT + 3, dtype=np.int64)
     words[table.AT_RESULT :].view(np.float64)[0] = 1.5

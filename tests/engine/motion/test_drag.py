@@ -40,7 +40,7 @@ def played(velocity, spin=None, t_max=None, **physics):
     ],
     ids=["2 m/s", "8 m/s", "the paper's point"],
 )
-def test_a_roll_stops_after_its_time_and_way(speed, physics, time, distance):
+def test_a_roll_has_the_duration_and_length_of_the_closed_form(speed, physics, time, distance):
     """Fails if the cloth's friction doesn't take its 2/7, or takes them in the paper's model."""
     result = played((speed, 0.0), **physics)
     assert result.rest_time == pytest.approx(time, rel=4 * EPS)
@@ -93,7 +93,7 @@ def test_rolling_friction_that_grows_with_the_speed_is_beside_the_air():
         )
 
 
-def test_a_slip_that_ends_ever_faster_is_not_passed_over():
+def test_the_end_of_an_accelerating_slip_is_not_missed():
     """Air slows a ball ever less against its slip, so Newton's first step is too long.
 
     The step may go beyond the end of the piece, and must come back: the slide ends in the piece.
@@ -113,7 +113,7 @@ def test_a_slip_that_ends_ever_faster_is_not_passed_over():
     assert result.events["t"][0] == pytest.approx(float(end), rel=1e-12)
 
 
-def test_a_ball_whose_squares_are_no_numbers_stops_in_air_too():
+def test_a_ball_whose_squared_speed_underflows_stops_in_air():
     result = played((1e-170, 0.0))
     assert result.status is Status.REST
     assert result.rest_positions[0, 0] == pytest.approx(0.0, abs=1e-300)
@@ -122,7 +122,7 @@ def test_a_ball_whose_squares_are_no_numbers_stops_in_air_too():
 # --- contacts
 
 
-def test_a_resting_ball_is_hit_when_the_way_is_gone():
+def test_a_resting_ball_is_hit_at_the_time_of_the_closed_form():
     """v(x)^2 = (v0^2 + a/b) exp(-2 b x) - a/b, t = (atan(q) - atan(v sqrt(b/a))) / sqrt(a b)."""
     scene = scene_of(ball((0.0, 0.0), (2.0, 0.0)), ball((10.0 + 2 * R, 0.0)), **POOL)
     result = simulate(scene, record="events")
@@ -130,7 +130,7 @@ def test_a_resting_ball_is_hit_when_the_way_is_gone():
 
 
 @pytest.mark.parametrize("v", [0.5, 3.0, 8.0])
-def test_a_cushion_is_met_when_the_way_is_gone(v):
+def test_a_cushion_is_hit_at_the_time_of_the_closed_form(v):
     a, b = mpf(0.01) * mpf(G), 5 * mpf(K) / 7
     way = mpf(1.2) - mpf(R)
     left = mp.sqrt((v * v + a / b) * mp.exp(-2 * b * way) - a / b)
@@ -173,7 +173,7 @@ def test_orientation_follows_the_angular_velocity_through_a_slide_and_a_roll():
         )
 
 
-def test_two_that_touch_and_go_along_together_in_air_roll_as_one_alone():
+def test_touching_balls_with_equal_velocity_in_air_roll_like_one_ball():
     """The jerks by air once looked like an approach: contact steps held the balls, 1e-11 m off."""
     alone = scene_of(ball((0.0, 0.0), (1.0, 0.0)), air_drag=0.0041)
     both = scene_of(ball((0.0, 0.0), (1.0, 0.0)), ball((2.0 * R, 0.0), (1.0, 0.0)), air_drag=0.0041)
@@ -183,7 +183,7 @@ def test_two_that_touch_and_go_along_together_in_air_roll_as_one_alone():
     assert result.work["advancement_steps"] < 20
 
 
-def test_what_an_inelastic_collision_leaves_together_continues_where_only_air_slows():
+def test_touching_balls_after_an_inelastic_collision_continue_in_air_without_friction():
     """The cloth can't push the balls together, so a contact step once had no length."""
     scene = scene_of(
         ball((0.9736669107529253, 0.0), (-5.626838330323487, 0.0)),

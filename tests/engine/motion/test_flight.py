@@ -67,7 +67,7 @@ def test_a_dropped_ball_comes_to_rest_after_its_series():
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.9, 0.99])
-def test_however_it_bounces_it_rolls_at_the_same_speed(e):
+def test_the_final_rolling_speed_is_the_same_for_any_bounces(e):
     """v0 - (2/7) u0: neither the table nor the number of bounces matters."""
     scene = scene_of(
         ball((0, 0, JUST_ABOVE), (2, 1, -0.7), angular_velocity=(10, -60, 5)),
@@ -181,7 +181,7 @@ def test_a_ball_that_lands_in_a_hole_is_pocketed_there():
     [(1.399, ("pocketed", "bottom")), (1.401, ("leaves-table", "bottom-pocket"))],
 )
 @pytest.mark.parametrize("drag", [0.0, 1e-9])
-def test_it_falls_in_up_to_seven_fifths_of_its_radius_at_the_far_edge(radii, end, drag):
+def test_the_limit_of_height_at_the_far_edge_is_seven_fifths_of_the_radius(radii, end, drag):
     distance = FACES_IT - SIDE.centre[1] + SIDE.radius
     result = at_side_pocket(radii * R, distance, air_drag=drag)
     assert ends(result) == [end]
@@ -209,7 +209,7 @@ def test_a_ball_over_the_table_side_of_a_hole_stays_in_play_where_it_is_high():
         assert ends(result)[0] == end
 
 
-def test_it_leaves_the_table_over_a_side_of_a_polygon_and_not_over_a_post():
+def test_a_ball_leaves_the_table_over_a_side_of_a_polygon_but_not_over_a_post():
     sides = Table.model_validate(
         {"vertices": [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]}
     )
@@ -223,7 +223,7 @@ def test_it_leaves_the_table_over_a_side_of_a_polygon_and_not_over_a_post():
     assert first["t"] == pytest.approx((0.5 - 0.1 - R) / 2.0, rel=1e-12)
 
 
-def test_it_leaves_the_table_where_it_comes_over_a_jaw():
+def test_a_ball_leaves_the_table_where_it_reaches_a_jaw():
     """Fails if the ball leaves where its path exits the disc of the jaw on the far side."""
     jaw = next(one for one in POOL.obstacles if isinstance(one, Disc))
     (x, y), aside = jaw.centre, 0.004
@@ -252,7 +252,7 @@ def test_no_ball_leaves_a_pocket_behind_the_ends_of_its_facings():
             assert len(result.events) == 1
 
 
-def test_what_leaves_over_a_pocket_has_a_name_that_reads_back():
+def test_the_name_of_a_pocket_flown_over_reads_back():
     index = obstacle_index("bottom-pocket")
     assert index == FIRST_HOLE + SIDE.pocket == st.FIRST_HOLE + SIDE.pocket
     assert obstacle_name(index) == "bottom-pocket"

@@ -190,7 +190,7 @@ def test_a_mirror_shows_the_same_flight():
     assert ends[2].tolist() == [ends[0][1], ends[0][0], R]
 
 
-def test_bounces_too_low_to_be_followed_are_slowed_by_air_too():
+def test_air_slows_low_bounces_too():
     """Compare with all bounces computed one by one, with their friction, to 1e-9 m/s."""
     velocity, spin, e, mu = (3.0, 0.4, 0.5), (20.0, 50.0, 7.0), 0.6, 0.2
     scene = scene_of(

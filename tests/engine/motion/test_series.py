@@ -29,7 +29,7 @@ def stop_of(speed, a, b):
 
 @pytest.mark.parametrize("speed", [1e-3, 1.0, 12.0])
 @pytest.mark.parametrize(("a", "b"), [(0.1, 0.003), (2.0, 0.01), (1e-3, 0.5)])
-def test_what_goes_straight_on_is_slowed_as_the_closed_form_says(speed, a, b):
+def test_straight_motion_in_air_agrees_with_the_closed_form(speed, a, b):
     p = np.zeros(STRAIGHT_DEGREE + 1)
     duration = min(straight_series(p, speed, a, b), stop_of(speed, a, b))
     for part in (0.25, 0.5, 1.0):
@@ -47,7 +47,7 @@ def test_without_air_one_piece_holds_for_ever():
 
 
 @pytest.mark.parametrize("b", [0.01, 1.0])
-def test_it_stops_when_the_closed_form_does(b):
+def test_the_speed_vanishes_at_the_time_of_the_closed_form(b):
     p = np.zeros(STRAIGHT_DEGREE + 1)
     duration = straight_series(p, 0.01, 0.1, b)
     expected = stop_of(0.01, 0.1, b)
@@ -73,7 +73,7 @@ def test_a_speed_has_the_powers_of_the_root_of_its_parts_squares():
 
 
 @pytest.mark.parametrize("excess", [1e-34, 1e-20, 1e-3, 0.5, 0.999999])
-def test_a_piece_is_shortened_by_no_less_than_the_root_of_its_excess(excess):
+def test_a_piece_is_shortened_by_at_least_the_root_of_its_excess(excess):
     root = excess ** (1.0 / DEGREE)
     assert 0.9 * root <= shorter(excess) <= root
 

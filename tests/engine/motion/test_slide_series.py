@@ -57,7 +57,7 @@ def velocity_in(balls: Balls, s: float) -> list[float]:
 
 
 @pytest.mark.parametrize(("v", "u"), SLIDES)
-def test_a_piece_leaves_out_what_it_may(v, u):
+def test_the_truncation_of_a_piece_is_within_its_limit(v, u):
     """The error is within the limit plus rounding, and the bounds on the jerk hold."""
     balls, lasts = piece_of(v, u)
     allowed = (SLIDE_ERROR + EPS) * (math.hypot(*v) + math.hypot(*u))

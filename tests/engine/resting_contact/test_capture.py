@@ -159,7 +159,7 @@ def shot(vn: float, vt: float, spin: Spin, height: float) -> Scene:
 
 
 @pytest.mark.parametrize(("vn", "vt", "spin", "height"), SHOTS)
-def test_it_leaves_the_cushion_as_rebounds_of_vanishing_speed_make_it(vn, vt, spin, height):
+def test_a_captured_ball_leaves_the_cushion_like_the_limit_of_small_rebounds(vn, vt, spin, height):
     """Compare the velocities at the time when the ball starts to roll for the last time."""
     result = simulate(shot(vn, vt, spin, height), record="events")
     rolls = result.events["t"][result.events["kind"] == EventKind.SLIDE_TO_ROLL]

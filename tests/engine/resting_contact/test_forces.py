@@ -104,7 +104,7 @@ def test_gaps_that_no_forces_close_are_given_up_at_once():
     ],
     ids=lambda given: str(given) if isinstance(given, int) else given["air"],
 )
-def test_what_is_given_up_would_not_be_solved_in_all_rounds(monkeypatch, number, having):
+def test_steps_given_up_early_have_no_solution_in_more_rounds(monkeypatch, number, having):
     hops = random_scene(number, **HOPS, **having)
     is_still, still = forces._is_still, []
 

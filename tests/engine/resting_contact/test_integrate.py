@@ -46,7 +46,7 @@ def test_a_motion_that_is_followed_in_air_keeps_its_gap():
 
 
 @interpreted  # compiled kernels can't be observed
-def test_what_is_left_of_a_rate_is_taken_from_both_balls_so_that_momentum_stays(monkeypatch):
+def test_removing_remaining_rates_conserves_momentum(monkeypatch):
     """With wrong shares, the shot ends only 1e-14 m away, so each step's momentum is checked."""
     masses, end_rates, taken, drifts = np.array([0.2, 0.05]), integrate._end_rates, [], []
 

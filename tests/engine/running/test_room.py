@@ -37,7 +37,7 @@ def fill_scratch_with_nan(monkeypatch):
 @pytest.mark.compiled
 @pytest.mark.parametrize("disturb", [pause_at_every_step, fill_scratch_with_nan])
 @pytest.mark.parametrize(("name", "many"), PLAYED)
-def test_neither_pauses_nor_what_is_in_scratch_change_a_bit(name, many, disturb, monkeypatch):
+def test_pauses_and_scratch_contents_change_no_bit(name, many, disturb, monkeypatch):
     """Nothing in a block is read before it is written, and a shot continues where it paused."""
     if many:
         monkeypatch.setattr(skips, "MOST_PAIRED", 0)

@@ -49,13 +49,13 @@ def test_far_cells_are_the_pairs_that_have_no_bound(monkeypatch):
     assert fingerprint(off) == fingerprint(kept)
 
 
-def test_a_log_that_nobody_asked_for_is_kept_where_that_skip_is_off():
+def test_without_the_skip_of_records_a_log_is_kept():
     scene = scene_of(ball((0.0, 0.0), (1.0, 0.0)))
     assert simulate(scene).events is None
     assert len(simulate(scene, no_skip=["records"]).events) == 1
 
 
-def test_what_is_explained_follows_from_the_scene():
+def test_explained_skips_follow_from_the_scene():
     def used(scene, **how):
         return {use.skip.value for use in explain_skips(scene, **how) if use.used}
 
@@ -83,12 +83,12 @@ def test_what_is_explained_follows_from_the_scene():
         (["receding", "cushions"], "`no_skip` can't switch off receding: without it the engine "),
     ],
 )
-def test_what_cannot_be_switched_off_is_refused(names, problem):
+def test_a_skip_that_cannot_be_switched_off_is_refused(names, problem):
     with pytest.raises(GhostballError, match=re.escape(problem)):
         simulate(scene_of(ball((0.0, 0.0), (1.0, 0.0))), no_skip=names)
 
 
-def test_a_matrix_that_would_not_fit_is_refused():
+def test_a_matrix_of_bounds_that_would_not_fit_is_refused():
     balls = [ball((0.1 * k, 0.0)) for k in range(MOST_IN_MATRIX + 1)]
     scene = scene_of(*balls)
     with pytest.raises(GhostballError, match=r"must leave far-cells alone .* 0\.5 GB"):
@@ -110,6 +110,6 @@ def test_cells_change_no_bit_in_air_and_in_flight_without_compilation(number, ha
     assert CHECKS["cells"](random_scene(number, count="few", **having)) is None
 
 
-def test_balls_of_other_sizes_that_may_fly_and_do_not_have_the_same_bits_in_cells():
+def test_unequal_balls_that_may_fly_but_stay_on_the_cloth_have_the_same_bits_in_cells():
     """Their line of centres isn't level: they touch at less than the sum of the radii."""
     assert CHECKS["cells"](random_scene(330)) is None

@@ -17,7 +17,7 @@ from ghostball.validation.scenes.random_scenes import random_scene
 
 @pytest.mark.compiled
 @pytest.mark.parametrize("workers", [1, 2])
-def test_every_part_of_a_long_sweep_is_as_shot_by_shot(workers):
+def test_every_part_of_a_long_sweep_agrees_with_single_shots(workers):
     """Threads take a share of the shots at a time; the test compares some shots of each share."""
     speeds, angles = np.linspace(0.4, 3.0, 300), np.linspace(0.0, 1.5, 300)
     scene = scene_of(ball((0.6, 0.6), (1.0, 0.0)), table=POOL_TABLE)
@@ -30,7 +30,7 @@ def test_every_part_of_a_long_sweep_is_as_shot_by_shot(workers):
 
 @pytest.mark.compiled
 @pytest.mark.parametrize(("first", "second"), [(223, 153), (153, 223)])
-def test_scenes_with_as_many_balls_are_each_played_as_their_own(first, second):
+def test_scenes_with_equally_many_balls_keep_their_own_results(first, second):
     """A thread simulates both in one room; the first shot ends during a resting contact."""
     scenes = [random_scene(number, **RUBBING) for number in (first, second)]
     stop = 0.02 * simulate(scenes[0]).rest_time

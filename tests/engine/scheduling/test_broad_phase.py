@@ -44,7 +44,7 @@ def test_an_event_takes_as_much_work_among_many_balls_as_among_few():
 
 
 @pytest.mark.compiled
-def test_of_events_that_tie_each_takes_as_much_work_however_many_there_are():
+def test_the_work_of_a_tied_event_is_independent_of_the_number_of_ties():
     """Each event once searched all others: 100 us per event if 16 000 balls stop at once."""
     scene = alike(np.full((6_400, 2), (0.05, 0.0)))
     result = simulate(scene, max_work=6_400 * 200)

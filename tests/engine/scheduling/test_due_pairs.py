@@ -24,7 +24,7 @@ def test_a_balls_own_event_comes_before_a_contact_of_the_same_instant(
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_of_own_events_of_one_instant_a_rest_comes_before_a_cushion(monkeypatch, turned):
+def test_a_rest_comes_before_a_cushion_hit_at_the_same_time(monkeypatch, turned):
     """The log is ordered by kind, for any numbering of the balls. All numbers here are exact."""
     rests = ball((2.0, 0.5), (1.0, 0.0), radius=0.25)  # slowed by 1 m/s^2: at t = 1 s
     bounces = ball((1.25, 2.0), (-1.0, 0.0), radius=0.25, rolling_friction=0.0)  # over 1 m

@@ -40,7 +40,7 @@ def test_derivatives_in_air_and_in_flight_agree_with_central_differences(name):
 
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["break-7", "masse", "pocket-draw", "throw-slip", "unequal-balls"])
-def test_on_the_cloth_runs_begun_aside_say_the_same_as_closed_forms(name):
+def test_perturbed_runs_on_the_cloth_agree_with_closed_forms(name):
     """The two methods share no formula."""
     result = recorded(find_scene(name))
     shot = (result.scene, result.trajectory, result.events)
@@ -73,7 +73,7 @@ def test_event_shifts_in_flight_say_when_events_come():
     )
 
 
-def test_what_has_a_derivative_on_one_side_alone_has_none():
+def test_a_one_sided_derivative_counts_as_none():
     """A ball that starts at a cushion, towards it, can only be displaced away from it."""
     scene = find_scene("rail-into")
     physics = scene.physics.model_copy(update={"air_drag": 0.01})

@@ -184,7 +184,7 @@ def test_a_speed_dependent_coefficient_is_that_of_the_slip_before():
 
 
 @pytest.mark.parametrize("approach", [10.0**-k for k in range(18)])
-def test_however_slow_the_approach_beside_the_spin(approach):
+def test_an_approach_far_slower_than_the_spin_is_resolved(approach):
     """Slips that are a billion times the approach speed are only known to their rounding."""
     i = impact_of((approach, 0.3, -4.0, 7.0, 131.0), (0.0, 0.3, -4.0, 6.0, 0.0))
     p = mathavan2014(i, laws(0.4, 0.06))

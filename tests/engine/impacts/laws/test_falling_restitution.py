@@ -17,12 +17,12 @@ LAWS = ("restitution", "frictional", "han2005", "mathavan2010")
 
 
 @given(st.floats(0.0, 1e6), st.floats(0.0, 1.0), st.floats(0.0, 1e3))
-def test_it_stays_between_0_and_that_of_slow_impacts(speed, slow, loss):
+def test_restitution_stays_between_0_and_that_of_slow_impacts(speed, slow, loss):
     assert 0.0 <= restitution_at(speed, slow, loss) <= slow
 
 
 @given(st.floats(0.0, 1e6), st.floats(0.0, 1.0))
-def test_without_a_loss_it_is_the_same_number_to_the_bit(speed, slow):
+def test_without_loss_restitution_is_constant_to_the_bit(speed, slow):
     assert restitution_at(speed, slow, 0.0) == slow
 
 

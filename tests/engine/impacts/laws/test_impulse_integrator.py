@@ -13,7 +13,7 @@ mathavan2010 = entry_to(mathavan2010)
 
 
 @pytest.mark.compiled
-def test_it_ends_for_every_ball_however_it_spins():
+def test_the_integration_ends_for_any_spin():
     chance = random.Random(5)
     for _ in range(500):
         vn, vt, wn, wt, wz = (10.0 ** chance.uniform(-5, 2) for _ in range(5))
@@ -36,7 +36,7 @@ def test_it_ends_for_every_ball_however_it_spins():
 
 @pytest.mark.parametrize("vn", [0.0, 5e-324, 1e-310, 1e-200, 1e-139, 1e-30])
 @pytest.mark.parametrize("spins", [(0.0, 0.0, 0.0, 0.0), (1.0, -1 / R, 0.0, 2.0), (1.0, 0, 3, 2)])
-def test_an_approach_that_vanishes_changes_nothing_that_counts(vn, spins):
+def test_a_vanishing_approach_has_no_effect(vn, spins):
     impact = impact_of(vn, *map(float, spins))
     after = mathavan2010(impact, cushion_of())
     assert -vn <= after.vn <= 0.0
