@@ -71,7 +71,7 @@ def test_shots_scheduled_with_cells_are_as_certified(physics):
     assert judged(result) == ([], True)
 
 
-def test_a_ball_that_its_spin_throws_back_to_the_cushion_that_it_left_is_as_proved():
+def test_a_ball_that_its_spin_returns_to_the_cushion_is_as_certified():
     """The ball still slides when it comes back."""
     scene = Scene(
         name="thrown-back",
@@ -89,7 +89,7 @@ def test_a_ball_that_its_spin_throws_back_to_the_cushion_that_it_left_is_as_prov
     assert judged(simulate(scene, record="trajectory")) == ([], True)
 
 
-def test_a_ball_that_rubs_against_another_while_the_cloth_changes_its_spin_is_as_proved():
+def test_friction_between_balls_while_the_cloth_changes_spin_is_as_certified():
     cue = Ball(
         id="cue", position=(0.6, 0.4), velocity=(1.2, 0.9), angular_velocity=(60.0, -40.0, 30.0)
     )

@@ -18,7 +18,7 @@ def begun(scene: Scene, **columns) -> Scene:
     return Scene(**{**dict(scene), "balls": balls})
 
 
-def test_breaks_of_racks_that_lie_differently_are_as_one_by_one():
+def test_breaks_of_different_racks_agree_with_single_shots():
     chance = np.random.default_rng(3)
     scene = scene_of(
         ball((0.6, 0.6)), *rack(6, (1.9, 0.635), gap=1e-3), table=POOL_TABLE, preset="pool"
@@ -114,7 +114,7 @@ def test_a_start_is_refused_that_a_scene_would_be_refused_for(field, at, value, 
 
 
 @pytest.mark.compiled
-def test_starts_beyond_those_that_are_laid_out_at_once_are_played(monkeypatch):
+def test_more_starts_than_one_chunk_are_simulated(monkeypatch):
     monkeypatch.setattr("ghostball.engine.starts._BALLS_PER_CHUNK", 6)
     scene = two_ball_shot()
     velocities = np.linspace(0.2, 3.0, 10)[:, None, None] * [[[1.0, 0.1], [0.0, 0.0]]]

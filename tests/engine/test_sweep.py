@@ -38,7 +38,7 @@ def test_a_sweep_of_frozen_balls_agrees_with_single_shots_in_any_order():
             assert_same(batch, k, ends[shot_number])
 
 
-def test_a_sweep_says_where_a_shot_did_not_end():
+def test_a_sweep_reports_shots_that_did_not_end():
     batch = simulate_sweep(two_ball_shot(), [1.0, 5.0], 0.0, max_events=2)
     assert [STATUSES[code] for code in batch.status] == [Status.EVENT_LIMIT, Status.EVENT_LIMIT]
     assert not batch.complete.any()

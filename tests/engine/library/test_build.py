@@ -19,7 +19,7 @@ def test_numba_is_bounded_above():
 
 
 @pytest.mark.skipif(not COMPILED, reason="interpreted kernels have no libraries")
-def test_a_kernel_that_needs_what_is_numbas_alone_is_refused(monkeypatch):
+def test_a_kernel_that_calls_functions_of_numba_is_refused(monkeypatch):
     monkeypatch.setattr(build, "OF_OTHERS", ("hypot",))
     kinds = [["array", "f8", 2], ["array", "f8", 1], ["array", "f8", 1]]
     with pytest.raises(TypeError, match=r"the kernel `stop` calls \['hypot'\]"):

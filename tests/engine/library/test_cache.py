@@ -66,7 +66,7 @@ def test_nothing_is_removed_where_our_marker_is_missing(folder):
     assert all(path.exists() for path in made)
 
 
-def test_a_library_that_somebody_makes_is_left_alone(folder):
+def test_a_library_that_another_process_makes_is_kept(folder):
     made = [library(folder, f"play-{age:020x}.so", 9.0 * UNUSED + age) for age in range(KEPT + 1)]
     with cache.alone(made[-1]):
         cache.prune(folder)
@@ -75,7 +75,7 @@ def test_a_library_that_somebody_makes_is_left_alone(folder):
     assert not made[-1].exists()
 
 
-def test_a_folder_that_cannot_be_written_is_said(monkeypatch, tmp_path, caplog):
+def test_an_unwritable_folder_is_reported(monkeypatch, tmp_path, caplog):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path / "file"))
     monkeypatch.setattr(cache, "directory", cache.directory.__wrapped__)

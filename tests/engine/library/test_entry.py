@@ -35,7 +35,7 @@ def test_a_bound_call_can_be_made_again():
 
 
 @compiled
-def test_a_call_with_others_of_the_same_types_takes_those():
+def test_a_call_with_other_arguments_of_the_same_types_uses_them():
     times, others = np.zeros(3), np.zeros(2)
     call = slowing.stop.bind(V, SLOWING, times)
     call.code.call((V[1:],), (), Last(SLOWING[1:], None, others))()
@@ -44,7 +44,7 @@ def test_a_call_with_others_of_the_same_types_takes_those():
 
 
 @compiled
-def test_a_kernel_that_comes_to_a_place_beyond_an_array_is_not_run_again(monkeypatch):
+def test_a_kernel_with_an_index_outside_an_array_is_not_run_again(monkeypatch):
     slowing.stop(V, SLOWING, np.empty(3))
     calls = []
 

@@ -107,7 +107,7 @@ def test_only_one_of_two_processes_compiles_and_the_other_waits(copy):
     assert sum("compiling" in messages for _, messages in said) == 1
 
 
-def test_a_cache_that_cannot_be_written_is_said_and_does_not_stop_the_run(copy):
+def test_an_unwritable_cache_is_reported_and_does_not_stop_the_run(copy):
     blocked = copy / "file"
     blocked.write_text("")
     found, messages = run_copy(copy, blocked / "cache")
@@ -193,7 +193,7 @@ def spoil_library(folder):
     ],
     ids=["sources", "version", "system", "processor", "library"],
 )
-def test_a_library_that_came_and_does_not_fit_is_compiled_or_what_to_install_is_said(
+def test_an_unsuitable_shipped_library_is_replaced_or_a_message_names_the_compiler(
     came, spoil, reason
 ):
     copy, folder = came
@@ -227,7 +227,7 @@ def test_without_a_compiler_a_message_names_what_to_install(copy):
     assert "pip install '.[compiler]'" in done.stderr
 
 
-def test_a_made_library_that_the_system_does_not_load_is_said(monkeypatch, tmp_path):
+def test_a_library_that_the_system_cannot_load_is_reported(monkeypatch, tmp_path):
     path = tmp_path / "stop.so"
     path.write_text("no library")
     monkeypatch.setattr(load, "find", lambda *_: path)
@@ -244,7 +244,7 @@ def test_a_failed_compilation_is_reported_with_the_reason(copy):
 
 
 @pytest.mark.slow
-def test_with_bounds_checked_a_place_beyond_an_array_is_an_error(copy):
+def test_with_bounds_checks_an_index_outside_an_array_is_an_error(copy):
     callee = copy / "ghostball/engine/_callee.py"
     callee.write_text(CALLEE.replace("2.0 * x", "x[7]"))
     process = in_copy(copy, copy / "cache", NUMBA_BOUNDSCHECK="1")
@@ -329,7 +329,7 @@ def test_code_for_any_processor_has_the_same_bits(anew, monkeypatch, tmp_path):
     assert durations(anew) == expected
 
 
-def test_the_digest_says_which_compiler_it_is(monkeypatch):
+def test_the_digest_identifies_the_compiler(monkeypatch):
     assert load._compiler.__wrapped__() == load._compiler()
     monkeypatch.setattr("importlib.metadata.version", lambda name: "0.1")
     assert load._compiler.__wrapped__() != load._compiler()

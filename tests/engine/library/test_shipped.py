@@ -60,7 +60,7 @@ def test_unsuitable_libraries_are_not_used_with_a_message(come, changes, reason,
     assert "\n" not in record.message
 
 
-def test_a_processor_that_lacks_what_they_need_sets_them_aside(come, monkeypatch, caplog):
+def test_libraries_for_a_newer_processor_are_not_used(come, monkeypatch, caplog):
     monkeypatch.setattr(processor, "target", lambda: "x86-64")
     assert come(target=processor.WIDE) == {}
     assert f"processors with {', '.join(sorted(processor.NEEDED))}" in caplog.text

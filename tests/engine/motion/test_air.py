@@ -19,7 +19,7 @@ def laws(air_drag=0.0, roll_quadratic=0.0, slides=True):
     return SimpleNamespace(air_drag=air_drag, roll_quadratic=roll_quadratic, slides=slides)
 
 
-def test_only_what_slows_faster_balls_by_more_counts():
+def test_only_deceleration_that_grows_with_the_speed_counts_as_air():
     assert not in_air(None, laws(0.1, 0.1))
     assert not in_air(AIR, laws())
     assert in_air(AIR, laws(0.1))

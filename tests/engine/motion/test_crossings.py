@@ -39,7 +39,7 @@ def test_a_gap_closes_at_the_first_root_to_all_digits(gap, rate, acceleration):
         assert found == wanted or abs(found - wanted) <= 1e-8 * wanted
 
 
-def test_no_digit_is_lost_where_a_small_gap_closes_fast_or_one_that_touches_opens():
+def test_small_gaps_and_overlaps_lose_no_digits():
     for gap in (1e-3, 1e-9, 1e-15):
         assert abs(first_crossing(gap, -1.0, 0.5) / exact(gap, -1.0, 0.5) - 1.0) <= ROUNDING
     assert first_crossing(-1e-18, -1.0, 0.5) == 0.0  # an overlap by rounding

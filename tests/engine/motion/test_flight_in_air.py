@@ -320,7 +320,7 @@ def test_any_flight_ends(velocity, k):
     assert result.work["events"] < 60
 
 
-def test_in_the_thinnest_air_a_flight_is_that_without():
+def test_a_flight_in_the_thinnest_air_agrees_with_a_flight_without_air():
     shots = [scene_of(ball((0, 0), (2, 0.5, 1.5)), **(FLIES | {"air_drag": k})) for k in (0, 1e-30)]
     without, thin = (simulate(shot, record="events") for shot in shots)
     assert thin.events["t"] == pytest.approx(without.events["t"], rel=1e-13)

@@ -15,7 +15,7 @@ POCKETS = ("pocket-bank", "pocket-break-9", "pocket-draw", "pocket-rattle", "poc
 
 
 @pytest.mark.parametrize("scene", [*map(find_scene, POCKETS)], ids=lambda scene: scene.name)
-def test_shots_into_pockets_are_the_same_where_all_obstacles_are_asked(scene):
+def test_shots_into_pockets_agree_with_checking_all_obstacles(scene):
     kept, asked = (
         simulate(scene, record="trajectory", no_skip=off) for off in ((), ("far-obstacles",))
     )
@@ -25,7 +25,7 @@ def test_shots_into_pockets_are_the_same_where_all_obstacles_are_asked(scene):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_random_tables_with_pockets_are_the_same_where_all_obstacles_are_asked(seed: int):
+def test_random_tables_with_pockets_agree_with_checking_all_obstacles(seed: int):
     scene = random_scene(seed, **{**PROVABLE, "table": "pockets", "flight": "no"})
     kept, asked = (
         simulate(scene, record="trajectory", no_skip=off) for off in ((), ("far-obstacles",))

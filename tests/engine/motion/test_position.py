@@ -225,9 +225,7 @@ def test_a_ball_stays_in_its_cell_until_it_is_said_to_leave(moves, monkeypatch, 
 
 
 @made_up
-def test_few_and_many_balls_come_to_the_same_contacts_and_a_sweep_to_the_same_end(
-    moves, monkeypatch
-):
+def test_both_schedulers_find_the_same_contacts_and_a_sweep_agrees(moves, monkeypatch):
     scene = ten_balls(5)
     few = simulate(scene, record="events")
     vx, vy = scene.balls[1].velocity[:2]

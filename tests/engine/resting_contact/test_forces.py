@@ -49,7 +49,7 @@ def test_a_spinning_ball_that_pushes_another_rubs_it():
 
 
 @pytest.mark.skipif(COMPILED, reason="compiled kernels can't be replaced")
-def test_a_step_that_no_forces_with_friction_solve_is_taken_without_and_counted(monkeypatch):
+def test_a_step_without_solution_with_friction_neglects_friction_and_is_counted(monkeypatch):
     def jams(*arguments):
         *_, rubs = arguments
         return not rubs and solve(*arguments)
@@ -62,7 +62,7 @@ def test_a_step_that_no_forces_with_friction_solve_is_taken_without_and_counted(
 
 
 @pytest.mark.skipif(COMPILED, reason="compiled kernels can't be replaced")
-def test_a_step_that_no_forces_solve_is_as_short_as_can_be_and_counted(monkeypatch):
+def test_a_step_without_solution_is_the_shortest_and_is_counted(monkeypatch):
     tried = []
 
     def jams_once(*arguments):

@@ -12,7 +12,7 @@ from ghostball.model import Status, Table
 
 
 @pytest.mark.compiled
-def test_many_balls_look_at_their_neighbours_only():
+def test_many_balls_are_checked_only_against_neighbours():
     few, many = (
         simulate(many_balls(count, 0.5, t_max=0.2, rolling_friction=0.0)) for count in (400, 1600)
     )

@@ -133,7 +133,7 @@ def test_energy_never_rises(law: Law, i: BallImpact, e: float, mu: float | str):
 
 @both_laws
 @given(i=impacts, e=restitutions, mu=any_frictions)
-def test_a_mirror_image_behaves_as_one_bit_for_bit(law: Law, i: BallImpact, e: float, mu):
+def test_a_mirror_image_is_mirrored_bit_for_bit(law: Law, i: BallImpact, e: float, mu):
     assume(law is frictional or mu != 5.0)  # mathavan2014 does not describe it
     p, image = law(i, laws(e, mu)), law(mirrored(i), laws(e, mu))
     signs = (1, -1, 1, 1, -1, 1, -1)

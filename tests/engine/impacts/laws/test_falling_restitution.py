@@ -40,7 +40,7 @@ def one_bounce(law: str, **physics: float) -> Scene:
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_one_impact_is_that_with_the_restitution_of_its_speed(law):
+def test_an_impact_has_the_restitution_at_its_speed(law):
     # The root of 1.44 is 1.2, so every law must act as with the restitution 0.9 / (1 + 0.15 * 1.2).
     fixed = simulate(one_bounce(law, cushion_restitution=0.9 / (1.0 + 0.15 * math.sqrt(1.44))))
     falls = one_bounce(law, cushion_restitution=0.9, cushion_restitution_loss=0.15)
