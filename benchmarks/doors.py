@@ -1,6 +1,6 @@
-"""How long the lean kernel compiles with both doors of numba, without one, and without both.
+"""Time for compiling the lean kernel with both doors of numba, without one, and without both.
 
-A door is a private part of numba that the engine compiles with (`engine.library.numba_doors`).
+A door is a private part of numba that the engine uses for compiling (`engine.library.numba_doors`).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ WAYS: tuple[Way, ...] = get_args(Way)
 class DoorsRow(Record):
     """One way to compile.
 
-    `seconds`: processor time of a process that compiles the kernel [s], the least of all rounds.
+    `seconds`: processor time of a process that compiles the kernel [s], the minimum of all rounds.
     """
 
     way: Way
@@ -38,14 +38,14 @@ class DoorsRow(Record):
 
 
 class DoorsMeasurement(BenchmarkMeasurement):
-    """What `python -m benchmarks doors` measured, with both doors first."""
+    """Measurement of `python -m benchmarks doors`; the first row is that with both doors."""
 
     kind: Literal["doors"] = "doors"
     rows: tuple[DoorsRow, ...]
 
     @property
     def table(self) -> RenderableType:
-        """The time of each way, and how many times that with both doors it is."""
+        """Table with the time of each way, also divided by the time with both doors."""
         first = self.rows[0].seconds
         cells = (
             (row.way, f"{row.seconds:.1f} s", f"{row.seconds / first:.2f}") for row in self.rows
@@ -54,7 +54,7 @@ class DoorsMeasurement(BenchmarkMeasurement):
 
 
 Rounds = Annotated[
-    int, typer.Option(min=1, help="Rounds: how often each way is measured; minutes for each.")
+    int, typer.Option(min=1, help="Number of rounds; each way takes minutes in each round.")
 ]
 
 
@@ -62,13 +62,13 @@ Rounds = Annotated[
 def doors(repeats: Rounds = 1) -> DoorsMeasurement:
     """Measure the time to compile the lean kernel with private parts of numba and without them.
 
-    Each compilation has a process of its own, whose processor time is compared.
+    The processor times of separate processes are compared.
     """
     return measure_doors(seconds_in_new_process, rounds=repeats)
 
 
 def measure_doors(seconds: Callable[[Way], float], *, rounds: int) -> DoorsMeasurement:
-    """Measure each way `rounds` times, interleaved; `seconds` returns the time of one."""
+    """Measure each way `rounds` times, alternately; `seconds` returns the time of one sample."""
 
     def prepare(way: Way) -> Sampler:
         return lambda: {"seconds": seconds(way)}
@@ -79,12 +79,12 @@ def measure_doors(seconds: Callable[[Way], float], *, rounds: int) -> DoorsMeasu
 
 
 def seconds_in_new_process(way: Way) -> float:
-    """Compile the kernel in a process of its own; return the processor time of compiling [s].
+    """Compile the kernel in a new process; return the processor time for compiling [s].
 
-    Raises `MeasurementError` if that process fails.
+    Raises `MeasurementError` if the process fails.
     """
     program = f"from benchmarks.doors import seconds_here; print(seconds_here({way!r}))"
-    # The settings with which the engine compiles: see `load.build`.
+    # The settings of the engine for compiling, see `load.build`.
     settings = {"NUMBA_CPU_NAME": processor.target(), "NUMBA_CPU_FEATURES": ""}
     return timed(program, **settings)[1]
 
@@ -92,7 +92,7 @@ def seconds_in_new_process(way: Way) -> float:
 def seconds_here(way: Way) -> float:
     """Compile the kernel in this process, which compiles nothing else; return processor time [s].
 
-    It changes how this process compiles from then on.
+    Afterwards, this process may compile without the doors.
     """
     from ghostball.engine.library import build, numba_doors, plain_numba  # noqa: PLC0415 - numba
 

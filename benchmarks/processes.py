@@ -67,7 +67,7 @@ def timed(program: str, **variables: str) -> tuple[float, float]:
     root = str(Path(engine.__file__).resolve().parent.parent)
     paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
     command = [sys.executable, "-c", program, str(FOLDER / "half-ball-cut.toml")]
-    # Bytecode is cached, as for an installed package, even if this process doesn't cache its own.
+    # The new process caches bytecode, as for an installed package, even if this process doesn't.
     bytecode = {"PYTHONDONTWRITEBYTECODE": ""}
     environment = {**os.environ, "PYTHONPATH": paths, **bytecode, **variables}
     began = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Fit the cushion coefficients of engines to measured rebounds, and measure what error is left."""
+"""Fit the cushion coefficients of engines to measured rebounds, and measure the remaining error."""
 
 from __future__ import annotations
 
@@ -117,8 +117,8 @@ def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebo
             ]
         )
 
-    # A method without derivatives: time steps make the result rough, and it has a kink where a
-    # contact starts to slip. Least squares stopped too early at both.
+    # A method without derivatives: time steps make the result rough, and the result has a kink
+    # where a contact starts to slip. Least squares stopped too early because of both.
     search = partial(
         minimize,
         lambda numbers: np.sum(np.square(off(numbers))),

@@ -154,7 +154,7 @@ def _rows(scene: Scene, skips: Sequence[Skip], rounds: int) -> list[SkipRow]:
     for skip in skips:
         answer = run(scene, record="events", no_skip=(skip,))
         if skip == Skip.RECORDS:
-            # This skip leaves out the log, so the result to compare is that of a run without one.
+            # This skip leaves out the log, so the result is compared with a run without a log.
             answer = replace(run(scene), events=kept.events)
         equality, detail = compare_answers(kept, answer)
         if equality == "rounding" and skip not in ROUNDING_SKIPS:

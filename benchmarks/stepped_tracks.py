@@ -149,7 +149,7 @@ def _play(state, numbers, every, pictures):  # type: ignore[no-untyped-def]  # p
         moving = False
         for ball in range(3):
             x, y, vx, vy, wx, wy, wz = state[ball]
-            ux, uy = vx - radius * wy, vy + radius * wx  # of the lowest point
+            ux, uy = vx - radius * wy, vy + radius * wx  # velocity of the lowest point
             slip, speed = math.hypot(ux, uy), math.hypot(vx, vy)
             if slip > 3.5 * slide * _GRAVITY * _DT:
                 ax, ay = -slide * _GRAVITY * ux / slip, -slide * _GRAVITY * uy / slip
@@ -217,7 +217,7 @@ def _play(state, numbers, every, pictures):  # type: ignore[no-untyped-def]  # p
             rvx, rvy = state[a, 2] - state[b, 2], state[a, 3] - state[b, 3]
             closing = rvx * nx + rvy * ny
             if apart < 2.0 * radius and closing > 0.0:
-                # Slip of a on b at the contact, level and up.
+                # Slip of a on b at the contact, horizontal and vertical.
                 spin_n = -(state[a, 4] + state[b, 4]) * ny + (state[a, 5] + state[b, 5]) * nx
                 level = -rvx * ny + rvy * nx + radius * (state[a, 6] + state[b, 6])
                 up = -radius * spin_n

@@ -92,9 +92,9 @@ def natural_deflection(cut: FloatArray) -> FloatArray:
 
     `cut` (k,) float64 [rad].
 
-    It is atan(s c / (s^2 + 2/5)), with sine s and cosine c of the cut angle, for an elastic
-    collision without friction between the balls (Wallace and Schroeder 1988, Am. J. Phys. 56 815;
-    Alciatore, proof 3.3).
+    The deflection is atan(s c / (s^2 + 2/5)), with sine s and cosine c of the cut angle, for an
+    elastic collision without friction between the balls (Wallace and Schroeder 1988, Am. J. Phys.
+    56 815; Alciatore, proof 3.3).
     """
     sin, cos = np.sin(cut), np.cos(cut)
     angle: FloatArray = np.arctan2(sin * cos, sin**2 + 0.4)

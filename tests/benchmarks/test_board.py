@@ -1,4 +1,4 @@
-"""`python -m benchmarks board`: what is committed of a run of the board."""
+"""`python -m benchmarks board`: the committed part of a run of the board."""
 
 import pytest
 from written_results import LABELS, write_results

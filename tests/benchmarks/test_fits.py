@@ -1,4 +1,4 @@
-"""The count of how often the errors of fits hold."""
+"""Counts of how often the standard errors of fits hold."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_what_became_of_the_laws_is_said():
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [21, 101, 107])
 def test_the_errors_hold_for_a_table_that_another_program_played(seed):
-    """Its balls, its nose and its camera are none of those that the fit assumes.
+    """The balls, the nose height and the camera differ from the assumptions of the fit.
 
     Fails where an assumption that is off isn't part of the error: values were 6 errors off. In
     table 21, straight contacts just slip: near the best fit, errors were too small by seven times.

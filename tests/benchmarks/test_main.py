@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: what it prints and writes, and the exit status of every kind of input."""
+"""`python -m benchmarks`: its output, its files, and the exit status for each kind of input."""
 
 import json
 
@@ -27,7 +27,7 @@ LOAD = Workload(
 
 @pytest.fixture
 def bench(monkeypatch):
-    """Run `python -m benchmarks` in this process, on a workload that takes no time."""
+    """Run `python -m benchmarks` in this process, with a very short workload."""
     monkeypatch.setenv("COLUMNS", "300")
     monkeypatch.setattr(speed, "WORKLOADS", {LOAD.name: LOAD})
 
@@ -110,7 +110,7 @@ def test_a_process_that_crashes_names_the_shot(monkeypatch):
 
 
 def test_doors_compares_ways_to_compile(bench, monkeypatch, tmp_path):
-    """Breaks where a sample that other work slowed counts: the least of all rounds does."""
+    """The minimum of all rounds counts, so a sample slowed by other processes has no effect."""
     times = dict(zip(doors.WAYS, ([9.0, 8.0], [12.0, 14.0], [24.0, 28.0]), strict=True))
     monkeypatch.setattr(doors, "seconds_in_new_process", lambda way: times[way].pop())
     result = bench("doors", "--repeats", "2", "--out", tmp_path)

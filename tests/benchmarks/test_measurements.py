@@ -1,4 +1,4 @@
-"""Fails where a machine's measurement doesn't lie in its folder, or isn't found there."""
+"""A measurement is stored in the folder of its machine, and found there."""
 
 import pytest
 from rich.console import Console

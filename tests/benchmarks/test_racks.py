@@ -31,11 +31,11 @@ from ghostball.model import (
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
 from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas
 
-# Fails where a rack's time is lost or another's, or one that can't is asked on or not reported
+# Each rack has its own time; an engine that fails is reported and not run again
 
 
 class Counting(TimedEngine):
-    """Takes longer each time that it is asked, and fails when it was asked too often."""
+    """An engine that takes longer in each run, and fails after a number of runs."""
 
     def __init__(self, name, fails_at=None, error=None):
         super().__init__(name, "1.0", self.answer)
@@ -50,7 +50,7 @@ class Counting(TimedEngine):
 
 @pytest.fixture
 def ours(monkeypatch):
-    """Another engine in the place of ours."""
+    """A stand-in for Ghostball's engine."""
     monkeypatch.setattr(racks, "WARM_UP_RACKS", 1)
     monkeypatch.setattr(racks, "PEER_RACKS", 2)
     return Counting("ghostball")
@@ -97,7 +97,7 @@ SCENE = packed_gas(2, 0.1, FRICTIONLESS, 0.5)
 
 @pytest.fixture
 def played_by(monkeypatch):
-    """Return what makes a peer whose adapter does what it is asked to."""
+    """Return a function that makes a peer with a given adapter."""
 
     def make(simulate):
         engine = make_engine("paper-discrete")
@@ -143,11 +143,11 @@ def test_an_unknown_peer_or_setting_is_refused(name, message):
         timed_peer(name)
 
 
-# Breaks drawn as arrays are those that scenes have, and their counts are of all of them
+# Breaks as arrays are equal to breaks as scenes, and the counts include all breaks
 
 
 def scene_of(positions, velocities):
-    """The scene of one break, as `random_rack` has it."""
+    """Return the scene of one break, as by `random_rack`."""
     balls = [
         Ball(**{**dict(ball), "position": tuple(x), "velocity": (*v, 0.0)})
         for ball, x, v in zip(
@@ -190,7 +190,7 @@ def test_the_command_shows_and_writes_them_and_stores_whole_ones_only(tmp_path):
     assert "--count" in refused.output
 
 
-# Breaks that make a ball: the same number is the same break, and counts are of all of them
+# Breaks that pocket a ball: a number is always the same break, and the counts include all breaks
 
 
 def test_a_number_is_a_break():

@@ -1,4 +1,4 @@
-"""Fails where a skip that changes an answer would pass, or one that is not used is measured."""
+"""A skip that changes a result is reported, and only skips that a scene uses are measured."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from benchmarks.skips import ROUNDING, compare_answers, measure_skips
 from ghostball.engine import simulate
 from ghostball.engine.running.skips import BUILT_IN, Skip
 
-# None of resting contact, nor of a law that integrates: what it measures is compiled already.
+# No resting contact and no integrated law, so that the kernels are compiled already.
 SHOT = scene_of(ball((0.5, 0.6), (1.0, 0.1)), ball((1.2, 0.64)), table=POOL_TABLE)
 
 
@@ -60,7 +60,7 @@ def test_every_skip_in_use_has_a_row_and_every_other_a_reason():
 
 
 def test_a_skip_that_changes_the_answer_is_a_defect(monkeypatch):
-    """Also where it only rounds otherwise: just one skip is allowed to."""
+    """A skip that changes rounding is also a defect, except the one in `ROUNDING_SKIPS`."""
     honest = skips.run
 
     def planted(scene, *, record="rest", no_skip=()):

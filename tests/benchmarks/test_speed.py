@@ -1,4 +1,4 @@
-"""Fails where a workload doesn't run, a target is of nothing, or met and missed are mixed up."""
+"""Each workload runs, each target has a measured quantity, and missed targets are recognized."""
 
 import pytest
 

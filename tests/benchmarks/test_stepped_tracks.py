@@ -1,4 +1,4 @@
-"""The program that shares no code with the engine plays the same physics."""
+"""The independent program for tracks simulates the same physics as the engine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SHARED = {
     "cushion_restitution": 0.88,
     "cushion_friction": 0.17,
 }
-"""Coefficients that the program and the engine call by the same names."""
+"""Coefficients with the same names in the program and in the engine."""
 NOSE_HEIGHT = 0.0363
 SIDE = 0.25
 TABLE = SteppedTable(**SHARED, nose_height=NOSE_HEIGHT)
@@ -44,7 +44,7 @@ def test_shots_are_those_of_the_engine_but_for_the_step():
 
 
 def started(shot: int) -> Scene:
-    """Return the scene that a shot begins from."""
+    """Return the initial scene of a shot."""
     balls = [
         Ball(
             id=name,

@@ -1,4 +1,4 @@
-"""Tracks of tables whose physics is known: as a camera brings them, the same each time."""
+"""Synthetic tracks with known physics have the errors of a camera and are reproducible."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from ghostball.validation.results.measurement import MeasurementError
 from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas
 from ghostball.validation.scenes.library import find_scene
 
-# What `benchmarks.speed` samples of calls; that every sample has its targets is tested there
+# The samples of `benchmarks.workloads`; test_speed checks that each sample has its targets
 
 
 def test_slides_are_played_with_air_and_without():
@@ -21,7 +21,7 @@ def test_slides_are_played_with_air_and_without():
     assert all(value > 0.0 for value in sample.values())
 
 
-# Fails where the time of a new process is misread, or a failure in it goes unnoticed
+# The time of a new process is read correctly, and a failure in the process is an error
 
 
 CACHE = "import os; print(len(os.listdir(os.environ['GHOSTBALL_CACHE_DIR'])))"
@@ -53,14 +53,14 @@ def test_the_programs_end(program):
     assert taken > printed >= 0.0
 
 
-# Fails where a generated scene is not what its description says, or would be refused as a file
+# A generated scene agrees with its description, and is valid as a scene file
 
 
 NEIGHBOURS = 30
 
 
 def gaps_of(scene):
-    """Return the gaps of all pairs of the scene's racked balls, the narrowest first [m]."""
+    """Return the gaps of all pairs of racked balls in a scene, the smallest first [m]."""
     racked = scene.positions[1:, :2]
     between = np.linalg.norm(racked[:, None] - racked[None], axis=2)[np.triu_indices(15, 1)]
     return np.sort(between - 2 * R)

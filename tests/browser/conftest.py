@@ -30,7 +30,7 @@ FLAGS = [
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Mark every test of this folder as slow; pytest calls this for no other."""
+    """Mark every test of this folder as slow; pytest calls this hook only for this folder."""
     item.add_marker(pytest.mark.slow)
 
 
@@ -42,13 +42,13 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def results(run_folder: Path) -> Results:
-    """What the page shows."""
+    """The stored results of the page."""
     return Results.open(run_folder)
 
 
 @pytest.fixture(scope="session")
 def page_url(run_folder: Path) -> str:
-    """Address of the page, which needs no figure."""
+    """Address of the page, written without figures."""
     return write_report(run_folder, figures="none").as_uri()
 
 
@@ -69,7 +69,7 @@ def chromium() -> str:
 
 @pytest.fixture(scope="module")
 def browser(chromium: str):
-    """Chromium, without a window. For one module: its event loop must not outlive its tests."""
+    """Chromium without a window, for one module: its event loop must end with the module."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -80,7 +80,7 @@ def browser(chromium: str):
 
 @dataclass
 class Opened:
-    """A tab, and what it said and asked for while it was open."""
+    """A tab, with its console messages and requests."""
 
     page: object
     said: list[str] = field(default_factory=list)
@@ -89,7 +89,7 @@ class Opened:
 
 @pytest.fixture
 def open_page(browser, page_url: str) -> Iterator[Callable[..., object]]:
-    """Open the page at a scene; fails at the end if it complained, or asked for anything else."""
+    """Open the page at a scene; fail at the end after console messages or other requests."""
     opened: list[Opened] = []
     with ExitStack() as stack:
 
@@ -102,7 +102,7 @@ def open_page(browser, page_url: str) -> Iterator[Callable[..., object]]:
             one.page.on("request", lambda request: one.requests.append(request.url))
             one.page.goto(page_url if scene is None else f"{page_url}#scene={scene}")
             if scene is not None:
-                # It is mounted as it comes into view, and then reads its data.
+                # The replay is mounted when it comes into view, and then reads its data.
                 element = one.page.locator(f"[data-replay='replay-{scene}']")
                 element.evaluate(
                     """async (element) => {

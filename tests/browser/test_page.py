@@ -1,4 +1,4 @@
-"""The report's page in a browser: it opens whole, finds its scenes, and asks for nothing else."""
+"""The report's page in a browser: layout, links to scenes, and no requests for other files."""
 
 import pytest
 from replay_run import HOSTILE
@@ -6,7 +6,7 @@ from replay_run import HOSTILE
 CUT, DRAW = "half-ball-cut", "draw-shot"
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
-# `open_page` fails a test whose page says anything on the console, or asks for another file.
+# `open_page` fails a test if the page writes to the console, or requests another file.
 
 
 @pytest.mark.parametrize("scene", [None, CUT])
@@ -108,7 +108,7 @@ def test_without_scripts_every_scene_is_there_to_read(open_page, results):
 
 
 def test_after_a_click_on_a_cell_the_keys_of_the_replay_work(open_page):
-    # Breaks where Space scrolls the page instead, because the focus is beside the replay.
+    # Without the focus in the scene, Space would scroll the page.
     page = open_page()
     page.locator(f".matrix a[href*='scene={CUT}&'][href$='engine=paper-discrete']").first.click()
     viewed(page, 0)

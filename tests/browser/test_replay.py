@@ -1,4 +1,4 @@
-"""The replay in a browser: what it shows is what was stored, however it is asked."""
+"""The replay in a browser shows the stored data."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def interpolated(motion, times, axis):
 
 
 def picture(page, scene=CUT):
-    """What is drawn on the table, once the next frame is."""
+    """Return the picture of the table after the next frame."""
     return replay_of(page, scene).evaluate(
         """element => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(
             () => done(element.querySelector("canvas.gb-canvas").toDataURL()))))"""
@@ -62,7 +62,7 @@ def test_nothing_is_decoded_before_a_scene_is_opened(open_page):
 
 @pytest.mark.parametrize("scene", [CUT, DRAW, JUMP])
 def test_shown_positions_are_the_stored_ones(open_page, results, scene):
-    # Broken by any error in packing, in reading, or in which engine is which.
+    # Fails for any error in packing or reading, and if engines are confused.
     page = open_page(scene)
     for label in ENGINES:
         case = results.case(scene, label)
@@ -73,7 +73,7 @@ def test_shown_positions_are_the_stored_ones(open_page, results, scene):
         stored = motion.times[::7]
         off = shown_at(page, label, stored, scene) - motion.positions[::7]
         assert np.linalg.norm(off, axis=2).max() <= TOLERANCE + 2e-6
-        # Between the samples, which lines join here and parabolas there.
+        # Between samples, the stored motion is linear and the replay has parabolas.
         times = np.linspace(0.0, motion.times[-1], 97)
         straight = np.dstack([interpolated(motion, times, k) for k in (0, 1)])
         dt = np.max(np.diff(motion.times))
@@ -254,7 +254,7 @@ def test_what_cannot_be_replayed_says_so(open_page, change, words):
 
 
 def redrawn(page):
-    """Wait until what was asked to be drawn is: it is drawn in the next frame."""
+    """Wait until the requested drawing is finished, in the next frame."""
     page.evaluate(
         """async () => {
             for (let k = 0; k < 2; k++) await new Promise(requestAnimationFrame);

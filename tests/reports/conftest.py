@@ -1,4 +1,4 @@
-"""Results folders to report on."""
+"""Results folders for tests of reports."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from ghostball.validation.results.store import Results
 
 @pytest.fixture(scope="session")
 def results_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Nine scenes on seven engines; nobody writes into it."""
+    """Nine scenes on seven engines; no test writes into the folder."""
     return write_results(tmp_path_factory.mktemp("results"), list(SHOTS), LABELS)
 
 
@@ -26,19 +26,19 @@ def results(results_folder: Path) -> Results:
 
 @pytest.fixture(scope="session")
 def three_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three scenes on all engines, to write reports into."""
+    """Three scenes on all engines, for tests that write into the folder."""
     return write_results(tmp_path_factory.mktemp("three"), ["stop", "head-on", "break-7"], LABELS)
 
 
 @pytest.fixture(scope="session")
 def html(three_folder: Path) -> str:
-    """A whole page: some cases pass, some fail, one crashed, one can't be represented."""
+    """A whole page: some cases pass, some fail, one crashed, one is unsupported."""
     return page_of(three_folder)
 
 
 @pytest.fixture
 def small_folder(tmp_path: Path) -> Path:
-    """One scene on three engines, to write a report into."""
+    """One scene on three engines, for tests that write into the folder."""
     return write_results(tmp_path / "small", ["stop"], LABELS[:3])
 
 

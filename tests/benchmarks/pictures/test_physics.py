@@ -1,4 +1,4 @@
-"""Fails where a figure of a law shows other numbers than its formula, the runs or publications."""
+"""Figures of laws show the numbers of the formulas, of the runs and of publications."""
 
 from functools import cache
 
@@ -47,8 +47,8 @@ def test_the_largest_deflection_is_the_published_one():
 
 @pytest.mark.parametrize("name", [THROW_BY_ANGLE, THROW_BY_SPIN])
 def test_the_throw_curves_are_those_of_the_closed_forms(name):
-    # The closed form of the scene knows nothing of the formula of the proof. Every fourth shot: the
-    # formula is one, and each closed form takes long.
+    # The closed form of the scene is independent of Alciatore's formula. Only every fourth shot is
+    # checked, because a closed form takes long.
     sweep = find_scene(name)
     balls = [ball for k in range(0, len(sweep.balls), 8) for ball in sweep.balls[k : k + 2]]
     scene = sweep.model_copy(update={"balls": tuple(balls)})
@@ -83,7 +83,7 @@ def test_a_figure_is_written_with_every_engine_that_ran(results_folder, tmp_path
     text = texts_of(figure)
     for part in ("closed form", "ghostball", "pymunk, exact steps", "paper-discrete", "[deg]"):
         assert part in text
-    assert "pybullet" not in text  # it ran none of them
+    assert "pybullet" not in text  # pybullet ran none of the shots
 
 
 def test_every_deflection_is_within_the_axes(results_folder):

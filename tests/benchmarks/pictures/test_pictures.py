@@ -14,7 +14,7 @@ from ghostball.reports.shots import load_shot
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
 
-# Neighbouring shots: they part as the tangent map says, while they are near
+# Neighbouring shots: the tangent map predicts their distance while it is small
 
 
 def test_neighbouring_shots_part_as_the_tangent_map_says_while_they_are_near():
@@ -37,7 +37,7 @@ def test_the_gallery_is_complete(results_folder, tmp_path, monkeypatch):
     # How a figure is written is tested with figures; drawing all of these takes seconds.
     monkeypatch.setattr(style, "lay_out", lambda _: None)
     monkeypatch.setattr(style, "save_one", lambda figure, path, _: path.write_text(str(figure)))
-    # These results have no chaotic scene.
+    # The results have no scene with the tag "chaos".
     figures = {name: draw for name, draw in gallery.GALLERY.items() if name != "chaos"}
     monkeypatch.setattr(gallery, "GALLERY", figures)
     folder = tmp_path / "new" / "gallery"
@@ -56,7 +56,7 @@ def test_a_gallery_without_its_scenes_is_an_error(small_folder, tmp_path):
     assert not (tmp_path / "gallery").exists()
 
 
-# Fails where one of the paper's figures isn't drawn, or an overlap in it is another
+# Each figure of the paper is drawn, with the right overlaps
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def test_overlaps_are_found_deepest_first(results):
     assert worst.length == pytest.approx(2 * 0.028575 - np.linalg.norm(a - b))
 
 
-# Fails where the picture shows another distribution than was measured, or marks it wrongly
+# The picture shows the measured distribution with the right marks
 
 
 MEASURED = RacksMeasurement(
@@ -132,7 +132,7 @@ def test_median_mean_99th_percentile_and_slowest_are_marked(axes):
     assert written == ["35 µs", "1.02 ms", "4 ms", "4 ms", "150 ms", "150 ms", "200 ms", "200 ms"]
 
 
-# A picture of a shot needs our engine's motion, and says so where the results lack it
+# A picture of a shot needs the motion of Ghostball's engine; without it the error says so
 
 
 def test_our_run_is_found_and_its_lack_is_named(small_folder):

@@ -1,4 +1,4 @@
-"""Fails where the picture of rebounds shows others than were measured or searched."""
+"""The picture of rebounds shows the measured rebounds and the best fit of each engine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's wishes as pictures: each is drawn, and says what its rule of turning is worth."""
+"""Pictures of the paper's section 6, future work, and the errors of its rule for rotation."""
 
 import pytest
 
@@ -17,7 +17,7 @@ SCENES = (
 
 @pytest.fixture(scope="module")
 def wishes(tmp_path_factory) -> Results:
-    """Every scene that the pictures need, on our engine and on the paper's."""
+    """Results of every scene of the pictures, on Ghostball's engine and on the paper's engines."""
     folder = tmp_path_factory.mktemp("wishes")
     run_suite([find_scene(name) for name in SCENES], ["ghostball", "paper-discrete"], folder)
     return Results.open(folder)
@@ -42,7 +42,7 @@ def test_the_papers_rule_turns_backwards_and_about_the_other_axis_falls_behind(w
     printed, mended = RULES
     off = turned_off(*our_shot(wishes, "wall-bounce"))
     assert off[printed][1].max() > 3.0
-    # v dt / 2 R of the way, for each way that ends: 0.3 rad and less.
+    # The rule errs by v dt / 2 R for each path that ends: at most 0.3 rad.
     assert 1e-3 < off[mended][1].max() < 1.0
-    # A ball that slides turns otherwise than it rolls: no axis in the plane mends that.
+    # A sliding ball rotates differently from a rolling ball, about any axis in the plane.
     assert turned_off(*our_shot(wishes, "masse"))[mended][1].max() > 2.0

@@ -1,4 +1,4 @@
-"""One JUnit document of a run: nothing that can't fail passes, what fails the gate fails there."""
+"""The JUnit document of a run: tests that can't fail don't pass, and failures of `regress` fail."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_case_that_did_not_run(outcome: str, tag: str, message: str) -> None:
 
 
 def test_a_metric_that_was_not_asked_for_is_skipped_and_says_whether_it_has_a_limit() -> None:
-    # Breaks where leaving out a limit makes a test pass.
+    # Leaving out a limit must not make a test pass.
     some = case(metrics={"wall_time": 0.5}, notes={}, left_out=("rest_error_max",))
     found = parsed(some)
     for metric, more in (
@@ -110,7 +110,7 @@ def test_a_metric_that_was_not_asked_for_is_skipped_and_says_whether_it_has_a_li
 
 
 def test_a_run_that_stopped_early_is_in_error() -> None:
-    # Breaks where an engine that gives up passes, since no limit names it.
+    # An engine that stops early must not pass, although no limit applies to this.
     found = parsed(case(status="step-limit", reason="too many"), case(checks=(check(),)))
     assert verdict(found["pymunk:contact_steps=exact: simulate"]) == (
         "error",
@@ -129,7 +129,7 @@ def test_the_first_test_case_says_how_right_the_run_is() -> None:
         "s\nhello"
     )
     assert not any(list(other.iter("property")) for other in others)
-    # Where nothing says what is right there is none.
+    # Without a reference there is no accuracy class.
     assert not list(next(iter(parsed(case()).values())).iter("property"))
 
 

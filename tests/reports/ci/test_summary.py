@@ -1,4 +1,4 @@
-"""Fails where a CI isn't told what fails, is told too much, or nothing of what was left out."""
+"""The summaries for CI services contain all failures, and say if something is left out."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ghostball.reports.ci.findings import SHOWN, Finding, findings, note, notes
 from ghostball.reports.ci.summary import summary_markdown, summary_text
 from ghostball.validation.results.store import Results
 
-# What fails; as notes of GitHub: one line each, and the rest counted.
+# Failures as notes for GitHub: one line each, and a count of the rest.
 
 
 @pytest.fixture
 def passed(results):
-    """Results in which nothing fails."""
+    """Results without failures."""
     return Results(results.path, [], results.environment)
 
 
@@ -84,7 +84,7 @@ def test_what_was_not_tried_and_an_unfinished_run_are_said_once(results):
     ]
 
 
-# What a CI shows of a run: the verdict first, nothing left out in silence, never too long.
+# The summary starts with the verdict, counts left out rows, and has a limited length.
 
 
 def with_cases(results, cases, **environment):
@@ -145,14 +145,14 @@ def test_what_fails_is_counted_once_and_not_as_before(change, kind):
 
 
 def test_it_stays_below_its_limit_and_says_what_it_leaves_out(results):
-    # 2000 failures, each with a reason of pages; and as many changes.
+    # 2000 failures, each with a reason of several pages, and as many changes.
     bad = next(case for case in results.cases if case.outcome == "failed")
     cases = [replace(bad, scene=f"scene-{k}", reason="why | <x>\n" * 500) for k in range(2000)]
     many = regression(*(worse(f"scene-{k}", summary="so much\n" * 200) for k in range(2000)))
     text = summary_markdown(with_cases(results, cases, scenes=[]), many)
-    assert len(text.encode()) < 2**20  # what GitHub takes
+    assert len(text.encode()) < 2**20  # GitHub's limit
     for heading in ("What changed", "Failures", "Verdicts"):
-        shown = len(rows_of(text, heading))  # each a whole row
+        shown = len(rows_of(text, heading))  # complete rows
         section = text.partition(f"### {heading}")[2].partition("\n### ")[0]
         left = re.search(r"\*(\d+) more \w+ omitted to", section)
         assert shown + (0 if left is None else int(left[1])) == 2000
@@ -180,7 +180,7 @@ def test_plain_text_is_a_line_for_each_thing(results):
 
 
 def test_the_summary_says_how_right_each_engine_is(results):
-    # Breaks where a class is left out, or an engine that is right looks like one that isn't.
+    # Every class must be counted, and a right engine must look different from a wrong one.
     text = summary_markdown(results)
     table = text.partition("### Scenes by accuracy class")[2].partition("###")[0]
     assert "| engine | exact | nm | µm | mm | cm | wrong collisions | median error |" in table

@@ -1,4 +1,4 @@
-"""Fails where a table, a fit, a result or a parting is drawn wrongly."""
+"""Drawings of tables, fits, single results and first wrong collisions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ghostball.reports.plot import film
 from ghostball.validation import find_scene
 from ghostball.validation.diagnose.explanation import explain
 
-# A table is drawn to scale, and no ball that an engine lost shrinks it to a dot.
+# A table is drawn to scale, and a ball lost far away doesn't shrink the table.
 
 
 TABLE = Table(length=2.0, width=1.0, cushions=("left", "right", "bottom"))
@@ -64,7 +64,7 @@ def test_cushions_are_bars_a_side_without_one_is_dotted_and_discs_have_their_rad
     assert discs.get_widths() == pytest.approx(2.0 * SCENE.radii)
 
 
-# Fails where the picture of a fit leaves out events, or draws one where it can't be seen.
+# The picture of a fit shows all events.
 
 
 LEFT = {"rolling": np.linspace(-9.0, 9.0, 30)[:, None], "hit": np.zeros((9, 8))}
@@ -103,7 +103,7 @@ def test_what_is_far_off_is_drawn_at_the_edge(figure):
     assert 5.0 < max(y) < high
 
 
-# One result is drawn, or filmed, without a folder of results.
+# A single result is drawn or filmed without a results folder.
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
@@ -131,14 +131,14 @@ def frames_of(path):
 
 
 def test_the_clock_of_a_film_hides_nothing_of_the_table(tmp_path, monkeypatch):
-    # Breaks where the clock lies over a pocket: nothing but balls may move on the table.
+    # The clock must not cover a pocket: only balls may change on the table.
     monkeypatch.setattr(plot, "LONGEST", 0.4)
     shot = simulate(find_scene("pocket-break-9"), record="trajectory")
     frames = np.array(list(frames_of(film(shot, tmp_path / "shot.gif"))))
     strip = round(100 * plot.STRIP)
     assert (np.ptp(frames, axis=0)[:strip] > 60).any()
     pockets = [(frame.max(axis=2) < 60)[strip:] for frame in frames[:2]]
-    assert pockets[0][:strip].any()  # those at the upper cushion, under where the clock stood
+    assert pockets[0][:strip].any()  # the pockets at the upper cushion, once covered by the clock
     # Each frame of a GIF has its own palette, so edges may differ.
     assert (pockets[0] & pockets[1]).sum() > 0.97 * pockets[0].sum()
 
@@ -169,7 +169,7 @@ def test_a_film_as_mp4_without_ffmpeg_says_what_to_do(result, tmp_path, monkeypa
         plot_result(result, tmp_path / "shot.mp4")
 
 
-# The picture of where two shots part.
+# The picture of the first wrong collision.
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +184,7 @@ def test_both_collisions_are_marked_and_all_balls_drawn(parted):
     for axes in (table, close):
         markers = [line.get_marker() for line in axes.lines if line.get_marker() in ("+", "x")]
         assert markers == ["+", "x"]
-    # Of each ball a ring, a disc and its edge.
+    # For each ball there is a ring, a disc and the disc's edge.
     circles = [patch for patch in table.patches if type(patch).__name__ == "Circle"]
     assert len(circles) == 3 * 7
     assert '"1" hits "3"' in figure.get_suptitle()

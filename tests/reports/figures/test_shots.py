@@ -1,4 +1,4 @@
-"""Fails where a picture of a shot misses a ball or an engine, or writes over itself."""
+"""Pictures of shots show all balls and engines, without overlapping texts."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from ghostball.validation.runs.sampling import motion_of
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.suite import run_suite
 
-# Fails where a sheet misses an engine, hides why one is missing, or writes over itself.
+# A sheet shows all engines, says why an engine is missing, and has no overlapping texts.
 
 
 def axes_titled(figure, words):
-    """Return the one panel whose title begins with words."""
+    """Return the only panel with a title that starts with the given words."""
     (found,) = (axes for axes in figure.axes if axes.get_title("left").startswith(words))
     return found
 
@@ -65,7 +65,7 @@ def test_a_sheet_counts_collisions_as_they_come_and_marks_those_that_are_not_tru
     panel = axes_titled(figure, "Collisions")
     steps = panel.lines[0].get_xydata()
     assert steps.tolist() == [[0.0, 0.0], [1.0, 1.0], [1.2, 2.0], [3.0, 2.0]]
-    assert panel.lines[-1].get_ydata()[0] == 2  # the truth, and no engine's
+    assert panel.lines[-1].get_ydata()[0] == 2  # the reference, not an engine
     cells = [text.get_text() for text in figure.texts]
     assert cells.count("2 of 2") == len(shot.drawn) - 1
     assert cells.count("7 of 2 ≠") == 1
@@ -109,7 +109,7 @@ def test_nothing_on_a_sheet_is_cut_off_or_written_over_something_else(results, n
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
 
 
-# Fails where a picture of one run hides a ball, or explains what it doesn't have.
+# A picture of one run shows all balls, and explains only what it contains.
 
 
 @pytest.mark.parametrize("name", ["head-on", "break-7"])
@@ -130,7 +130,7 @@ def test_each_ball_of_a_single_run_has_a_colour_of_its_own(results, name):
 
 @pytest.mark.parametrize("name", ["head-on", "break-7"])
 def test_a_single_run_shows_names_and_metres_and_speaks_of_no_truth(results, name):
-    # Breaks where a picture of one run explains rings and errors that it doesn't have.
+    # A picture of one run must not explain rings and errors, which it doesn't have.
     shot = load_shot(results, name)
     alone = Shot(shot.scene, tuple(run for run in shot.runs if run.label == "pymunk"))
     with style.drawing():
@@ -175,11 +175,11 @@ def test_many_balls_with_long_names_are_numbered(results):
     assert "ball-8" not in text
 
 
-# Fails where names cover paths or each other, or balls on one line hide each other.
+# Names don't cover paths or each other, and balls on one line don't hide each other.
 
 
 def shot_of(scene: Scene) -> Shot:
-    """Our engine's run of a scene, in a shot that knows no truth."""
+    """Return a shot without a reference, with the run of Ghostball's engine."""
     motion = motion_of(simulate(scene, record="trajectory"))
     return Shot(scene, (Run("ghostball", None, motion),))
 
@@ -214,7 +214,7 @@ def test_names_of_touching_balls_do_not_cover_each_other(name):
 
 
 def test_balls_on_one_line_are_shown_against_time_however_many():
-    # In a panel each, five balls on a line are a line.
+    # In a panel of the table, five balls on a line look like one line.
     shot = shot_of(find_scene("push-line"))
     with style.drawing():
         against_time = draw_sheet(shot).axes[1]
@@ -232,7 +232,7 @@ def test_motion_of_a_few_centimetres_fills_its_axis():
 
 
 def sliding_until(run: Run, t: float) -> Run:
-    """A run whose balls all slide until t [s], and roll after."""
+    """Return a run in which all balls slide until t [s], and then roll."""
     phases = np.full(run.motion.positions.shape[:2], Phase.ROLLING, dtype=np.int8)
     phases[run.motion.times < t] = Phase.SLIDING
     return Run(run.label, run.case, replace(run.motion, phases=phases))
@@ -251,7 +251,7 @@ def sliding_until(run: Run, t: float) -> Run:
 def test_where_a_ball_slides_its_path_is_wider_and_darker_and_the_figure_says_so(
     results, scene, draw
 ):
-    # Breaks where the parts are mixed up, leave a gap, or are drawn alike.
+    # The parts must not be confused, have a gap, or look alike.
     shot = load_shot(results, scene)
     run = sliding_until(shot.ours, 1.0)
     alone = Shot(shot.scene, (run,))
@@ -270,7 +270,7 @@ def test_where_a_ball_slides_its_path_is_wider_and_darker_and_the_figure_says_so
         assert slides.get_color() == rolls.get_color()
 
 
-# Fails where the height of a ball that flies isn't drawn, or is where none flies.
+# The height of balls is drawn if, and only if, a ball flies.
 
 
 def test_where_a_ball_flies_its_height_is_drawn(tmp_path):
@@ -282,7 +282,7 @@ def test_where_a_ball_flies_its_height_is_drawn(tmp_path):
     landed = simulate(find_scene("flight-jump"), record="trajectory")
     assert part_in_flight(jump) == pytest.approx(0.7, abs=0.05)
     high = landed.sample(np.linspace(part_in_flight(jump), landed.rest_time, 50)).positions
-    assert np.ptp(high[:, :, 2]) < 1e-4  # a bounce that nobody sees
+    assert np.ptp(high[:, :, 2]) < 1e-4  # an invisibly low bounce
     for draw in (draw_sheet, draw_single):
         with style.drawing():
             panels = [len(draw(shot).axes) - is_collinear(shot) for shot in (jump, roll)]

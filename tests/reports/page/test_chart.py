@@ -1,4 +1,4 @@
-"""Fails where a chart shows another curve than it was given, or a tick at the wrong place."""
+"""Charts show the given curves, with ticks at the right positions."""
 
 import re
 

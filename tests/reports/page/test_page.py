@@ -1,4 +1,4 @@
-"""Fails where the page lacks a part, hides a failure, asks a network, or lets text be markup."""
+"""The page has all parts and failures, makes no requests, and shows texts without markup."""
 
 import json
 import re
@@ -16,7 +16,7 @@ SECTIONS = [
     *("real-tables", "stress", "run"),
 ]
 ALWAYS = [name for name in SECTIONS if name not in ("real-tables", "stress")]
-"""Those that are there whatever lies beside the results."""
+"""Sections that every page has."""
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(1)>"
 
@@ -25,7 +25,7 @@ def test_sections_come_in_order_and_each_is_in_the_navigation(html):
     assert re.findall(r'<section id="([\w-]+)"', html) == ALWAYS
     navigation = html[html.index('<nav class="sections"') : html.index("<main>")]
     assert re.findall(r'href="#([\w-]+)"', navigation) == ALWAYS
-    assert len(SECTIONS) <= 9  # more don't stay in the bar
+    assert len(SECTIONS) <= 9  # more don't fit into the bar
 
 
 def test_what_is_long_is_folded_but_the_first_picture(html):

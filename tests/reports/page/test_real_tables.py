@@ -1,5 +1,4 @@
-"""Fails where the page says other comparisons with measured tables than were measured, or hides a "
-"lack."""
+"""The page shows the measured comparisons with real tables, and unsupported families."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Text and colours of the page: markup is escaped, and what is read can be read."""
+"""Texts and colours of the page: markup is escaped, and texts have enough contrast."""
 
 import json
 import re
@@ -33,8 +33,8 @@ TEXTS = [
     *((f"{kind}-ink", f"{kind}-paper") for kind in ("pass", "fail", "holds", "ref")),
     *((f"{look.slug}-ink", f"{look.slug}-paper") for look in CLASSES.values()),
 ]  # fmt: skip
-LEAST_TEXT = 4.5  # what WCAG 2.2 asks for, level AA (1.4.3)
-LEAST_LINE = 3.0  # and of what isn't text (1.4.11)
+LEAST_TEXT = 4.5  # contrast of text that WCAG 2.2 requires, level AA (1.4.3)
+LEAST_LINE = 3.0  # contrast of graphics (1.4.11)
 
 
 @pytest.mark.parametrize("text", EVIL)
@@ -82,7 +82,7 @@ def test_text_can_be_read(scheme, ink, paper):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_every_colour_of_the_stylesheet_is_one_of_these(scheme):
-    # A pair that the test above doesn't know could be unreadable.
+    # A pair of colours missing in the test above could be unreadable.
     known = {name for pair in TEXTS for name in pair} | {"line", "cushion"}
     assert set(properties(scheme)) == known
     assert not re.findall(r"(?:color|background|fill|stroke)\s*:\s*(?:#|rgb|hsl)", CSS)
