@@ -1,4 +1,4 @@
-"""Whatever is read is damaged, nested or of another shape: one line, exit status 2, never 3.
+"""Damaged, nested or wrongly shaped files: a message of one line, exit status 2, never 3.
 
 Each case is one fault in what is valid otherwise. Where a fault happens to be a value that may be
 there, such as another date, the command does its work.
@@ -24,7 +24,7 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.results.database import DATABASE, transaction, writing
 
 RECORDS = {"documents": "content", "records": "record"}
-"""Columns that hold records, by table."""
+"""Columns with records, by table."""
 
 
 # --- results ----------------------------------------------------------------------------------
@@ -36,7 +36,7 @@ def dumped(one):
 
 @pytest.fixture(scope="module")
 def valid(tmp_path_factory):
-    """A results folder with a record of each kind; results of generated shots lie in it."""
+    """A results folder with a record of each kind, and results of generated shots in it."""
     folder = tmp_path_factory.mktemp("valid")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
@@ -75,7 +75,7 @@ def query(folder, sql, given=()):
 
 
 def with_fault(valid, folder, row, text):
-    """Copy results, with another text in place of one record."""
+    """Copy results, with one record replaced by a text."""
     part, table, number, _ = row
     shutil.copytree(valid, folder)
     try:
@@ -83,7 +83,7 @@ def with_fault(valid, folder, row, text):
         with closing(sqlite3.connect(folder / part / DATABASE)) as database, database:
             database.execute("PRAGMA ignore_check_constraints = ON")
             database.execute(sql, [text, number])
-    except sqlite3.Error:  # the columns made of it refuse it already
+    except sqlite3.Error:  # the generated columns reject the text already
         shutil.rmtree(folder)
         return False
     return True
@@ -103,7 +103,7 @@ def assert_records_are_checked(valid, tmp_path, reader, count, seed):
     every = {row: list(texts(row[3])) for row in rows}
     refused = 0
     for number in range(count):
-        row = rng.choice(rows)  # each record as often as any, however long
+        row = rng.choice(rows)  # all records equally often, of any length
         folder = tmp_path / str(number)
         if with_fault(valid, folder, row, rng.choice(every[row])):
             options = (tmp_path / "out",) if reader == "export" else ()
@@ -114,13 +114,13 @@ def assert_records_are_checked(valid, tmp_path, reader, count, seed):
 
 @pytest.mark.parametrize("reader", ["summary", "export"])
 def test_a_record_of_another_shape_is_refused(valid, tmp_path, reader):
-    # An export is the records as they are, whatever is in them, as long as that is JSON.
+    # An export contains the records unchanged, if they are JSON.
     least = 2 if reader == "summary" else 1
     assert assert_records_are_checked(valid, tmp_path, reader, 20, seed=1) >= least
 
 
 def test_a_report_of_a_record_of_another_shape_is_refused(valid, tmp_path):
-    """Documents weren't checked, and a field that was missing was a bug of ghostball's."""
+    """Documents once weren't checked, and a missing field was reported as a bug of Ghostball."""
     assert assert_records_are_checked(valid, tmp_path, "report", 4, seed=2) > 2
 
 
@@ -134,7 +134,7 @@ def test_many_records_of_another_shape_are_refused(valid, tmp_path, reader, seed
 
 @pytest.mark.parametrize("seed", range(2))
 def test_a_damaged_byte_is_no_bug_of_ghostball(valid, tmp_path, seed):
-    """SQLite finds only some of them: of a text that is none, Python itself complains."""
+    """SQLite detects only some damage; invalid text raises an error in Python."""
     data = bytearray((valid / DATABASE).read_bytes())
     rng = random.Random(seed)
     used = [place for place, byte in enumerate(data) if byte]
@@ -161,7 +161,7 @@ def test_a_text_that_is_no_text_names_the_file_and_what_to_do(valid, tmp_path):
 @pytest.mark.parametrize("name", ["{}/pwn", "../../../pwn", "a/b", ".."])
 @pytest.mark.parametrize("kind", ["case", "varied", "stress"])
 def test_no_name_in_a_record_leads_out_of_the_folder(valid, tmp_path, name, kind):
-    """With such a name of a scene, a report wrote its picture wherever that led."""
+    """With a path as the name of a scene, a report once wrote its picture outside the folder."""
     folder = tmp_path / "a" / "b" / "results"
     shutil.copytree(valid, folder)
     name = name.format(tmp_path)
@@ -181,7 +181,7 @@ def test_no_name_in_a_record_leads_out_of_the_folder(valid, tmp_path, name, kind
 
 @pytest.mark.parametrize("text", [DEEP, '{"a":' * 100_000, "\x00", "9" * 10_000, '["' + DEEP])
 def test_what_is_graded_may_be_nested_as_deeply_as_one_likes(tmp_path, text):
-    # Python's own reader of JSON gave up with an error that nobody caught.
+    # Python's JSON reader once raised an error that wasn't caught.
     (tmp_path / "runs.json").write_text(text)
     status, output = run("grade", tmp_path / "runs.json")
     assert status == 1

@@ -1,4 +1,4 @@
-"""Faults around a run: engines that crash or hang, kills, a full disk. The harness continues.
+"""Faults around a run: engines that crash or hang, kills, a full disk. Ghostball continues.
 
 Commands are run for real, in processes of their own, beside an engine that fails as it is asked to.
 """
@@ -19,13 +19,13 @@ from ghostball.validation.results.files import ResultsError
 from ghostball.validation.results.store import Results
 
 TIME_LIMIT = 8.0
-"""Seconds that an engine gets: hundreds of times what these shots take."""
+"""Time limit of an engine [s], hundreds of times the time for these shots."""
 
 PATIENCE = 240.0
-"""Seconds after which a command that should have ended hangs."""
+"""Time after which a command counts as hanging [s]."""
 
 FILE_SIZE = 128 * 1024
-"""Bytes past which no file can be written, where the disk is full: room for a few results."""
+"""Largest size of a file on the full disk [bytes], enough for a few results."""
 
 SAYS = {
     "raise": "RuntimeError: lost the balls",
@@ -39,7 +39,7 @@ SAYS = {
     "give-up": "lost the cue",
     "miscount": "got -3",
 }
-"""What is said of each fault."""
+"""Part of the message for each fault."""
 
 SCENE = """\
 schema = 1
@@ -57,7 +57,7 @@ COMMANDS = pytest.mark.parametrize("command", ["validate", "stress"])
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """Work in an empty folder, where every process finds the faulty engine as an installed one."""
+    """Work in an empty folder in which the faulty engine counts as installed for every process."""
     path = [str(planted(tmp_path / "site")), *filter(None, sys.path)]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path))
     (tmp_path / "here").mkdir()
@@ -86,7 +86,7 @@ class Asked:
             self.arguments.append("--no-report")
 
     def start(self, *more, first=""):
-        """Start the command; `first` is Python to be run before it."""
+        """Start the command; `first`: Python code that runs before it."""
         program = f"{first}\nfrom ghostball.cli import main\nmain()"
         return subprocess.Popen(
             [sys.executable, "-c", program, *self.arguments, *more],
@@ -106,26 +106,26 @@ class Asked:
         return process.returncode, errors
 
     def outcomes(self):
-        """Return outcome and reason of what there is a result of: scene and engine."""
+        """Return outcome and reason of each stored result, by scene and engine."""
         cases = Results.open("out").cases
         return {(one.scene, one.label): (one.outcome, one.reason) for one in cases}
 
     def done(self):
-        """Return what there is a result of by now: scene and engine."""
+        """Return scene and engine of each result stored so far."""
         try:
             return set(self.outcomes())
         except ResultsError:
             return set()
 
     def assert_outcomes(self, found):
-        """Assert that each engine fails as asked, and is said to; and that no other does."""
+        """Assert that exactly the faulty engines fail, and that the output names their faults."""
         for (name, label), (outcome, reason) in found.items():
             does = label.partition("does=")[2]
             assert outcome == ("failed" if does else "ran"), (name, label, reason)
             assert SAYS.get(does, "") in reason
 
     def assert_continues(self, least):
-        """Assert that what was cut short holds so many results, and a next run does the rest."""
+        """Assert that an interrupted run stored so many results, and the next run does the rest."""
         left = self.outcomes()
         assert len(left) >= least
         self.assert_outcomes(left)
@@ -139,8 +139,8 @@ class Asked:
 
 def test_every_fault_has_its_words():
     ways = set(FaultyEngine.Settings.model_fields["does"].annotation.__args__)
-    # One stops early and one prints, which are outcomes of their own; so is a motion that can't be
-    # sampled, which only commands that ask for one come to (`test_faulty_engines.py`).
+    # Stopping early and printing have different outcomes. A motion that can't be sampled matters
+    # only for commands that need the motion (`test_faulty_engines.py`).
     assert ways == {"none", "stop", "print", "lose-motion", "cut-motion", *SAYS}
 
 
@@ -151,7 +151,7 @@ def test_an_engine_that_crashes_or_hangs_costs_its_own_results_alone(command):
     faulty = [f"faulty:does={way}" for way in SAYS]
     asked = Asked(command, ["faulty", *faulty, "ghostball"], jobs=2)
     status, errors = asked.run()
-    # A run fails by any engine that does, a stress run by any that is named.
+    # A run fails if any engine fails, a stress run if any named engine fails.
     assert status == 1, errors
     found = asked.outcomes()
     assert set(found) == asked.results
@@ -173,7 +173,7 @@ def test_a_full_disk_is_said_and_a_next_run_continues_from_there(command):
 
 
 class OnCluster:
-    """A command on a cluster of two workers, interfered with once our engine has a result."""
+    """A command on a cluster of two workers, disturbed after the first result of Ghostball."""
 
     def __init__(self, asked, folder):
         pytest.importorskip("distributed", reason="needs Dask: pip install '.[cluster]'")
@@ -199,7 +199,7 @@ class OnCluster:
 
 
 def numbers():
-    """Return all that a run found but times, by scene and engine."""
+    """Return all results of a run except times, by scene and engine."""
     return {
         (one.scene, one.label): (
             one.outcome,

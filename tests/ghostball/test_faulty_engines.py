@@ -1,4 +1,4 @@
-"""Commands with an engine that misbehaves: it is named, the exit status says so, nothing leaks."""
+"""Commands with a faulty engine: the message names the engine, and the exit status is right."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ velocity = [0.5, 0.0]
 
 @pytest.fixture
 def faulty(tmp_path, monkeypatch):
-    """Install the faulty engine, and go to an empty folder with a scene of one's own."""
+    """Install the faulty engine, and work in an empty folder with a scene file."""
     monkeypatch.setenv("COLUMNS", "400")
     monkeypatch.syspath_prepend(str(planted(tmp_path / "site")))
     (tmp_path / "here").mkdir()
@@ -59,7 +59,7 @@ MOTIONS = {
 @pytest.mark.usefixtures("faulty", "in_this_process")
 @pytest.mark.parametrize("does", MOTIONS)
 def test_a_motion_that_cannot_be_sampled_is_the_engines_failure_of_that_case_alone(does):
-    # It is sampled long after the engine's `simulate` has returned, while metrics are computed.
+    # The motion is sampled long after the return of `simulate`, when metrics are computed.
     result = run(*COMMANDS["validate"], f"faulty:does={does}", "-e", "ghostball")
     assert result.exit_code == 1, result.output
     assert f"did not finish stop on faulty:does={does}: {MOTIONS[does]}" in result.output
@@ -101,8 +101,7 @@ def test_what_an_engine_prints_is_in_the_report_and_said_once(faulty):
 
 @pytest.mark.usefixtures("in_this_process", "without_run_figures")
 def test_a_run_in_which_nothing_was_judged_is_no_pass_and_says_what_to_do(faulty):
-    # Breaks where a CI stays green though no limit covers anything; also where one reader of the
-    # results says another thing than the next.
+    # CI must not be green if no limit applies, and all readers of the results must agree.
     result = run("validate", "shot.toml", "-e", EXCUSED, "--format=junit")
     assert result.exit_code == 4, result.output
     assert "nothing was judged: no limit applies." in result.stderr
@@ -118,7 +117,7 @@ def test_a_run_in_which_nothing_was_judged_is_no_pass_and_says_what_to_do(faulty
         "ghostball: error: No limit applies to these cases"
         in run("report", "out", "--format", "text").stdout
     )
-    # What it says to write is read, and judges.
+    # The limit that the message suggests is read and applied.
     advice = result.stderr.partition("such as:\n")[2].splitlines()[:5]
     (faulty / "shot.expect.toml").write_text("\n".join(advice))
     judged = run("validate", "shot.toml", "-e", EXCUSED, "--no-report")

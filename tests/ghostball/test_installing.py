@@ -1,4 +1,4 @@
-"""Fails where ghostball is not all there, or meets the packages of the project that it serves."""
+"""The installed package is complete, and independent of packages in the user's project."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ import ghostball
 
 ROOT = Path(__file__).parents[2]
 PARTS = ("engine", "reference_adapters", "validation", "reports")
-"""The folders that are linked into the package, by names that others use too."""
+"""Folders that are linked into the package; other packages may have the same names."""
 
 PACKAGES = {one.name for one in pkgutil.iter_modules(ghostball.__path__) if one.ispkg}
 LIBRARY = ["", *sorted(PACKAGES - {"cli", "pytest_plugin"})]
-"""What somebody imports from."""
+"""Packages that users import."""
 
 
 def run(*command, folder=None, **environment):
@@ -46,7 +46,7 @@ def test_the_command_is_installed_and_is_the_module():
 
 @pytest.mark.parametrize("name", LIBRARY)
 def test_no_name_of_a_package_hides_a_module_of_it(name):
-    """`import engine.simulate as m` gave a function, while there was a module of that name."""
+    """`import engine.simulate as m` once gave a function, because a module had the same name."""
     package = f"ghostball.{name}".rstrip(".")
     loaded = importlib.import_module(package)
     for module in pkgutil.iter_modules(loaded.__path__):
@@ -64,7 +64,7 @@ def test_each_name_on_the_page_of_python_is_imported_from_ghostball():
 @pytest.mark.checkout
 @pytest.mark.parametrize("text", ["../{}", None], ids=["links as text", "no links"])
 def test_a_clone_without_symbolic_links_imports(tmp_path, text):
-    # As git leaves them on Windows, and as an unpacked source archive has them.
+    # As git creates links on Windows, and as in an unpacked source archive.
     package = tmp_path / "ghostball"
     shutil.copytree(ROOT / "ghostball", package, ignore=lambda *_: {*PARTS, "__pycache__"})
     for name in PARTS:
@@ -99,7 +99,7 @@ def test_a_wheel_made_from_the_source_archive_holds_every_file(tmp_path):
 
 @pytest.fixture
 def project(tmp_path):
-    """A project that has a package of each name, and an engine of its own."""
+    """A project with a package of each name, and with its own engine."""
     for name in PARTS:
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text("whose = 'theirs'\n")
@@ -111,7 +111,7 @@ def project(tmp_path):
 
 
 def test_both_are_imported_and_pytest_finds_an_engine_in_a_package_called_engine(project):
-    # Broken by a part that is imported, or found, by a name that others use too.
+    # Fails if a part of Ghostball is imported, or found, by a name that other packages may use.
     guest = {"folder": project, "PYTHONPATH": str(project), "NUMBA_DISABLE_JIT": "1"}
     ours = "; ".join(f"import ghostball.{name}" for name in PARTS)
     ours += "; from ghostball import Results, Scene, find_scene, simulate"

@@ -1,4 +1,4 @@
-"""A table of wrong and right engines: every command says the same of each.
+"""A table of wrong and right engines: every command gives the same verdict on each.
 
 Each command is run as a user would. Asked the same, it holds the engine to the same limits on the
 same metrics, and ends with the same status: 1 for a wrong engine, 0 for a right one, and 4 for one
@@ -31,17 +31,17 @@ COMMAND = get_command(app)
 CACHES = str(cache_folder("kernels").parent)
 
 Said = dict[str, tuple[int, frozenset[str]]]
-"""By command: its status, and the limits that it says are broken."""
+"""Exit status and failed limits, by command."""
 
 
 @pytest.fixture
 def here(pytester, monkeypatch):
-    """A scratch project, whose home has no kernels."""
+    """A temporary project; its home has no kernels."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", CACHES)
     monkeypatch.setenv("COLUMNS", "2000")
-    # What pytest within pytest loaded stays: neither numpy nor numba's kernels come twice.
+    # Modules loaded by the inner pytest stay loaded: numpy and numba can't be loaded twice.
     monkeypatch.setattr(SysModulesSnapshot, "restore", lambda _: None)
-    # The commands are the same at each call: to make them again takes longer than most of them.
+    # The commands are created only once, because creating them takes longer than most calls.
     monkeypatch.setattr("typer.testing._get_command", lambda _: COMMAND)
     return pytester
 
@@ -51,7 +51,7 @@ def label(way: str) -> str:
 
 
 def broken_in(text: str) -> frozenset[str]:
-    """Return the limits that a text says are broken, as "METRIC at most LIMIT"."""
+    """Return the failed limits in a text, as "METRIC at most LIMIT"."""
     return frozenset(
         " ".join(found)
         for found in re.findall(
@@ -82,7 +82,7 @@ def by_pytest(pytester, way: str, *options: str) -> tuple[int, frozenset[str]]:
 
 
 def run_elsewhere(way: str, scene_name: str) -> dict[str, object]:
-    """Return a run as another program would write it: what the engine claims, and what it did."""
+    """Return a run in the format of result files, with the claims and the result of the engine."""
     scene, engine = find_scene(scene_name), make_engine(label(way))
     result = engine.simulate(scene, record="trajectory")
     motion = result.trajectory
@@ -108,7 +108,7 @@ def run_elsewhere(way: str, scene_name: str) -> dict[str, object]:
 
 
 def by_grade(way: str, **said: object) -> tuple[int, frozenset[str]]:
-    """Grade the run that another program wrote; some of it says something else."""
+    """Grade a run from a result file, with some fields changed."""
     runs = [run_elsewhere(way, scene) | said for scene in ROWS[way].scenes]
     Path("run.json").write_text(json.dumps(runs), encoding="utf-8")
     return judged("grade", "run.json")
@@ -126,11 +126,11 @@ STRESS = (
     "touching/pair-sliding-slanting-gap-1e-09-turned-0.0",
     "long-runs/galperin-1",
 )
-"""Generated shots in which every fault of the table shows."""
+"""Generated shots in which every fault of the table has an effect."""
 
 
 def by_stress(way: str, *options: object) -> tuple[int, frozenset[str]]:
-    """Run generated shots: others than those of the table, so other limits are broken.
+    """Run generated shots, which differ from the table's scenes, so other limits fail.
 
     An engine of which nothing can be judged gets those without limits of their own.
     """
@@ -141,14 +141,14 @@ def by_stress(way: str, *options: object) -> tuple[int, frozenset[str]]:
 
 
 def sentences_in(folder: Path) -> frozenset[str]:
-    """Return the limits that stored results say are broken."""
+    """Return the failed limits in stored results."""
     cases = Results.open(folder).cases
     failed = [check.sentence for case in cases for check in case.checks if check.passed is False]
     return broken_in("\n".join(failed))
 
 
 def by_all(pytester, way: str) -> Said:
-    """Ask every command."""
+    """Run every command."""
     scenes, engine = ROWS[way].scenes, ("-e", label(way))
     return {
         "validate": judged("validate", *scenes, *engine, "--no-report"),
@@ -175,7 +175,7 @@ def test_a_wrong_engine_fails_with_every_command(here, way):
     said = by_all(here, way)
     assert statuses(said) == dict.fromkeys(said, 1), ROWS[way].fault
     limits = {command: broken for command, (_, broken) in said.items()}
-    if way == "nondeterministic":  # of two plays, no more is the same than that both are wrong
+    if way == "nondeterministic":  # two runs agree only in being wrong
         found = {one for one in limits if "accuracy at most nanometres" in limits[one]}
         assert found >= limits.keys() - {"accept", "regress"}
     else:
@@ -190,7 +190,7 @@ def test_a_wrong_engine_fails_with_every_command(here, way):
 @pytest.mark.parametrize("way", RIGHT)
 def test_a_right_engine_passes_with_every_command(here, way):
     said = by_all(here, way)
-    if way == "formula":  # it plays one ball alone, and claims more: generated shots see that
+    if way == "formula":  # simulates one ball, but claims more
         assert said.pop("stress")[0] == 1
     nothing_accepted = {"regress": 4}
     assert statuses(said) == dict.fromkeys(said, 0) | nothing_accepted, said
@@ -223,7 +223,7 @@ def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(h
 
 @pytest.mark.usefixtures("in_this_process")
 def test_why_nothing_was_judged_is_said_by_every_command(here):
-    # Breaks where an engine that is wrong is called passed, for nothing limits its shots.
+    # A wrong engine must not pass because no limit applies to its shots.
     (scene,), asked = ROWS["braked"].scenes, ("-e", label("braked"))
     unjudged = (
         "no case of silent_engine:braked had its final positions judged: declare a time step `dt`"
@@ -241,7 +241,7 @@ def test_why_nothing_was_judged_is_said_by_every_command(here):
     assert (status, unjudged in said) == (4, True), said
     insists = ("--reason", "Balls roll half as far.", "--even-though-limits-fail")
     assert run("accept", *asked, *insists)[0] == 0
-    status, said = run("regress", scene, *asked)  # what moved is judged, and what isn't is said
+    status, said = run("regress", scene, *asked)  # a warning, exit status 0
     assert (status, unjudged in said) == (0, True), said
     status, said = run("regress", scene, *asked, "--fail-on=limits")
     assert (status, unjudged in said) == (4, True), said
@@ -249,7 +249,7 @@ def test_why_nothing_was_judged_is_said_by_every_command(here):
     engine = f"--ghostball-engine={label('braked')}"
     done = here.runpytest_inprocess(*options, f"ghostball::{scene}", engine)
     assert (int(done.ret), unjudged in done.stdout.str()) == (4, True)
-    # One that states its step is held to it.
+    # An engine that declares its step is checked with the limits of the step.
     status, said = run("validate", scene, "-e", "silent_engine:stepping", "--no-report")
     assert (status, "was judged" in said) == (1, False), said
 
@@ -263,7 +263,7 @@ LEFT_BEHIND = {
     "no motion": {"samples": None},
     "less than a ball": {"rest_positions": []},
 }
-"""What an engine in another language may leave that crashed or was ended, by what that is."""
+"""Files that a crashed or killed engine in another language may leave, by description."""
 
 
 @pytest.mark.slow
@@ -297,7 +297,7 @@ def test_what_is_left_of_a_run_is_graded_as_one_that_did_not_finish(here, left):
     status, text = run("grade", "run.json")
     assert (status, broken_in(text)) == (1, frozenset()), text
     assert "did not finish" in text
-    # What was played whole is judged all the same.
+    # Complete runs are judged nevertheless.
     Path("run.json").rename("lost.json") if found is not None else None
     other = run_elsewhere("friction", "stop")
     Path("run.json").write_text(json.dumps(other), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""`pytest --ghostball`, run for real in scratch repositories."""
+"""`pytest --ghostball`, run in temporary repositories."""
 
 import inspect
 import re
@@ -26,13 +26,13 @@ CACHES = str(cache_folder("kernels").parent)
 
 @pytest.fixture(autouse=True)
 def kernels_are_those_of_all_tests(monkeypatch):
-    """A scratch repository has a home of its own, where each process would compile them anew."""
+    """Share compiled kernels: a temporary repository has its own home, without kernels."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", CACHES)
 
 
 @pytest.fixture(autouse=True)
 def what_is_loaded_stays(monkeypatch):
-    """Let pytest within pytest drop the scratch repository's modules alone of what it imported.
+    """Let the inner pytest unload only the modules of the temporary repository.
 
     Neither numpy nor what numba loads with its first kernel comes twice, and whoever runs after
     these tests would get a second class of each name beside those that others hold.
@@ -48,7 +48,7 @@ def drop_scratch_engine() -> None:
 
 
 def engine(pytester, body: str, *, header: str = "") -> str:
-    """Write an engine into the scratch repository; return the option that names it."""
+    """Write an engine into the temporary repository; return the option that names it."""
     pytester.syspathinsert()
     source = inspect.getsource(stepper).replace("Stepper", "Mine").replace('"stepper"', '"mine"')
     pytester.makepyfile(
@@ -59,7 +59,7 @@ def engine(pytester, body: str, *, header: str = "") -> str:
 
 
 def outcomes(result) -> dict[str, str]:
-    """Return the outcome of each test by its id, from the lines of `-v`."""
+    """Return the outcome of each test, by its id, from the output of `-v`."""
     lines = re.findall(r"^(\S+) (PASSED|FAILED|SKIPPED)", result.stdout.str(), re.MULTILINE)
     return {name.removeprefix("ghostball::"): outcome for name, outcome in lines}
 
@@ -69,15 +69,15 @@ def run(pytester, *arguments):
 
 
 def plain(pytester, *arguments):
-    # Hypothesis' plugin would load all of it anew each time, and so would a process for the engine,
-    # for seconds; what is given here last overrides what comes before it.
+    # Hypothesis' plugin and a process for the engine would take seconds to load each time. Later
+    # options override earlier ones.
     without = ("cacheprovider", "hypothesispytest")
     here = "--ghostball-time-limit=inf"
     return pytester.runpytest_inprocess(*(f"-pno:{name}" for name in without), here, *arguments)
 
 
 def test_loading_it_loads_nothing_else():
-    # It is part of every pytest of the environment, whatever that tests.
+    # Every pytest in the environment loads the plugin.
     code = (
         "import sys, pytest; before = set(sys.modules); import ghostball.pytest_plugin; "
         "print(*sorted(set(sys.modules) - before))"
@@ -93,7 +93,7 @@ def test_loading_it_loads_nothing_else():
 
 def test_without_the_option_there_is_nothing(pytester):
     pytester.makepyfile("def test_own(): pass")
-    result = run(pytester, "--ghostball-engine=no-such-engine")  # may stand in addopts
+    result = run(pytester, "--ghostball-engine=no-such-engine")  # the option may be in addopts
     result.assert_outcomes(passed=1)
     assert "ghostball" not in outcomes(result)
 
@@ -102,7 +102,7 @@ def test_our_engine_passes_by_its_own_limits(pytester):
     result = run(pytester, "--ghostball", "--ghostball-scenes=half-ball-cut")
     found = outcomes(result)
     assert set(found.values()) == {"PASSED", "SKIPPED"}
-    assert found["half-ball-cut::energy_drift"] == "SKIPPED"  # the cloth takes energy there
+    assert found["half-ball-cut::energy_drift"] == "SKIPPED"  # the cloth dissipates energy
     assert found["half-ball-cut::completes"] == found["half-ball-cut::rest_error_ulps"] == "PASSED"
     assert result.ret == 0
 
@@ -130,7 +130,7 @@ def test_judged_as_another_engine(pytester):
     found = outcomes(result)
     assert found["half-ball-cut::rest_error_ulps"] == "FAILED"
     assert found["half-ball-cut::matching_events"] == "PASSED"
-    assert "--ghostball-as ghostball" in result.stdout.str()  # in the command that repeats it
+    assert "--ghostball-as ghostball" in result.stdout.str()  # in the command that repeats the test
     result = run(pytester, STEPPER, "--ghostball-as=pymunk", "ghostball::half-ball-cut")
     assert "FAILED" not in outcomes(result).values()
 
@@ -148,9 +148,9 @@ UNRULY = """
 
 
 def test_an_engine_that_hangs_or_crashes_fails_that_scene_alone(pytester):
-    # Breaks where it takes pytest with it.
+    # The engine must not end pytest.
     option = engine(pytester, UNRULY)
-    # The one that hangs alone has a short limit: whatever else has one may be slow.
+    # Only the hanging engine has a short limit, because all other engines may be slow.
     hangs = run(pytester, option, "ghostball::stop::completes", "--ghostball-time-limit=0.5")
     assert outcomes(hangs) == {"stop::completes": "FAILED"}
     assert "mine failed: it exceeded the time limit of 0.5 s" in hangs.stdout.str()
@@ -162,7 +162,7 @@ def test_an_engine_that_hangs_or_crashes_fails_that_scene_alone(pytester):
     }
     text = result.stdout.str()
     assert "mine failed: its process crashed (exit code 7)" in text
-    assert "straight \\x1b[31m to descriptor 1" in text  # in a section of its own
+    assert "straight \\x1b[31m to descriptor 1" in text  # in its own section
     assert "\x1b[31m" not in text
 
 
@@ -192,7 +192,7 @@ def test_a_scene_runs_once_in_several_processes_too(pytester):
     assert found["passed"]
     assert found["failed"]
     ran = Path("runs.txt").read_text(encoding="utf-8").split()
-    # The smallest scene is played with each `record`.
+    # The smallest scene is simulated with each `record`.
     assert sorted(ran) == ["half-ball-cut", "head-on", "stop", "stop", "stop"]
     result.stdout.fnmatch_lines(["rest position errors in 3 scenes: median * largest * in *"])
 
@@ -247,7 +247,7 @@ def test_wrong_input_is_refused_by_name(pytester, arguments, words):
 
 
 def test_an_engine_that_cannot_be_made_is_refused_in_one_line(pytester):
-    # Breaks where a method that was forgotten is an internal error of pytest.
+    # A missing method of an engine must not be an internal error of pytest.
     option = engine(
         pytester,
         "    pass\n\n\nclass Mine(EngineBase):\n    name, Settings = 'mine', EngineSettings\n",

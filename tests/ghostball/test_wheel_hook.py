@@ -1,4 +1,4 @@
-"""The hook that compiles kernels into a wheel: only where that is asked for."""
+"""The hook that compiles kernels into a wheel, only if requested."""
 
 import importlib.util
 import sys

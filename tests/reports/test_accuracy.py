@@ -1,4 +1,4 @@
-"""Fails where a class is said in words that it does not mean, or a bar leaves a scene out."""
+"""Accuracy classes have the right words, and bars include every scene."""
 
 from dataclasses import replace
 
@@ -61,7 +61,7 @@ def test_what_nothing_proves_is_said_to_be_a_comparison(case):
 
 
 def test_the_mark_is_no_part_of_the_class(case):
-    # A class stays what it is whatever the limits say of it.
+    # The class doesn't depend on limits.
     failed = replace(case, checks=tuple(replace(check, passed=False) for check in case.checks))
     assert cell_text(failed) == "2 mm ✗"
     assert cell_text(replace(case, checks=())) == "2 mm"
@@ -77,7 +77,7 @@ def test_a_tally_counts_each_case_once(results):
 
 
 HOLDS = Check("energy_gain_max", 0.0, "at_most", 1e-9, "1", passed=True, reason="x")
-"""A limit that doesn't judge how a shot ends."""
+"""A limit that doesn't judge final positions."""
 
 
 def cases(*kinds, checks=(HOLDS,)):
@@ -100,7 +100,7 @@ def test_a_wrong_case_that_fails_is_judged():
 
 
 def test_a_large_error_that_passed_says_which_limit_allows_it(case):
-    # Breaks where a tick beside millimetres leaves a reader alone with it.
+    # A tick beside an error of millimetres needs an explanation.
     checks = tuple(
         Check("rest_error_max", 3e-3, "at_most", limit, "m", passed=True, reason="One step late.")
         for limit in (0.0172, 9.66e-3)
@@ -117,7 +117,7 @@ def test_femtometres_are_called_rounding(case):
     exact = replace(case, accuracy=Accuracy("exact", error=3e-16))
     assert length_text(exact, 3e-16) == time_text(exact, 4e-15) == "rounding"
     assert "fm" not in meaning_text(exact)
-    # What is exact up to an instant only may end anywhere.
+    # A result that is exact only up to some time may end anywhere.
     until = replace(case, accuracy=Accuracy("exact", error=3e-16, at=1.0))
     assert length_text(until, 0.2) == "200 mm"
     assert time_text(exact, 1e-3) == "1 ms"

@@ -1,4 +1,4 @@
-"""A part of a report that can't be made costs itself: the rest is written, and that is said."""
+"""If a part of a report can't be made, the rest is written, and the report names the part."""
 
 import pickle
 
@@ -23,7 +23,7 @@ SAID = "ZeroDivisionError: no &lt;b&gt;balls&lt;/b&gt;"
 
 
 def written(folder, **options):
-    """Return what of a report failed, and its page."""
+    """Return the failed parts of a report, and its page."""
     with pytest.raises(IncompleteReportError) as caught:
         write_report(folder, **options)
     assert caught.value.report == folder / PAGE
@@ -31,7 +31,7 @@ def written(folder, **options):
     return [one.part for one in caught.value.failed], page
 
 
-# Each part of the page, by the function that makes it.
+# Heading of each part of the page, by the function that makes the part.
 PARTS = {
     "verdict_html": "Result and changes",
     "changes_html": "Result and changes",
@@ -72,7 +72,7 @@ def test_each_section_costs_itself_alone(small_folder, monkeypatch):
 
 
 def unless_stop(real, name_of):
-    """Return a function that fails in the scene "stop" alone."""
+    """Return a function that fails only in the scene "stop"."""
     return lambda *given: fail() if name_of(*given) == "stop" else real(*given)
 
 

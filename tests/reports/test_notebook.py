@@ -1,4 +1,4 @@
-"""What a notebook shows of a scene and of a result."""
+"""Pictures of scenes and results in notebooks."""
 
 import re
 import subprocess
@@ -35,7 +35,7 @@ def test_a_scene_shows_its_balls_by_name_and_where_they_are_going():
     assert len(centres(text)) == 2
     aim = drawn(text, "polyline")[0].get("points").split()
     (x1, y1), (x2, y2) = (map(float, point.split(",")) for point in aim)
-    assert (y1 - y2) / (x2 - x1) == pytest.approx(0.5, abs=0.01)  # up is up
+    assert (y1 - y2) / (x2 - x1) == pytest.approx(0.5, abs=0.01)  # y points up
 
 
 @pytest.mark.parametrize("record", ["rest", "events", "trajectory"])
@@ -69,7 +69,7 @@ def test_what_is_not_finite_is_left_out():
 
 @pytest.mark.parametrize(("first", "drawn"), [("IPython", "True"), ("json", "False")])
 def test_a_notebook_has_the_pictures_from_the_start_and_a_program_loads_none(first, drawn):
-    # IPython needn't be installed: what counts is that something loaded it before ghostball.
+    # IPython needn't be installed; a loaded module of this name is enough.
     code = (
         f"import sys, types; sys.modules.setdefault({first!r}, types.ModuleType({first!r}))\n"
         "from ghostball import Ball, Scene\n"

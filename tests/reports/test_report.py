@@ -1,4 +1,4 @@
-"""Fails where the report hides a verdict or a reason, or a bad folder gives no clear error."""
+"""The report shows verdicts and reasons, and a bad folder gives a clear error."""
 
 import pytest
 
@@ -27,7 +27,7 @@ def test_pictures_are_those_that_are_asked_for_and_the_page_holds_or_names_them(
 
 def test_another_process_draws_the_same(small_folder):
     (small_folder / "figures").mkdir()
-    for name in ("gone-sheet.png", "mine.png"):  # of a scene that is no more, and somebody's
+    for name in ("gone-sheet.png", "mine.png"):  # an old sheet, a file of the user
         (small_folder / "figures" / name).touch()
 
     def contents():
@@ -44,7 +44,7 @@ def test_another_process_draws_the_same(small_folder):
 
 
 def test_a_page_of_a_few_cases_without_pictures_takes_no_other_process(small_folder, monkeypatch):
-    # To start a process and import what it needs takes as long as some hundred cases.
+    # Starting a process takes as long as some hundred cases.
     asked = []
     run_tasks = report.run_tasks
 
@@ -72,7 +72,7 @@ def test_what_is_cut_off_while_it_is_written_leaves_no_picture(small_folder, mon
 
 
 def test_the_repr_of_results_is_one_screen_at_most(results):
-    # Breaks where a run prints every case with its arrays.
+    # The repr must not print every case with its arrays.
     said = repr(results)
     assert len(said) < 80 * 24 / 2
     for part in ("complete", f"{len(results.cases)} cases", "ghostball", "1 more"):

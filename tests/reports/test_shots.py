@@ -1,4 +1,4 @@
-"""A scene's runs are read once, ours first; an error is shown as what it is worth."""
+"""A scene's runs are in the right order, and errors without meaning aren't shown as errors."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Fails where an engine loses its colour, shares one look with another, or a unit is wrong."""
+"""Engines have permanent, distinct styles, and quantities have the right units."""
 
 import subprocess
 import sys
@@ -25,7 +25,7 @@ def test_engines_differ_without_their_colour():
         seen.add((look.line, look.marker))
 
 
-# Machado, Oliveira and Fernandes (2009), table 1, severity 1: linear RGB as it is seen.
+# Machado, Oliveira and Fernandes (2009), table 1, severity 1: perceived linear RGB.
 SIGHT = {
     "normal": np.eye(3),
     "protanopia": [
@@ -48,7 +48,7 @@ SIGHT = {
 
 
 def lab(colour: str, sight: str) -> np.ndarray:
-    """Return a colour in CIELAB (D65), as somebody sees it."""
+    """Return a colour in CIELAB (D65), as perceived with a kind of colour vision."""
     rgb = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     seen = np.clip(np.asarray(SIGHT[sight]) @ linear, 0.0, 1.0)
@@ -59,7 +59,7 @@ def lab(colour: str, sight: str) -> np.ndarray:
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_the_certified_engine_is_distinguished_from_every_other_one(sight):
-    # A difference of 2.3 is just seen; in grey, lightness alone is left.
+    # A difference of 2.3 is just visible; in grey, only the lightness differs.
     certified = style.engine_style("certified")
     assert certified.colour == style.FAMILY_COLOURS["certified"]
     for family in style.FAMILY_COLOURS:
@@ -78,7 +78,7 @@ def test_variants_keep_the_colour_of_their_family():
 
 @pytest.mark.parametrize("label", ["my_engine:simulate", "newcomer", "theirs:Engine", "a:b"])
 def test_an_engine_of_a_user_is_told_from_those_that_it_is_compared_with(label):
-    # Breaks where both lines are blue, or both signs are dots.
+    # Both lines must not be blue, and both markers must not be dots.
     own = style.engine_style(label)
     for other in map(style.engine_style, DEFAULT_ENGINES):
         assert own.marker != other.marker
@@ -112,7 +112,7 @@ def test_any_label_gets_a_look_that_is_the_same_in_every_process():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     matplotlib_is_loaded, *other = done.stdout.splitlines()
     assert other == [str(look) for look in looks]
-    # Breaks where the command line waits for it without drawing anything.
+    # The command line must not load matplotlib without drawing anything.
     assert matplotlib_is_loaded == "False"
 
 

@@ -1,4 +1,4 @@
-"""Fails where words, tables or text pictures say other than was found."""
+"""Words, tables and text charts of reports agree with the results."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_an_engine_beside_real_tables_is_so_many_errors_off_or_lacks_it():
     assert agreement_cell(plain).endswith("°")
 
 
-# Tables that the terminal and the page share: comparisons with the reference, and spreads.
+# Tables shared by the terminal and the page: comparisons with the reference, and ensembles.
 
 
 ROWS = {
@@ -139,7 +139,7 @@ def test_what_is_wrong_is_said():
     ]
 
 
-# The picture of rest errors before and now.
+# The text chart of rest errors before and now.
 
 
 def moved(scene: str, before: float | None, now: float | None):
@@ -176,7 +176,7 @@ def test_nothing_and_too_much_are_no_trouble() -> None:
     assert len(drawn([moved("none", 0.0, 0.0)]).splitlines()) == 4
 
 
-# A run has one verdict: the word names both answers, and the sign is the worse one's.
+# A run has one verdict, with the words of both verdicts and the worse sign.
 
 
 PASSED = regression(unchanged(), outcome="passed")
@@ -189,7 +189,7 @@ def with_cases(results, cases, **environment):
 
 @pytest.fixture
 def judged(small_folder):
-    """One scene on three engines, the last of which breaks a limit."""
+    """One scene on three engines; the last engine fails a limit."""
     found = Results.open(small_folder)
     *good, last = found.cases
     broken = replace(last, checks=tuple(replace(one, passed=False) for one in last.checks))
@@ -216,7 +216,7 @@ def test_a_run_fails_on_either_answer(judged):
 
 
 def test_wrong_collisions_that_nothing_judges_are_no_green_pass(judged):
-    # Breaks where a banner is green, or has a tick, over a run whose collisions are wrong.
+    # The banner of a run with wrong collisions must not be green or have a tick.
     bad = [one.case for one in failures(judged.cases)]
     good = [case for case in judged.cases if case not in bad]
     other = Accuracy("another shot", at=1.0, agree=1, of=2)
@@ -249,7 +249,7 @@ def test_changes_are_counted_by_class_the_gravest_first():
     assert {*CHANGES} == {*get_args(Change)}
 
 
-# The sentence that an explanation leads with says no more than was compared.
+# The first sentence of an explanation claims only what was compared.
 
 
 STOP: Scene = find_scene("head-on")
@@ -269,7 +269,7 @@ def test_a_shot_that_was_compared_to_its_end_is_right_but_for_its_step(explained
 def test_of_a_shot_that_was_compared_in_part_the_rest_is_not_called_right(
     explained: Explanation, outcome: str
 ):
-    """Breaks where a break that ends metres off is called right: so it was till it began."""
+    """A break that ends metres off isn't called right, although its first part was right."""
     assert explained.attribution is not None
     part = replace(explained.attribution, outcome=outcome, instant=0.1, until="collisions differ")
     text = reason_of(replace(explained, attribution=part))
@@ -279,7 +279,7 @@ def test_of_a_shot_that_was_compared_in_part_the_rest_is_not_called_right(
 
 
 def test_a_run_that_is_wrong_on_the_way_is_not_called_right():
-    """Breaks where "is right" stands above a curve of 100 mm: only the end was compared."""
+    """An engine that is 100 mm off during the shot isn't called right: only its end was right."""
     ours = explain(find_scene("half-ball-cut"), make_engine("ghostball"), label="mine")
     assert reason_of(ours).startswith("mine is right: ")
     assert ours.result.events is not None

@@ -1,4 +1,4 @@
-"""Commands, run in the process of the tests."""
+"""Fixtures that run commands in the process of the tests."""
 
 import sys
 
@@ -10,20 +10,20 @@ import ghostball.reference_adapters.pybullet.loading
 
 @pytest.fixture
 def cli_with_processes(monkeypatch):
-    """Run a command in this process, with lines of a length of its own; its engines in others."""
+    """Run a command in this process with lines of 200 characters; engines in other processes."""
     monkeypatch.setenv("COLUMNS", "200")
     return commands.cli
 
 
 @pytest.fixture
 def cli(cli_with_processes, in_this_process):
-    """Run a command and its engines in this process: to start another one takes a second."""
+    """Run a command and its engines in this process, because starting a process takes a second."""
     return cli_with_processes
 
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """Work in an empty folder, where a project may begin."""
+    """Work in an empty folder, for a new project."""
     monkeypatch.chdir(tmp_path)
     yield tmp_path
     sys.modules.pop("my_engine", None)

@@ -1,4 +1,4 @@
-"""The action: its steps, run as a runner of GitHub does, in a repository whose engine changes."""
+"""The GitHub action: its steps, run like a GitHub runner, in a repository with a changed engine."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SCENES = "stop half-ball-cut break-7"
 
 @dataclass(frozen=True)
 class Ended:
-    """What the action left: status of its last step, outputs, summary, log, what is uploaded."""
+    """The results of the action: status of its last step, outputs, summary, log, uploaded files."""
 
     status: int
     outputs: dict[str, str]
@@ -51,7 +51,7 @@ exec {} "$@"
 
 
 def restore_libraries(temporary: Path) -> None:
-    """Do what the step with the cache does: bring the kernels that an earlier run compiled."""
+    """Act as the cache step: provide the kernels that an earlier run compiled."""
     restored = temporary / "ghostball" / "libraries"
     if not restored.exists():
         restored.parent.mkdir(parents=True, exist_ok=True)
@@ -59,7 +59,7 @@ def restore_libraries(temporary: Path) -> None:
 
 
 def run_action(repository: Path, temporary: Path, **inputs: str) -> Ended:
-    """Run the steps of the action in a checkout, as a runner of GitHub does."""
+    """Run the steps of the action in a checkout, like a runner of GitHub."""
     given = {name: str(one.get("default", "")) for name, one in ACTION["inputs"].items()}
     given |= {name.replace("_", "-"): value for name, value in inputs.items()}
     tools = temporary / "tools"
@@ -87,7 +87,7 @@ def run_action(repository: Path, temporary: Path, **inputs: str) -> Ended:
         return contexts.get(name, "") or default.strip("'")
 
     for step in STEPS:
-        if "run" in step and not status:  # a runner passes over what follows a failure
+        if "run" in step and not status:  # a runner skips steps after a failure
             (temporary / "step.sh").write_text(step["run"], encoding="utf-8")
             ended = subprocess.run(
                 ["bash", "--noprofile", "--norc", "-e", "-o", "pipefail", temporary / "step.sh"],
@@ -125,7 +125,7 @@ def ghostball(folder: Path, *arguments: str) -> str:
 
 @pytest.fixture(scope="module")
 def guarded(tmp_path_factory):
-    """A repository with the engine that `init` writes, its workflow and its baselines."""
+    """A repository with the engine of `init`, its workflow and its baselines."""
     folder = tmp_path_factory.mktemp("project")
     ghostball(folder, "init", "--ci")
     ghostball(folder, "regress", *SCENES.split())
@@ -138,7 +138,7 @@ def guarded(tmp_path_factory):
 
 @pytest.fixture
 def repository(guarded, tmp_path):
-    """A clone of it, as a runner checks it out."""
+    """A clone of the repository, as a runner checks it out."""
     clone = ["git", "clone", "--quiet", str(guarded), str(tmp_path / "checkout")]
     subprocess.run(clone, check=True)
     return tmp_path / "checkout"
@@ -150,14 +150,14 @@ EDITS = {
     "making energy": ("impulse = 0.5 *", "impulse = 0.525 *"),
     "raising": ("slowing = ", "nothing = {}['cue']\n        slowing = "),
 }
-"""Changes of the engine, by what becomes of it."""
+"""Changes of the engine, by the class of the resulting change."""
 
 
 @pytest.mark.slow
 class TestInARepository:
     @pytest.fixture
     def act(self, repository, tmp_path):
-        """Run the action in the repository, whose engine was changed."""
+        """Run the action in the repository with a changed engine."""
 
         def run(change: str = "", **inputs: str) -> Ended:
             if change:
@@ -179,8 +179,8 @@ class TestInARepository:
         assert f"{ROOT}[compiler]" in ended.log
 
     def test_a_project_in_a_folder_shadows_no_package_and_its_page_is_kept(self, act, repository):
-        # Breaks where the project's folder comes first on the path, or where `results` is relative
-        # to it: what uploads is started in the folder of the checkout.
+        # The project's folder must not come first on the path, and `results` must not be relative
+        # to it: the upload step runs in the folder of the checkout.
         folder = repository / "sub"
         folder.mkdir()
         for name in ("my_engine.py", "pyproject.toml", "baselines"):
@@ -228,7 +228,7 @@ class TestInARepository:
         (only,) = ended.notes
         assert only.startswith("::error title=")
         assert "ghostball accept" in only
-        # From what was kept, the baselines can be made elsewhere.
+        # From the uploaded files, baselines can be made on another machine.
         done = ghostball(repository, "accept", "--reason", "x", "--out", str(ended.kept[1].parent))
         assert "accepted: stop, half-ball-cut, break-7" in done
         assert act(fail_on="limits").is_judged(0, "passed")
@@ -272,7 +272,7 @@ def test_inputs_are_words_of_a_shell(tmp_path, monkeypatch):
 
 
 def test_the_name_of_the_artifact_is_of_the_use_and_the_job():
-    # Breaks where two uses in one job, or two jobs of a matrix, keep their pages under one name.
+    # Two uses in one job, or two jobs of a matrix, must not upload pages with the same name.
     (name,) = (step["with"]["name"] for step in STEPS if "upload" in step.get("uses", ""))
     for one in ("inputs.artifact", "github.job", "strategy.job-index"):
         assert f"${{{{ {one} }}}}" in name

@@ -1,4 +1,4 @@
-"""The command line: what it prints where, and the exit status of every kind of input."""
+"""The command line: output, and the exit status for every kind of input."""
 
 import shlex
 import subprocess
@@ -27,7 +27,7 @@ BAD_SCENES = {
     "choice": (HEAD + ball() + '[physics]\nmotion = "never"\n', ["`physics.motion`", "'rolling'"]),
     "syntax": ("schema = 1\nname = \n", ["shot.toml:2", "not valid TOML"]),
 }
-"""One refusal of each kind; every one is in `tests/ghostball/model/scene`."""
+"""One rejection of each kind; all of them are in `tests/ghostball/model/scene`."""
 
 
 @pytest.mark.parametrize("command", ["run", "validate"])
@@ -157,7 +157,7 @@ def test_bad_usage_is_refused_before_anything_is_written(cli, here, command, par
 
 
 def test_help_lists_every_command_once_with_its_whole_first_line(cli, monkeypatch):
-    # Breaks where a command is in no section, or its first line doesn't fit a terminal.
+    # Every command must be in a section, with a first line that fits a terminal.
     monkeypatch.setenv("COLUMNS", "80")
     named = [name for names in SECTIONS.values() for name in names]
     assert sorted(named) == sorted(one.name for part in PARTS for one in part.registered_commands)
@@ -174,7 +174,7 @@ HEAVY = ("numba", "matplotlib", "mpmath", "flint", "sqlite3", "asyncio", "ghostb
     ("command", "without"), [("--help", ("numpy", "pydantic", *HEAVY)), ("scenes", HEAVY)]
 )
 def test_a_light_command_loads_none_of_the_heavy_packages(command, without):
-    # Breaks where a module imports at its top what this command doesn't need.
+    # No module may import at its top what this command doesn't need.
     code = (
         f"import sys; from ghostball.cli import app; app([{command!r}], standalone_mode=False);"
         f"print([m for m in {without!r} if m in sys.modules])"

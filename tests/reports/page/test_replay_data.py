@@ -22,7 +22,7 @@ def motion_data(scene, motion, label="ghostball"):
 
 
 def motion_of_path(times, xy, events=()) -> Motion:
-    """A ball for each of `xy`, (k, n, 2) [m], with its speeds."""
+    """Return a motion on the paths `xy`, (k, n, 2) [m], with the velocities of these paths."""
     xy = np.asarray(xy, dtype=float)
     k, n, _ = xy.shape
     positions = np.dstack([xy, np.full((k, n), 0.03)])
@@ -71,7 +71,7 @@ def test_a_long_log_is_thinned_and_says_so():
 
 
 def test_a_ball_may_jump_at_an_instant():
-    # Engines pull balls apart that they let overlap: no parabola goes through both places.
+    # Engines separate overlapping balls in an instant; no parabola contains both positions.
     before = np.nextafter(0.5, 0.0)
     times = np.array([0.0, 0.25, before, 0.5, 0.75, 1.0])
     x = np.where(times < 0.5, times, times + 0.003)
@@ -109,7 +109,7 @@ def test_a_scene_holds_every_engine_that_was_asked_for(results):
     assert data["horizon"] is None
     assert data["truth"]["rest"][0] == pytest.approx([1.25715 - 0.0, 0.635], abs=1)
     looks = {(e["colour"], tuple(e["dash"]), e["marker"]) for e in data["engines"]}
-    assert len(looks) == len(engines)  # distinguished without knowing their order
+    assert len(looks) == len(engines)  # all looks are different
 
 
 def test_what_an_engine_lost_far_off_leaves_the_view_on_the_table():

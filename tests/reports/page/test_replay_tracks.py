@@ -1,4 +1,4 @@
-"""The path of a ball in pieces: a parabola each loses nothing that a screen could show."""
+"""The path of a ball in parabolic pieces, without a visible error."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def motion_data(scene, motion):
 
 @pytest.mark.parametrize("name", ["half-ball-cut", "draw-shot", "masse", "break-8", "flight-jump"])
 def test_paths_stay_within_the_tolerance_of_every_stored_sample(name):
-    # Broken by a piece that is too long, a bulge of the wrong sign, or times rounded too far.
+    # Fails for pieces that are too long, a wrong sign of the bulge, or coarsely rounded times.
     scene = find_scene(name)
     motion = motion_of(simulate(scene, record="trajectory"))
     data = motion_data(scene, motion)
@@ -29,12 +29,12 @@ def test_paths_stay_within_the_tolerance_of_every_stored_sample(name):
             np.linalg.norm(place_at(track, t, data["quantum"]) - place)
             for t, place in zip(motion.times, motion.positions[:, ball], strict=True)
         ]
-        assert max(off) <= TOLERANCE + 2e-6  # the end of a piece is a tick off, too
+        assert max(off) <= TOLERANCE + 2e-6  # the end of a piece has also an error of a tick
 
 
 @pytest.mark.parametrize("name", ["around-the-table", "masse", "flight-bounces"])
 def test_balls_turn_as_they_did(name):
-    # Broken by spins of the wrong end, by a bounce's within a piece, or by a decay that is cut off.
+    # Fails for spins of the wrong end, for a bounce inside a piece, or for a decay that is cut off.
     scene = find_scene(name)
     result = simulate(scene, record="trajectory")
     data = motion_data(scene, motion_of(result))
@@ -55,14 +55,14 @@ def test_a_ball_that_rolls_is_one_parabola_until_it_is_hit():
 
 
 def test_phases_are_those_of_the_motion():
-    # Broken by a piece that spans a change of phase.
+    # Fails if a piece contains a change of phase.
     scene = find_scene("draw-shot")
     motion = motion_of(simulate(scene, record="trajectory"))
     _, tracks = decoded(motion_data(scene, motion))["ghostball"]
     for ball, track in enumerate(tracks):
         piece = np.searchsorted(track["t"], motion.times + 1e-7, side="right") - 1
         said = np.array(track["phases"])[np.clip(piece, 0, len(track["phases"]) - 1)]
-        # An instant just before an event is within a tick of it, and at the end there is no piece.
+        # A time just before an event is within a tick of the event; at the end there is no piece.
         clear = np.append(np.diff(motion.times) > 2e-7, False)
         assert (said[clear] == motion.phases[clear, ball]).all()
     assert {Phase.SLIDING, Phase.ROLLING, Phase.RESTING} <= {

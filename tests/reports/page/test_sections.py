@@ -1,4 +1,4 @@
-"""Fails where a section of the page hides a verdict, a scene, a number, or a reason."""
+"""The sections of the page show all verdicts, scenes, numbers and reasons."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from ghostball.validation.baselines import (
 from ghostball.validation.results.store import Results
 from ghostball.validation.stress import StressSize, chosen_shots, run_stress
 
-# Fails where a section of the page hides a verdict, a scene, a reason, or what is missing.
+# Sections over all scenes show verdicts, scenes, reasons, and what is missing.
 
 
 def test_verdicts_are_counted_and_what_is_wrong_is_named_with_its_reason(three_folder):
@@ -150,7 +150,7 @@ def test_what_is_missing_says_so_and_how_to_get_it(html):
         assert words in folded(html, name), name
 
 
-# Fails where a scene that changed isn't shown with both sides.
+# A changed scene is shown with baseline and new result.
 
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(1)>"
@@ -195,7 +195,7 @@ def test_what_changed_is_shown_with_both_sides(small_folder):
     assert "<img" not in html
 
 
-# Fails where a scene lacks its part of the page, or a part of it.
+# Every scene has a complete part of the page.
 
 
 def test_every_scene_has_its_section_and_its_data(html):
@@ -211,7 +211,7 @@ def test_every_scene_has_its_section_and_its_data(html):
 def test_a_limit_is_said_once_with_all_that_it_judges(html):
     start = html.index('id="scene=stop"')
     text = html[start : html.index("</section>", start)]
-    assert text.count("a tenth of a ball") == 1 + 2  # in its table, and with each that breaks it
+    assert text.count("a tenth of a ball") == 1 + 2  # in the table of limits, and with each failure
     assert "<li>✓ <code>pymunk</code> 2 mm</li>" in text
     assert "<li>✗ <code>paper-discrete</code> 30 mm</li>" in text
 
@@ -225,13 +225,13 @@ def test_an_engine_that_blew_up_does_not_break_the_page(small_folder, label, bad
     names = ("positions", "velocities", "angular_velocities")
     energies = ("energy_translation", "energy_rotation", "energy_height")
     change_motion(small_folder, "stop", label, **dict.fromkeys(names + energies, blown_up))
-    # The scene's part alone: the figures of the report have tests of their own.
+    # Only the scene's part: the figures of the report have their own tests.
     html = scene_part(load_shot(Results.open(small_folder), "stop")).html
     assert "nan" not in "".join(re.findall(r'<path[^>]* d="([^"]*)"', html))
     assert "Total energy against time" in html
 
 
-# Fails where the page hides what was measured of a scene, or what is to be said of a run.
+# The page shows all measured values of a scene, and all remarks about a run.
 
 
 def cases_of(results, scene):
@@ -276,7 +276,7 @@ def test_what_engines_counted_is_summed_over_the_scenes(three_folder):
     ]
 
 
-# Fails where the page says other numbers of generated shots than were found, or hides one.
+# The page shows the right numbers of generated shots.
 
 
 COARSE = "pymunk:dt=0.05"

@@ -1,4 +1,4 @@
-"""Projects with baselines, and what may move in them."""
+"""Projects with baselines, and changes in them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def accepted(here):
 
 @pytest.fixture
 def planted(monkeypatch):
-    """Our engine loses a nanometre of each place where a ball of the cut comes to rest."""
+    """Make Ghostball's engine shift the rest positions of the cut by a nanometre."""
 
     def lossy(scene, **options):
         result = simulate(scene, **options)
@@ -49,7 +49,7 @@ def planted(monkeypatch):
 
 @pytest.fixture
 def busier(monkeypatch):
-    """Our engine counts an event more in the cut and in the shipped stop, and moves no bit."""
+    """Make Ghostball's engine count one more event in the cut and in `stop`, and nothing else."""
 
     def count(scene, **options):
         result = simulate(scene, **options)
@@ -61,7 +61,7 @@ def busier(monkeypatch):
 
 @pytest.fixture
 def project(tmp_path, monkeypatch, in_this_process):
-    """A folder with an engine and its settings, as `ghostball init` writes them."""
+    """A folder with the engine and settings written by `ghostball init`."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.delitem(sys.modules, "my_engine", raising=False)

@@ -1,4 +1,4 @@
-"""`ghostball accept`: what it keeps, what it refuses, and that it asks for a reason."""
+"""`ghostball accept`: accepted and rejected results, and the required reason."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ghostball.validation.baselines.baseline import Baseline, baseline_path
 
 
 def test_what_breaks_limits_of_truth_is_refused_and_listed(accepted, planted):
-    # Breaks where a bug is accepted without a word.
+    # A bug must not be accepted silently.
     found = regress("--rerun")
     assert found.exit_code == 1
     assert "ghostball accept" not in found.stderr

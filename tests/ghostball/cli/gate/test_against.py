@@ -17,7 +17,7 @@ def test_an_engine_of_ones_own_is_compared_with_another_revision(project):
         subprocess.run(["git", *who, *arguments], check=True, capture_output=True)
 
     def against(revision="HEAD"):
-        # Of a shell, for both runs are commands of their own, and write to its stderr.
+        # Run in a shell, because both runs are separate commands that write to its stderr.
         words = ["regress", "stop", "--against", revision, "--jobs", "1"]
         command = [sys.executable, "-m", "ghostball", *words]
         return subprocess.run(command, capture_output=True, text=True, check=False)

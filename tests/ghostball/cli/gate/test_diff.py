@@ -1,4 +1,4 @@
-"""`ghostball diff`: two results folders, or two engines of one."""
+"""`ghostball diff`: two results folders, or two engines of one folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ghostball.validation.results.store import Results
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """Two folders: the second has a longer step, one scene less, and another engine more."""
+    """Two folders; the second has a longer step, one scene less, and one engine more."""
     place = tmp_path_factory.mktemp("runs")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)

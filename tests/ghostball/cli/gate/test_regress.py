@@ -1,4 +1,4 @@
-"""`ghostball regress`, `accept`: options, exit statuses, what is printed where."""
+"""`ghostball regress` and `accept`: options, exit statuses, and output."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ghostball.validation.baselines.accept import CHANGES_FILE
 from ghostball.validation.baselines.baseline import baseline_path
 from ghostball.validation.baselines.regression import Regression
 
-# --- the way through --------------------------------------------------------------------------
+# --- the whole workflow -----------------------------------------------------------------------
 
 
 def test_no_baseline_then_accepted_then_passed(here):
@@ -100,7 +100,7 @@ def validate(*arguments):
 
 @pytest.fixture
 def ours(here):
-    """The project has the baselines of our engine."""
+    """Give the project baselines of Ghostball's engine."""
     write_config(here, baselines=str(BASELINES))
     return here
 
@@ -129,7 +129,7 @@ def test_validate_says_what_moved_and_fails(ours, busier):
 
 
 def test_what_fails_is_asked_by_an_option_or_by_the_project(accepted, planted):
-    assert regress("--rerun", "--fail-on", "worse").exit_code == 1  # it is
+    assert regress("--rerun", "--fail-on", "worse").exit_code == 1  # the result is worse
     settings = accepted / "pyproject.toml"
     settings.write_text('[tool.ghostball]\nfail_on = "wors"\n', "utf-8")
     refused = regress()
@@ -137,7 +137,7 @@ def test_what_fails_is_asked_by_an_option_or_by_the_project(accepted, planted):
     said = "`tool.ghostball.fail_on` must be 'changed', 'worse' or 'limits', got 'wors'"
     assert said in refused.stderr
     settings.write_text('[tool.ghostball]\nfail_on = "limits"\n', "utf-8")
-    assert regress().exit_code == 1  # the planted nanometre breaks a limit of truth, too
+    assert regress().exit_code == 1  # the planted nanometre also fails a limit
 
 
 def test_what_only_changed_may_pass(accepted, busier):

@@ -1,4 +1,4 @@
-"""`ghostball explain`: what it says, what it draws, and the exit status of bad input."""
+"""`ghostball explain`: text, picture, and the exit status for bad input."""
 
 import inspect
 import json
@@ -72,8 +72,7 @@ def test_a_run_that_does_not_end_fails(cli):
 
 
 def test_a_wrong_factor_is_said_first(cli, tmp_path, monkeypatch):
-    # The engine that `init` writes, with 5/7 of the friction: what was found in all frames and
-    # events alike is one number.
+    # The engine of `init` with 5/7 of the friction: one coefficient explains all frames and events.
     from ghostball.validation.examples import first_engine
 
     source = inspect.getsource(first_engine)
@@ -119,7 +118,7 @@ def test_a_scene_that_breaks_a_limit_is_worse_than_one_that_breaks_none(tmp_path
 
 
 def test_kernels_are_compiled_before_another_process_needs_them(cli, monkeypatch):
-    # Breaks where "engine pymunk printed: compiling ..." interrupts the answer.
+    # A message such as "engine pymunk printed: compiling ..." must not interrupt the answer.
     asked = []
     missing = [SimpleNamespace(is_made=False)]
     monkeypatch.setattr(single_shots, "needed_kernels", lambda *_: missing)

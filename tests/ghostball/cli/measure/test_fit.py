@@ -1,4 +1,4 @@
-"""`ghostball fit`: what it prints and writes, and what it says of bad input."""
+"""`ghostball fit`: output, files, and messages for bad input."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def cli(cli):
 
 @pytest.fixture
 def tracks(tmp_path) -> Path:
-    """The first shots of the example: enough for the cloth, too few for all else."""
+    """The first shots of the example: enough for the cloth, too few for everything else."""
     lines = EXAMPLE.read_text(encoding="utf-8").splitlines(keepends=True)
     path = tmp_path / "tracks.csv"
     head, body = lines[:2], lines[2:]
@@ -43,7 +43,7 @@ def test_the_cloth_alone_of_a_few_shots(cli, tracks, tmp_path):
     assert found.exit_code == 0, found.output
     for part in ("rolling_friction", "standard error", "tracker noise: 1 mm", "goodness"):
         assert part in found.stdout
-    assert "[physics]" not in found.stdout  # it is in the file
+    assert "[physics]" not in found.stdout  # the table is in the file
     assert f"written to {out}\ndrawn in {picture}" in found.stdout
     physics = Physics(**tomllib.loads(out.read_text())["physics"])
     true = EXAMPLE_PHYSICS.rolling_friction

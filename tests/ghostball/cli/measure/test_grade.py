@@ -1,4 +1,4 @@
-"""Engines in any language: scenes go out as JSON, runs come back and are judged as any engine's."""
+"""Engines in any language: exported scenes, and grades of the written results."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EXAMPLES = Path(__file__).parents[4] / "validation" / "examples"
 
 
 def made_elsewhere(name: str, off: float = 0.0, blind: bool = False, **said: object) -> dict:
-    """Return our own run of a scene as another program would write it, with what it says instead.
+    """Return Ghostball's run of a scene in the format of result files, with some fields changed.
 
     `off`: how far from there the first ball ends, in the last sample too [m].
     `blind`: whether the first event was not seen.
@@ -45,7 +45,7 @@ def made_elsewhere(name: str, off: float = 0.0, blind: bool = False, **said: obj
 
 @pytest.fixture
 def graded(cli, here):
-    """Grade runs: return the exit status, and what is printed."""
+    """Grade runs, and return the exit status and the output."""
 
     def grade(*runs: dict) -> tuple[int, str]:
         (here / "runs.jsonl").write_text("\n".join(json.dumps(run) for run in runs))
@@ -69,21 +69,21 @@ WHOLE = find_scene(CUT).model_dump(mode="json", by_alias=True)
 JUDGED = [
     ({}, 0, ""),
     ({"scene": WHOLE}, 0, ""),
-    # Planted errors: a ball that rests elsewhere, a collision that nobody saw.
+    # Planted errors: a wrong rest position, an invented collision.
     ({"off": 2e-3}, 1, "accuracy must be at most nanometres, got millimetres: position error 2 mm"),
     ({"blind": True}, 1, "ball_ball_count_error must be exactly 0, got 1"),
-    # Frames were graded as those of an engine that steps: 500 nm off passed, whatever is claimed.
+    # Runs were once graded like those of a time-stepping engine: errors of 500 nm always passed.
     ({"resolution": 0.0}, 0, ""),
     ({"resolution": 0.0, "off": 5e-7}, 1, "quality_factor must be at most 32"),
-    # Who claims less is asked for less: it makes no energy, and nothing limits how it ends.
+    # A run that claims less has fewer limits: the energy must not rise, final positions are free.
     ({"off": 2e-3, "approximate": NEARLY}, 4, ""),
     ({"off": 2e-3, "resolution": 5e-4}, 0, ""),
-    ({"off": 2e-3, "resolution": 10.0}, 4, ""),  # says as much as nothing
+    ({"off": 2e-3, "resolution": 10.0}, 4, ""),  # a useless resolution
     ({"off": 2e-3, "resolution": 1e-6}, 1, ""),
-    # Limits go by the name: pymunk's default settings are excused from those that hold for all.
+    # Limits depend on the name: pymunk with default settings is excused from common limits.
     ({"engine": "pymunk", "settings": {"config": "naive"}}, 2, "must not be 'pymunk'"),
 ]
-"""What a run of a cut says instead, the exit status, and what is said of it."""
+"""Changed fields of a run of a cut, the exit status, and a part of the message."""
 
 
 @pytest.mark.parametrize(("said", "status", "words"), JUDGED, ids=range(len(JUDGED)))
@@ -114,7 +114,7 @@ def test_the_others_are_judged_where_a_run_is_refused(graded):
 
 @pytest.mark.parametrize("name", ["../../etc/passwd", "/etc/passwd", "own.toml", "./stop", "own"])
 def test_no_run_opens_a_file(cli, here, name):
-    # Whoever made the run chose which file of whoever grades it was opened.
+    # Otherwise the author of a run could choose a file that Ghostball opens.
     find_scene("stop").save(here / "own.toml")
     (here / "run.json").write_text(json.dumps(made_elsewhere("stop", scene=name)))
     rule = "must be the name of a shipped scene, or the whole scene as an object, got "
@@ -136,7 +136,7 @@ def exported(cli, *names: str) -> list[str]:
 
 
 def plays(cli, *command: str) -> bool:
-    """Whether a program plays exported scenes, and its runs pass."""
+    """Check that a program simulates exported scenes, and that its runs pass."""
     done = subprocess.check_output([*command, *exported(cli)], text=True)
     Path("out.jsonl").write_text(done)
     return cli("grade", "out.jsonl").exit_code == 0

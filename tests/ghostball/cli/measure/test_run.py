@@ -1,4 +1,4 @@
-"""What `ghostball run` shows of a shot, and of a scene that it can't play."""
+"""`ghostball run`: output for a shot, and for an unsupported scene."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_what_was_pocketed_is_named_by_ball_and_pocket() -> None:
 
 @pytest.mark.parametrize(("engine", "scenes"), [("ghostball", ["stop"]), ("pymunk", [])])
 def test_only_our_engine_waits_for_our_kernels(cli, monkeypatch, engine, scenes):
-    # Breaks where a shot on another engine compiles kernels that the shot doesn't use.
+    # A shot on another engine must not compile unused kernels.
     asked = []
     monkeypatch.setattr(run, "compile_first", lambda given, label: asked.append((given, label)))
     assert cli("run", "stop", "-e", engine).exit_code == 0

@@ -32,7 +32,7 @@ def test_what_is_reached_is_tabled_written_and_drawn(measured, tmp_path):
 
 
 def test_an_own_engine_is_told_its_step(measured, tmp_path):
-    # A function with a `dt`, named by the project's settings: what README lets a newcomer write.
+    # A function with a `dt`, named in the project's settings, as in the README.
     (tmp_path / "own_steps.py").write_text(inspect.getsource(first_engine), "utf-8")
     settings = '[tool.ghostball]\nengines = ["own_steps:simulate"]\n'
     (tmp_path / "pyproject.toml").write_text(settings, "utf-8")

@@ -1,4 +1,4 @@
-"""`ghostball stress`: options, exit statuses, what is printed where."""
+"""`ghostball stress`: options, exit statuses, and output."""
 
 import json
 import shlex
@@ -65,7 +65,7 @@ def test_runs_and_engines_are_compared_although_no_motion_is_kept(stress, cli):
 
 
 def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(stress, here, monkeypatch):
-    # Of the engines by default, those that are here will do.
+    # Of the default engines, only the installed ones are needed.
     why = "pybullet is not installed"
     monkeypatch.setattr(PybulletEngine, "unavailable", classmethod(lambda cls: why))
     assert refused(stress(ONE, "-e", "ghostball", "-e", "pybullet", "--out", "out"), why)
@@ -77,7 +77,7 @@ def test_an_engine_that_cannot_run_here_is_refused_where_it_is_named(stress, her
 
 
 def test_only_engines_that_are_named_must_pass_or_ours_where_none_is(stress, cli, monkeypatch):
-    # At this step a path that goes 1e-4 diameters deep is missed.
+    # With this step, a collision with a depth of 1e-4 diameters is missed.
     coarse, name = "pymunk:dt=0.05", "grazing/rolling-hit-1e-04"
     monkeypatch.setattr(ghostball.cli.measure.stress, "DEFAULT_ENGINES", ("ghostball", coarse))
     result = stress(name, "--out", "out")

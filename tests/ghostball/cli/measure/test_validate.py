@@ -1,4 +1,4 @@
-"""What `ghostball validate` plans, runs, reuses and says."""
+"""`ghostball validate`: plans, runs, reuse and output."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_engines_are_put_beside_real_tables_where_all_scenes_are_asked(scenes, m
 
 @pytest.mark.usefixtures("without_pybullet")
 def test_validate_refuses_an_engine_that_is_asked_for_by_name_and_missing(cli, tmp_path):
-    # Breaks where a CI that lost an engine stays green with "0 checks passed".
+    # A CI run without its engine must not be green with "0 checks passed".
     out = tmp_path / "out"
     result = cli("validate", "stop", "-e", "ghostball", "-e", "pybullet", "--out", out)
     assert refused(result, "`pybullet` is unavailable", "pip install pybullet")
@@ -140,7 +140,7 @@ def test_only_the_metrics_asked_for_are_judged_and_the_others_counted(cli, tmp_p
         r"(\d+) checks passed, 0 failed, (\d+) left out by --metric", result.stderr
     ).groups()
     assert 0 < int(passed) < every
-    assert int(passed) + int(left_out) >= every  # of those left out, some have no value here
+    assert int(passed) + int(left_out) >= every  # some limits that were left out have no value here
     report = (tmp_path / "out" / "report.html").read_text()
     said = "Only some metrics were measured</strong>: <code>rest_error_max</code>, "
     assert said in report
@@ -152,7 +152,7 @@ def test_only_the_metrics_asked_for_are_judged_and_the_others_counted(cli, tmp_p
 
 
 def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, tmp_path):
-    # A limit that nothing can meet.
+    # An impossible limit.
     path = tmp_path / "shot.toml"
     path.write_text(HEAD + ball())
     criteria = tmp_path / "shot.expect.toml"
@@ -167,7 +167,7 @@ def test_a_failed_check_of_the_criteria_beside_a_scene_file_fails_the_run(cli, t
 
 
 def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
-    # Breaks where limits that hold, of energy alone, are shown like a right outcome.
+    # Passed limits on energy alone must not look like right final positions.
     engines = ("-e", "ghostball", "-e", "pymunk:contact_steps=exact", "-e", "paper-discrete")
     out = tmp_path / "out"
     result = cli("validate", "galperin-1", *engines, "--out", out, "--no-report")
@@ -193,7 +193,7 @@ def test_what_an_engine_raises_is_a_fault_of_that_engine(cli, tmp_path, monkeypa
     assert "0 failed, 1 case did not finish" in result.stdout
     lines = result.stdout.splitlines()
     (row,) = [line.split() for line in lines if line.startswith(" paper-discrete ")]
-    # It finishes one less than it was asked; no error, no time, no limit.
+    # One run fewer than requested finishes; no error, no time, no limit.
     assert row == ["paper-discrete", "1", "–", "–", "0", "0"]
 
 
@@ -202,7 +202,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
     out = tmp_path / "out"
     names = ["stop", "break-7", "break-8"]
     command = [sys.executable, "-m", "ghostball", "validate", *names, "--out", str(out)]
-    # The last case takes minutes, if nobody ends it.
+    # The last case would take minutes.
     command += ["-e", "ghostball", "-e", "paper-discrete:dt=1e-6,max_time=600"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

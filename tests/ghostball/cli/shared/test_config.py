@@ -1,4 +1,4 @@
-"""What `[tool.ghostball]` says: wrong settings are refused by every command that reads them."""
+"""`[tool.ghostball]`: every command that reads wrong settings rejects them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run says after its verdicts, by an engine that applies restitution twice."""
+"""Hints after the verdicts of a run, for an engine that applies restitution twice."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_a_run_says_in_how_many_scenes_it_judged_the_end(tmp_path, monkeypatch, 
 
 
 def test_what_no_scene_tries_that_it_can_play_is_said(tmp_path, monkeypatch, in_this_process):
-    # Each scene with this law of balls has a cushion, friction between balls, or a loss too.
+    # Each scene with this ball law also has a cushion, friction between balls, or a loss.
     lines = inspect.getsource(first_engine).splitlines(keepends=True)
     start, end = lines.index("@plays(\n"), lines.index(")\n")
     claims = "@plays(Feature.SLIDING, Feature.UNBOUNDED_CLOTH, Feature.MATHAVAN_BALL)\n"
@@ -102,7 +102,7 @@ def test_where_an_engine_raised_is_named(twice, tmp_path):
 
 
 def test_the_largest_error_that_passed_is_explained_and_what_shows_its_cause(in_this_process):
-    # Breaks where the first verdict on an engine is ticks alone, which teach nothing.
+    # The first verdict on an engine must not consist only of ticks.
     engine = f"{first_engine.__name__}:simulate"
     found = validate("stop", "half-ball-cut", "-e", engine)
     assert found.exit_code == 0, found.output

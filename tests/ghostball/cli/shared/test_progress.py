@@ -13,7 +13,7 @@ from ghostball.cli.shared.progress import COMPILING, RUNNING, Steps, counting
 
 @pytest.fixture
 def logged(monkeypatch):
-    """Return what is said where there is no terminal, with no time between two lines."""
+    """Return the lines printed without a terminal, with no time between two lines."""
     said, seconds = [], iter(range(0, 1000, 4))
     console = Console(file=io.StringIO())
     monkeypatch.setattr(progress, "LOG_INTERVAL", 0.0)
@@ -29,7 +29,7 @@ def logged(monkeypatch):
 
 
 def test_a_log_names_the_step_counts_parts_and_says_the_time_left(logged):
-    # Breaks where what an earlier run did, or another step, makes the pace.
+    # Cases of an earlier run, or of another step, must not affect the speed.
     with Steps(COMPILING, RUNNING).bar() as step:
         compiling, running = step(COMPILING), step(RUNNING)
         compiling(0, 5, "")
@@ -62,7 +62,7 @@ def test_a_terminal_shows_step_count_and_part(monkeypatch):
 
 
 def test_compiling_promises_no_time_left(monkeypatch):
-    # Breaks where a bar says "20 s left" for minutes: the last kernel takes longest.
+    # The bar must not say "20 s left" for minutes: the last kernel takes longest.
     console = Console(force_terminal=True, width=160, file=io.StringIO())
     monkeypatch.setattr(progress, "stderr", lambda: console)
     with console.capture() as shown, Steps(COMPILING, RUNNING).bar() as step:

@@ -1,4 +1,4 @@
-"""What is made of stored results: the report, and what is printed for other programs."""
+"""Output from stored results: the report, and formats for other programs."""
 
 import json
 from functools import partial
@@ -14,7 +14,7 @@ from ghostball.reports import FailedPart, IncompleteReportError
 from ghostball.validation.baselines import save_regressions
 from ghostball.validation.exit_status import ExitStatus
 
-# Parts of a report that can't be made are a bug: said after all else, with the status of one
+# Parts of a report that can't be made are a bug: the last message, and the exit status of a bug
 
 FAILED = [FailedPart(f"section {k}", "KeyError: 1", "Traceback: here") for k in range(2)]
 
@@ -40,7 +40,7 @@ def test_what_could_not_be_made_is_said_with_its_traceback_once(
     assert ("2 parts of it could not be written: section 0" in said) is bool(failed)
 
 
-# What stored results came to is printed for other programs, and nothing else is
+# Stored results are printed for other programs, without any other output
 
 
 @pytest.fixture

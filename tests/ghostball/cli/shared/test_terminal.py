@@ -1,4 +1,4 @@
-"""How a command ends, what tables look like, and which values options take."""
+"""The end of a command, tables in the terminal, and values of options."""
 
 import os
 import signal
@@ -45,7 +45,7 @@ def test_a_full_disk_is_said_in_one_line(option):
 @pytest.mark.skipif(os.name == "nt", reason="pipes that break so are POSIX")
 @pytest.mark.parametrize("command", [["scenes"], ["engines"], ["run", "stop", "--format=json"]])
 def test_an_output_that_is_closed_early_ends_as_with_other_tools(command):
-    # It was status 1, as if a check had failed.
+    # The exit status was once 1, as if a check had failed.
     reads, writes = os.pipe()
     os.close(reads)
     assert run(*command, stdout=writes) == (128 + signal.SIGPIPE, "")
@@ -56,7 +56,11 @@ def test_an_output_that_is_closed_early_ends_as_with_other_tools(command):
     ("raised", "status", "said"),
     [
         (RuntimeError("disc [bold]error"), 3, "ghostball itself failed: RuntimeError: disc [bold]"),
-        (ClusterLostError("lost the cluster"), 1, "error: lost the cluster\n"),  # no bug of ours
+        (
+            ClusterLostError("lost the cluster"),
+            1,
+            "error: lost the cluster\n",
+        ),  # no bug
         (KeyboardInterrupt(), 130, "Interrupted."),
     ],
 )
@@ -144,5 +148,5 @@ BESIDE_TABLES = [
 
 @pytest.mark.parametrize("found", [BESIDE_TABLES[:3], BESIDE_TABLES[3:]], ids=["graded", "shown"])
 def test_engines_beside_real_tables_come_with_how_to_read_them(found, snapshot):
-    # What grades and what doesn't are two tables; an engine that lacks all has no row.
+    # Families with and without grades are two tables; an engine without any has no row.
     assert printed(agreement_table(found), 120) == snapshot

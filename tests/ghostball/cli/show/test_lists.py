@@ -1,4 +1,4 @@
-"""What `ghostball scenes` and `engines` list; recipes play as near to the truth as they say."""
+"""Lists of `ghostball scenes` and `engines`; recipes are as accurate as they claim."""
 
 import importlib.metadata
 import importlib.util
@@ -43,7 +43,7 @@ def test_engines_are_a_table_that_fits_a_terminal(cli, monkeypatch):
 
 
 def test_an_engine_that_is_not_here_takes_a_word_of_the_table_and_not_its_reason(cli, monkeypatch):
-    # Breaks where the table says why: a path of node_modules took it over the height of a screen.
+    # With reasons, the table would be too high for a screen, because paths are long.
     reason = "needs /a/path " + 20 * "that is long "
     monkeypatch.setattr(
         "ghostball.cli.show.engines._described", lambda _: _EngineDescription(reason)
@@ -55,7 +55,7 @@ def test_an_engine_that_is_not_here_takes_a_word_of_the_table_and_not_its_reason
 
 
 def test_the_name_of_no_engine_is_bad_input(cli):
-    # Breaks where a script with a typo in a name continues.
+    # A script with a typo in a name must stop.
     found = cli("engines", "pymunkk")
     assert found.exit_code == 2
     assert "Did you mean `pymunk`?" in " ".join(found.stderr.split())
@@ -76,8 +76,8 @@ def test_engines_lists_settings_and_capabilities(cli):
 
 
 def test_the_version_of_an_engine_is_that_of_the_package_that_brings_it(monkeypatch):
-    # Breaks where a Python distribution of that name is asked, which is other people's, or that of
-    # an engine that is installed under another name isn't found.
+    # The version must not come from an unrelated Python distribution with the engine's name, and
+    # must be found if the distribution has another name.
     there = {"planck": "1.4.2", "pymunk": "9.9.9", "mujoco-core": "4.0", "ghostball": "0.1"}
     monkeypatch.setattr("ghostball.cli.show.engines.versions", lambda: there)
     monkeypatch.setattr("ghostball.cli.show.engines.version_of", {"brought": "3.0"}.get)
@@ -125,7 +125,7 @@ def test_pymunk_is_some_millimetres_off_in_its_own_steps_and_right_where_contact
     ],
 )
 def test_it_is_some_millimetres_off_in_its_own_steps(name, package):
-    """In a process of its own, as a user runs it: some connect as if nobody else did."""
+    """Run a recipe in its own process, as users do: some engines allow only one connection."""
     if importlib.util.find_spec(package) is None:
         pytest.skip(f"{package} isn't installed")
     (path,) = _recipes(name)

@@ -14,7 +14,7 @@ from ghostball.cli.show.init import UNKNOWN_REPOSITORY, repository
 from ghostball.validation import scene_names
 from ghostball.validation.results.database import DATABASE
 
-# What `ghostball engines --check` finds: all there, an engine that is missing, one that is broken
+# `ghostball engines --check`: a complete installation, a missing engine, a broken engine
 
 
 @pytest.mark.usefixtures("without_pybullet")
@@ -61,7 +61,7 @@ def test_the_check_names_versions_kernels_engines_and_scenes(cli):
         assert part in result.stdout
 
 
-# `ghostball init`: what it writes runs, and nothing is overwritten; lists of what there is
+# `ghostball init`: its files run, and nothing is overwritten
 
 
 def test_a_project_begins_with_two_files(cli, here):
@@ -89,7 +89,7 @@ def test_the_example_fails_until_its_one_mistake_is_fixed(cli, here, in_this_pro
     cause = " ".join(cli(*named.split()[1:]).stdout.split())
     assert "my_engine:simulate behaves as if `ball_restitution` were" in cause
     assert ": elastic, not 0.9." in cause
-    # The change that the file itself recommends
+    # The change that the file itself suggests
     (fixed,) = re.findall("change one line: `(.*)`", Path("my_engine.py").read_text("utf-8"))
     edit_engine("restitution = 1.0", fixed)
     again = cli("validate", *scenes, "--no-report")
@@ -122,7 +122,7 @@ def test_a_file_that_is_there_is_not_overwritten(cli, here):
     assert not (here / "pyproject.toml").exists()
 
 
-# What `ghostball report` shows and exports of an earlier run
+# `ghostball report`: output and export of an earlier run
 
 
 @pytest.mark.parametrize("damage", ["cut short", "another version", "no database"])
