@@ -63,8 +63,13 @@ class MadeBallsMeasurement(BenchmarkMeasurement):
         for name, count in (("made", self.made), ("scratch", self.scratched)):
             share, of = PUBLISHED[name]
             error = math.sqrt(share * (1.0 - share) / of)
-            rows.append((name, f"{count / self.breaks:.1%}", f"{share:.1%} ± {error:.1%}"))
+            here, published = _percent(count / self.breaks), _percent(share)
+            rows.append((name, here, f"{published} ± {_percent(error)}"))
         return rows
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.1f} %"
 
 
 def break_of(number: int) -> Scene:

@@ -56,7 +56,7 @@ from ghostball.validation.baselines.rounding import Allowance
 from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.grading.event_logs import ALL_KINDS, Event, compare_logs, events_in
 from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE
-from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.results.records import CaseRecord, number_with_unit
 
 NEGLIGIBLE = 1e-3
 """Relative growth of an error that doesn't count as worse: reports show three digits."""
@@ -355,7 +355,8 @@ def _distance_words(one: CaseRecord, two: CaseRecord) -> str:
     if not np.any(moved > 0.0):
         return "all rest positions are bit-identical"
     ball = int(np.argmax(moved))
-    return f"{two.definition['balls'][ball]['id']} rests {moved[ball]:.3g} m from its old position"
+    distance = number_with_unit(float(moved[ball]), "m", 3)
+    return f"{two.definition['balls'][ball]['id']} rests {distance} from its old position"
 
 
 def _said(words: list[str], numbers: dict[str, Any]) -> str:

@@ -120,7 +120,7 @@ def test_an_end_that_moved_alone_is_reported_without_an_event():
     places = BASE.record.rest_positions + np.array([[0.0, 0.0, 0.0], [1e-6, 0.0, 0.0]])
     change = of(gate.at_rest(BASE, places))
     assert (change.change, change.first_difference) == ("changed", None)
-    assert "object rests 1e-06 m from its old position" in change.summary
+    assert "object rests 1 µm from its old position" in change.summary
     assert of(gate.at_rest(BASE, BASE.record.rest_positions + ULP)).change == "rounding"
 
 
