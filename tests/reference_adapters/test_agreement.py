@@ -1,4 +1,4 @@
-"""Results that contradict themselves, and right ones of every kind that don't."""
+"""Results that contradict themselves, and right results of every kind."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_times_in_messages_are_plain_numbers() -> None:
 
 
 def test_a_ball_in_a_pocket_may_rest_elsewhere_than_its_motion_ends() -> None:
-    """Breaks where balls count as gone by the events alone, which `record="rest"` leaves out."""
+    """Pocketed balls must be known without events, which `record="rest"` leaves out."""
     right = exact("pocket-side")
     events, hole = right.events, right.scene.table.holes[1]
     assert right.gone.tolist() == [True]
@@ -91,15 +91,15 @@ def test_samples_that_end_while_balls_move_are_refused() -> None:
         part = SampledTrajectory(frames.times[samples], *kept, spins)
         return disagreement(replace(run, trajectory=part), run.scene)
 
-    # Two are at the end: just before the last ball rests, and at that instant.
+    # Two samples are at the end: just before the last ball rests, and at this time.
     for samples in (slice(0, 1), slice(0, last // 2), slice(0, last - 2)):
         assert "`trajectory.times` must continue to the end of the run" in cut(samples)
-    assert cut(slice(0, last - 1)) == ""  # the end itself, which lies between two samples
+    assert cut(slice(0, last - 1)) == ""  # the end, between two samples
     assert cut([*range(0, last, 7), last]) == ""
 
 
 def test_how_a_run_ends_must_be_as_its_scene_lets_it() -> None:
-    """Breaks where "t-max" is taken from a scene without `t_max`, or "rest" while balls move."""
+    """The status "t-max" is rejected without `t_max`, and "rest" while balls move."""
     right = exact("half-ball-cut")
     assert "without `t_max`" in disagreement(replace(right, status=Status.T_MAX), right.scene)
     timed = simulate(right.scene.model_copy(update={"t_max": 0.5}), record="trajectory")

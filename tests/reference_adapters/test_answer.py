@@ -1,4 +1,4 @@
-"""What a function may return as its answer, in all forms, and one error for each mistake."""
+"""The answer of a function in all forms, and one error for each mistake."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ghostball.validation.runs.engine_runs import run_engine
 
 
 def test_all_forms_of_an_answer_are_the_same_result():
-    # Breaks where planar numbers, mappings, cushions by name or event kinds are read otherwise.
+    # Planar numbers, mappings, names of cushions and event kinds must be read correctly.
     x, v = SCENE.positions, SCENE.velocities
 
     def flat(scene):
@@ -36,7 +36,7 @@ def test_all_forms_of_an_answer_are_the_same_result():
     assert first.status is Status.REST
     for name in ("positions", "velocities", "angular_velocities"):
         assert np.array_equal(getattr(first.trajectory, name), getattr(second.trajectory, name))
-    assert first.trajectory.angular_velocities[0].any()  # it rolls
+    assert first.trajectory.angular_velocities[0].any()  # the ball rolls
 
 
 def test_a_run_that_lasts_to_the_end_of_the_scene_says_so():
@@ -54,7 +54,7 @@ def changed_in_place(scene):
 
 
 def two(scene, factor=1.0):
-    """Two samples, the second with the places times a factor."""
+    """Return two samples; the positions of the second one are multiplied by a factor."""
     x, v = scene.positions, scene.velocities
     return [(0.0, x, v), (1.0, factor * x, 0.0 * v)]
 
@@ -118,11 +118,11 @@ BAD = {
 @pytest.mark.parametrize("record", ["rest", "events", "trajectory"])
 @pytest.mark.parametrize("name", BAD)
 def test_what_is_wrong_with_an_answer_is_one_error_of_the_engine(name, record):
-    # Also where only a part of it is asked for: `run` and `validate` say the same.
+    # Also if only a part of the answer is needed: `run` and `validate` give the same error.
     function, says = BAD[name]
     with pytest.raises(EngineFailedError, match=says) as caught:
         run_engine(engine(function), SCENE, record)
-    assert not caught.value.trace  # where we looked at it says nothing
+    assert not caught.value.trace  # a traceback into Ghostball wouldn't help
 
 
 def test_sliding_balls_need_angular_velocities():

@@ -1,4 +1,4 @@
-"""What engines say of themselves: how they play each feature, and how far off they may be."""
+"""The declarations of engines: support of each feature, and resolution."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DT = 1e-3
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_single_ball_never_gets_faster_than_its_step_allows(seed: int) -> None:
-    """Breaks with a wrong sign of the slip, or share of it: some seeds speed up, some slow down."""
+    """Fails for a wrong sign or share of the slip; in some seeds balls gain speed."""
     chance = random.Random(seed)
     velocity = (chance.uniform(-1.0, 1.0), chance.uniform(-1.0, 1.0))
     spin = tuple(chance.uniform(-100.0, 100.0) for _ in range(3))
@@ -45,7 +45,7 @@ def test_spin_without_friction_on_the_cloth_moves_nothing() -> None:
 
 
 def test_a_ball_that_rolls_is_as_fast_as_it_starts_to_the_bit() -> None:
-    """Breaks where the rounding of its spin counts as slip."""
+    """The rounding of a rolling ball's spin must not count as slip."""
     scene = find_scene("half-ball-rolling")
     assert resolution_of_step(DT, scene) == DT * 1.0
 
@@ -115,7 +115,7 @@ def on_table(**table: Any) -> Scene:
 SLIDING = {"motion": "sliding"}
 
 
-# The least scene that needs each feature.
+# The simplest scene that needs each feature.
 SCENES = {
     Feature.ROLLING: collision(),
     Feature.SLIDING: collision(**SLIDING),
@@ -165,8 +165,8 @@ def test_each_feature_has_a_scene() -> None:
 def test_an_engine_says_of_every_feature_how_or_why_not_and_how_far_off_it_may_be(
     spec: str,
 ) -> None:
-    # A feature left out would be refused without a reason, or be taken for exact by a report; of an
-    # engine that states no resolution nothing is known. Engines that aren't installed say it, too.
+    # A missing feature would be rejected without a reason, or count as exact in a report. Without a
+    # resolution, the accuracy is unknown. Engines that aren't installed declare both, too.
     name, settings = parse_spec(spec)
     kind = engine_class(name)
     engine = kind(kind.Settings.model_validate(settings))
@@ -182,7 +182,7 @@ def test_an_engine_says_of_every_feature_how_or_why_not_and_how_far_off_it_may_b
 
 @pytest.mark.parametrize("spec", SPECS)
 def test_a_scene_runs_or_is_refused_as_the_capabilities_say(spec: str) -> None:
-    # Breaks where an adapter runs what it says that it lacks, or can't run what it says it can.
+    # An adapter must reject unsupported features, and run all supported ones.
     engine = engine_of(spec)
     for feature, scene in SCENES.items():
         lacks = [f for f in scene_features(scene) if engine.capabilities[f].support == "none"]

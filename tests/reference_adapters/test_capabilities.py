@@ -1,4 +1,4 @@
-"""Files that say what engines represent: what is read from them, and how mistakes are reported."""
+"""Files of capabilities: values, and messages for mistakes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ghostball.reference_adapters import EngineError
 from ghostball.reference_adapters.capabilities import FILE, capabilities_beside
 
 ALL = "\n".join(f'{feature.name} = "exact"' for feature in reversed(Feature))
-"""Every feature, not in their order."""
+"""Every feature, in another order."""
 
 
 def read(folder: Path, text: str):

@@ -1,4 +1,4 @@
-"""What single engines do of their own: thresholds, units, breaks, and what adapters refuse.
+"""Findings about single engines: thresholds, units, breaks, and unsupported scenes.
 
 Some are findings: their tests fail where a later version of the engine has mended them. Each engine
 has a planted error, so that its closed forms are known to see one.
@@ -32,12 +32,12 @@ from ghostball.validation.scenes.library import find_scene
 
 
 def on(spec: str, *facts: Any) -> Any:
-    """Return a case of a table that is skipped without its engine."""
+    """Return a test parameter that is skipped if its engine isn't installed."""
     return pytest.param(spec, *facts, marks=needs(spec.partition(":")[0]))
 
 
 MIXING = 3e-5
-"""WorldBody of the speeds that the constraint force mixing of DART may change."""
+"""Largest relative change of speeds by DART's constraint force mixing."""
 
 box2d, box2d3, dart, mujoco, physx, rapier = (
     needs(name) for name in ("box2d", "box2d3", "dart", "mujoco", "physx", "rapier")
@@ -47,7 +47,7 @@ box2d, box2d3, dart, mujoco, physx, rapier = (
 @pytest.mark.parametrize(
     ("spec", "scene", "reason"),
     [
-        # Else 8 m/s would silently become 2 m/s.
+        # Otherwise 8 m/s would silently become 2 m/s.
         on("box2d:scale=100,dt=1e-2", rack(), "no speeds above 2 m/s with `scale` = 100"),
         on("box2d3", throw(), "without friction at contacts"),
         on("box2d3", to_the_wall(0.9), "the larger of the two"),
@@ -82,14 +82,14 @@ def test_settings_that_contradict_each_other_are_refused(spec: str, reason: str)
     [
         on("box2d", 1.0, 1e-5, 1e-5, 1e-5),
         on("box2d3", 1.0, 1e-5, 1e-5, 1e-5),
-        on("dart", 0.1, 0.01, MIXING, MIXING),  # below, it pushes apart what overlaps
+        on("dart", 0.1, 0.01, MIXING, MIXING),  # below, overlapping balls are pushed apart
         on("physx", 2.0, 1e-5, 1e-5, 1e-6),
     ],
 )
 def test_a_newcomer_has_inelastic_impacts_below_a_threshold(
     engine: str, threshold: float, below: float, above: float, tuned: float
 ) -> None:
-    """In m/s, with the tolerances of a newcomer below and above it; tuned there is no threshold."""
+    """Thresholds of the naive configuration [m/s], with tolerances; tuned engines have none."""
     naive, slower, faster = f"{engine}:config=naive", 0.9 * threshold, 1.1 * threshold
     assert shares(naive, head_on(slower)) == pytest.approx([0.5, 0.5], abs=below)
     assert shares(naive, head_on(faster)) == pytest.approx([0.0, 1.0], abs=above)
@@ -131,7 +131,7 @@ def test_a_break_ends_with_another_energy(spec: str, least: float, most: float) 
 @box2d
 @pytest.mark.parametrize("dt", [1e-2, 1e-3])
 def test_bullets_meet_too_deep_whatever_the_step(dt: float) -> None:
-    # Two slops, 1e-4 m with 100 units in a metre: the error falls with the unit, not the step.
+    # Two slops, 1e-4 m with 100 units per metre: the error depends on the unit, not on the step.
     off = np.abs(cut_angles("box2d:scale=100", dt)).max()
     assert off == pytest.approx(0.087, abs=0.002)
 
@@ -178,7 +178,7 @@ def test_a_wrong_unit_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @dart
 def test_what_overlaps_is_pushed_apart() -> None:
-    # By 0.1 unit/s, 1 cm/s here, at most: so nothing is quite inelastic.
+    # By at most 0.1 unit/s, 1 cm/s here, so no impact is completely inelastic.
     after = 1.5 * shares("dart", head_on(restitution=0.0))
     assert 0.0 < after[1] - after[0] <= 0.01
 
@@ -216,7 +216,7 @@ def test_a_ball_alone_has_no_friction_with_others_whatever_their_law() -> None:
     ("name", "least", "most"), [("throw-stick", 0.0, 1e-4), ("throw-slip", 1e-3, 8e-3)]
 )
 def test_friction_throws_by_the_convex_cone(name: str, least: float, most: float) -> None:
-    # What the capabilities say: sticking is right, slipping is a little too strong.
+    # As the capabilities say: sticking is right, slipping friction is slightly too strong.
     scene = find_scene(name)
     ours = simulate(scene, record="trajectory")
     theirs = play("mujoco:contact_steps=exact", scene, record="trajectory")
@@ -235,7 +235,7 @@ def test_the_naive_configuration_sets_no_restitution() -> None:
 
 @mujoco
 def test_a_damper_of_another_step_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    # The planted error: one that only a change of the step would show.
+    # The planted error, which only a change of the step reveals.
     world: Any = resolve_name("ghostball.reference_adapters.mujoco.world:MujocoWorld")
     right = world._set_dampers
     monkeypatch.setattr(world, "_set_dampers", lambda one, _: right(one, 1e-3))
@@ -289,7 +289,8 @@ def test_its_prediction_turns_a_cut(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @rapier
 def test_each_bounce_off_a_cushion_is_an_event() -> None:
-    # A ball and a half-space are a pair for good: taken for a lasting contact, it bounces once.
+    # A ball and a half-space are always a pair; as a lasting contact, a ball would bounce only
+    # once.
     ball = Ball(id="cue", position=(0.5, 0.3), velocity=(2.0, 0.0))
     table = Table(length=1.0, width=1.0)
     scene = Scene(name="to-and-fro", balls=[ball], table=table, physics=FREE, t_max=2.0)

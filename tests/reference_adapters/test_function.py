@@ -1,4 +1,4 @@
-"""A function as an engine: its name, its settings, and what it says that it plays."""
+"""A function as an engine: name, settings, and supported features."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_parameters_with_defaults_are_settings_and_dt_is_the_step(tmp_path, monk
             make_engine("some_engine:simulate:roundz=5")
         with pytest.raises(EngineError, match=r"no 'simulat'. Did you mean `some_engine:simulate`"):
             make_engine("some_engine:simulat")
-        # Breaks where the class that is made of a function can't be sent to another process.
+        # The class created from a function must be transferable to another process.
         assert pickle.loads(pickle.dumps(type(made))) is type(made)
         assert pickle.loads(pickle.dumps(made.settings)) == made.settings
         with in_other_process(made, 60.0) as player:

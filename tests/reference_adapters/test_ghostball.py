@@ -1,4 +1,4 @@
-"""Our own engine as one of those that are compared: its settings, and what they do."""
+"""Ghostball's engine as a reference engine: its settings and their effects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What engines print, also from C code, is kept; control characters in it are shown, not obeyed."""
+"""Output of engines, also from C code, is captured, and control characters are escaped."""
 
 import ctypes
 import os

@@ -1,4 +1,4 @@
-"""Pymunk against closed forms: what its steps cost, and that exact steps leave only its solver."""
+"""Pymunk compared with closed forms: errors of its steps; with exact steps, only of its solver."""
 
 import math
 import subprocess
@@ -12,7 +12,7 @@ from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
 
 MU_G = 0.02 * 9.81
-EXACT = 1e-8  # [m]: gaps of 1e-10 m, magnified by the lever of a cut shot
+EXACT = 1e-8  # [m]: gaps of 1e-10 m, amplified by a cut shot
 
 
 def run(scene, record="events", **settings):
@@ -31,12 +31,12 @@ def kinds_of(result):
     ("settings", "position_error", "time_error"),
     [
         ({"contact_steps": "exact"}, 1e-12, 1e-12),
-        ({"config": "tuned"}, MU_G * 1e-3**2, 1e-3),  # half a kick makes it second order
-        ({"config": "naive"}, 1.05 / 60.0 / 2.0, 1.0 / 60.0),  # v dt / 2 without
+        ({"config": "tuned"}, MU_G * 1e-3**2, 1e-3),  # second order, by the half kick
+        ({"config": "naive"}, 1.05 / 60.0 / 2.0, 1.0 / 60.0),  # v dt / 2 without the half kick
     ],
 )
 def test_roll_to_rest(settings, position_error, time_error):
-    """Fails without the half kick, with friction of another size, or with an inexact stop."""
+    """Fails without the half kick, with a wrong friction, or with an inexact stop."""
     result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(0.6, 0.8))), **settings)
     assert result.status is Status.REST
     distance = np.hypot(*result.rest_positions[0, :2])
@@ -49,7 +49,7 @@ def test_roll_to_rest(settings, position_error, time_error):
 
 
 def test_the_naive_configuration_overshoots():
-    """The newcomer's error is there to be seen: v dt / 2 too far, 8 mm at 1 m/s."""
+    """The naive error must be visible: v dt / 2 too far, 8 mm at 1 m/s."""
     result = run(scene_of(Ball(id="cue", position=(0, 0), velocity=(1, 0))), config="naive")
     excess = result.rest_positions[0, 0] - 1.0 / (2 * MU_G)
     assert excess == pytest.approx(0.5 / 60.0, rel=0.05)
@@ -57,7 +57,7 @@ def test_the_naive_configuration_overshoots():
 
 @pytest.mark.parametrize("steps", ["fixed", "exact"])
 def test_cushion_and_corner(steps):
-    """A ball runs into the right and top cushions, and rests where its mirror image would."""
+    """A ball bounces off the right and top cushions, and rests at its unfolded position."""
     table = Table(length=1.0, width=0.8)
     velocity = np.array([1.0, 0.7])
     start = np.array([0.3, 0.2])
@@ -67,7 +67,7 @@ def test_cushion_and_corner(steps):
     )
     speed = np.hypot(*velocity)
     straight = start + velocity * speed / (2 * MU_G)
-    # Unfold the reflections: fold each coordinate back into the strip between R and size - R.
+    # Fold each coordinate of the straight path back into the strip between R and size - R.
     strip = np.array([1.0, 0.8]) - 2 * R
     folded = (straight - R) % (2 * strip)
     expected = R + np.minimum(folded, 2 * strip - folded)
@@ -95,7 +95,7 @@ def rack(gap, t_max=0.45, **physics):
 @pytest.mark.parametrize("restitution", [0.9, 1.0])
 @pytest.mark.parametrize("steps", ["fixed", "exact"])
 def test_break_keeps_momentum_and_gains_no_energy(gap, restitution, steps):
-    """Fails where impulses of one step leak into the next one through Chipmunk's memory."""
+    """Impulses of one step must not affect the next step through Chipmunk's stored contacts."""
     scene = rack(gap, ball_restitution=restitution, rolling_friction=0.0)
     result = run(scene, contact_steps=steps)
     assert result.status is Status.T_MAX
@@ -109,7 +109,7 @@ def test_break_keeps_momentum_and_gains_no_energy(gap, restitution, steps):
 
 @pytest.mark.parametrize("restitution", [0.8, 1.0])
 def test_impacts_of_one_instant_are_resolved_together(restitution):
-    """Closed form of a ball into the middle of two that touch; one after the other favours one."""
+    """Closed form of a ball that hits two touching balls symmetrically, in simultaneous impacts."""
     balls = [Ball(id="cue", position=(0, 0), velocity=(1, 0))]
     balls += [Ball(id=f"{y}", position=(0.2, y)) for y in (R, -R)]
     physics = Physics(ball_restitution=restitution, rolling_friction=0.0)
@@ -123,7 +123,7 @@ def test_impacts_of_one_instant_are_resolved_together(restitution):
 
 
 def test_importing_the_adapter_does_not_import_pymunk():
-    """A list of engines must answer at once; pymunk takes 0.1 s to load."""
+    """Listing engines must be fast; loading pymunk takes 0.1 s."""
     code = (
         "import sys, ghostball.reference_adapters.pymunk.engine as e;"
         "assert e.PymunkEngine.unavailable() is None; sys.exit('pymunk' in sys.modules)"

@@ -1,4 +1,4 @@
-"""What a stepping engine records."""
+"""The recorder of a time-stepping engine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Engines by name and spec: lists, settings, and one clear error for whatever is wrong."""
+"""Engines by name and spec: lists, settings, and one clear error for each mistake."""
 
 import importlib
 import importlib.metadata
@@ -19,7 +19,7 @@ from ghostball.reference_adapters import (
 
 SHIPPED = ("ghostball", "certified", "paper-continuous", "paper-discrete", "pybullet", "pymunk")
 
-# A foreign package's engine; what tests change is in single braces.
+# The engine of a foreign package; tests replace the parts in single braces.
 FOREIGN = """
 from typing import Annotated, Literal
 from pydantic import Field
@@ -46,7 +46,7 @@ class Engine(EngineBase):
 
 
 class ForeignPackages:
-    """Packages that declare an engine, installed for the length of a test."""
+    """Packages that declare an engine, installed during a test."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -86,7 +86,7 @@ def test_ours_is_listed_first_and_the_shipped_ones_are_all_there():
 
 
 def test_listing_imports_no_engine():
-    # Breaks where the listing loads entry points: a broken or slow engine would hold up everyone.
+    # Listing must not load entry points: a broken or slow engine would affect every user.
     code = (
         "import sys; from ghostball.reference_adapters import engine_names; engine_names();"
         "print([m for m in ('pymunk', 'pybullet', 'numba') if m in sys.modules])"
@@ -151,7 +151,8 @@ def test_a_name_claimed_by_two_packages_is_refused(packages):
 
 @pytest.mark.parametrize("name", ["ghostball", "pymunk"])
 def test_no_other_engine_may_have_the_name_of_an_installed_one(packages, name):
-    # Truths, limits and results go by the name; and a crash of ours would be taken for a bug.
+    # References, limits and results depend on the name, and a crash would look like Ghostball's
+    # bug.
     packages.install("some-engine", foreign(name=name))
     with pytest.raises(EngineError, match=f"must not be '{name}'") as caught:
         make_engine("some_engine:Engine")
@@ -162,7 +163,7 @@ def test_no_other_engine_may_have_the_name_of_an_installed_one(packages, name):
 
 def test_an_engine_that_cannot_run_here_says_why(packages):
     packages.install("some-engine", foreign(reason="libfoo is missing; run `apt install libfoo`"))
-    engine_class("foreign")  # its class can still be asked for settings and capabilities
+    engine_class("foreign")  # the class still has settings and capabilities
     with pytest.raises(EngineUnavailableError, match=r"`foreign` is unavailable.*apt install"):
         make_engine("foreign")
 
@@ -269,7 +270,7 @@ def test_a_wrong_setting_names_setting_rule_value_and_the_known_ones(packages, s
 
 
 def test_a_setting_that_is_left_to_the_engine_is_called_unset():
-    # Breaks where a user is advised to write `dt=None`, which is refused.
+    # Users must not be advised to write `dt=None`, which is rejected.
     with pytest.raises(EngineError, match="`dtt` is not a setting") as caught:
         make_engine("pymunk:dtt=1e-3")
     assert "dt unset" in str(caught.value)
@@ -283,7 +284,7 @@ def test_a_package_that_exits_when_imported_is_named(packages):
 
 
 def test_an_interrupt_before_what_is_printed_is_caught_stays_one(packages, monkeypatch):
-    """It was reported as the engine's own failure, and the run continued."""
+    """This was once reported as the engine's own failure, and the run continued."""
 
     def interrupted(**_):
         raise KeyboardInterrupt

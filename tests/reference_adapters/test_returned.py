@@ -1,4 +1,4 @@
-"""The door for results: whatever breaks the contract is refused, with field, rule and value."""
+"""Checks of results: every violation of the contract is rejected, with field, rule and value."""
 
 from dataclasses import replace
 
@@ -36,7 +36,7 @@ N = len(SCENE.balls)
 
 @pytest.fixture(scope="module")
 def whole():
-    """A run of the scene: balls collide, and one meets the right cushion."""
+    """A run in which balls collide, and one ball meets the right cushion."""
     result = simulate(SCENE, record="trajectory")
     assert result.collision_counts == {"ball-ball": 1, "ball-cushion": 1}
     return result
@@ -47,7 +47,7 @@ def check(result, record="trajectory"):
 
 
 def planted(result, k, **values):
-    """Return the result with values of its k-th event changed."""
+    """Return the result with changed values of its k-th event."""
     events = result.events.copy()
     for field, value in values.items():
         events[field][k] = value
@@ -55,7 +55,7 @@ def planted(result, k, **values):
 
 
 def frames(result, times, *, positions=None):
-    """Return the result with a motion of frames, the balls where they start."""
+    """Return the result with a motion in frames, in which no ball moves."""
     state = initial_state(SCENE)
     repeated = [np.repeat(part, len(times), axis=0) for part in state]
     if positions is not None:
@@ -77,7 +77,7 @@ def test_a_run_in_order_passes(whole):
     check(replace(whole, collision_counts=counts, work={"steps": np.int32(3)}))
 
 
-SHOTS = ["half-ball-cut", "throw-slip", "galperin-1"]  # rolls; slides; nothing slows it
+SHOTS = ["half-ball-cut", "throw-slip", "galperin-1"]  # rolling; sliding; no friction
 
 
 def represents(engine, scene):
@@ -90,7 +90,7 @@ def represents(engine, scene):
 
 @pytest.mark.parametrize("name", [name for name in engine_names() if name != "pybullet"])
 def test_every_engine_here_passes(name):
-    # Without a shot of each, a rule that one breaks would call it faulty everywhere.
+    # A rule that is wrong for an engine would reject the engine in all scenes.
     try:
         engine = make_engine(name)
     except EngineUnavailableError as error:
@@ -327,10 +327,10 @@ def test_a_ball_in_the_cloth_is_refused_but_not_one_that_left_it(whole):
         ResultRefusedError, match=r"`rest_positions\[0\]\[2\]` must be .* got 0.0 m"
     ):
         check(replace(fallen, events=None, trajectory=None), "rest")
-    # A solver lets a ball sink in a little; that is an error to be measured, and no nonsense.
+    # A solver lets a ball sink in slightly; this is a measurable error, not an invalid result.
     little = whole.final_state.positions - [0.0, 0.0, 1e-3]
     check(replace(whole, final_state=whole.final_state._replace(positions=little)))
-    # What fell into a pocket, or off the table, may be anywhere.
+    # Balls in a pocket, or off the table, may be anywhere.
     scene = find_scene("pocket-side")
     result = simulate(scene, record="trajectory")
     assert result.events["kind"].tolist()[-1] == EventKind.POCKETED

@@ -1,4 +1,4 @@
-"""Runs made elsewhere: what is no run, or doesn't fit its scene, is refused with its place."""
+"""Run files: invalid runs, and runs that don't fit their scene, are rejected with the location."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_a_text_that_is_not_json_is_refused(tmp_path, text, why):
 
 @pytest.mark.parametrize("layout", ["one", "list", "lines"])
 def test_a_key_that_is_given_twice_is_refused(tmp_path, layout):
-    # The last one won, so that another reader of the same file sees another run.
+    # The last value once counted, so other readers of the same file saw a different run.
     text = json.dumps(RUN).replace('"t": 0.5', '"t": 0.5, "t": 0.25')
     text = {"one": text, "list": f"[{text}]", "lines": f"{json.dumps(RUN)}\n{text}\n"}[layout]
     (tmp_path / "run.json").write_text(text)
@@ -99,7 +99,7 @@ def test_a_byte_order_mark_is_no_part_of_a_run(tmp_path):
     ],
 )
 def test_what_is_no_run_of_its_scene_is_refused_with_its_place(change: dict, says: str) -> None:
-    """What a function returns is read by the same model: `test_answer` has its mistakes."""
+    """Answers of functions use the same model; their mistakes are tested in `test_answer`."""
     with pytest.raises(EngineError, match=says):
         EngineAnswer.parse(RUN | change, "a file, run 1").result(find_scene("stop"))
 

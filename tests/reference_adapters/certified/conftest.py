@@ -1,4 +1,4 @@
-"""Certificates of the tests are kept in a folder of their own: each test computes its own."""
+"""Store the certificates of each test in a separate folder, so that each test computes its own."""
 
 import pytest
 
@@ -7,6 +7,6 @@ from ghostball.reference_adapters.certified import cache
 
 @pytest.fixture(autouse=True)
 def kept_here(monkeypatch, tmp_path):
-    # Not by the environment variable: that would move the engine's compiled kernels, too.
+    # Not by the environment variable, which would also move the engine's compiled kernels.
     monkeypatch.setattr(cache, "directory", lambda: tmp_path)
     return tmp_path

@@ -1,4 +1,4 @@
-"""What is proved: closed forms and the oracle lie within it."""
+"""Certificates contain the closed forms and the results of the oracle."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ghostball.validation.scenes.library import find_scene, select
 from ghostball.validation.truth.closed_forms import closed_form
 
 NO_FORM_TO_COMPARE = {
-    # Without an answer in exact numbers, or with laws that have no closed form.
+    # Scenes without an outcome in exact numbers, or with laws without a closed form.
     "mathavan-cut",
     "corner-exact",
     "three-ball-symmetric",
@@ -28,7 +28,7 @@ NO_FORM_TO_COMPARE = {
     "push-line",
     "push-unequal",
     "wedged",
-    # In the air with drag, or sliding in air: refused by name.
+    # Flight with drag, and slides in air, are rejected with these words.
     "air-drop",
     "air-drag-sliding",
     "air-slides",
@@ -37,7 +37,7 @@ NO_FORM_TO_COMPARE = {
 }
 MANY_SHOTS = {"throw-by-angle", "throw-by-spin"}
 BY_HAND = {"cradle", "frozen-to-cushion", "stun-shot"}
-"""Forms that take gaps and slips of a rounding for 0."""
+"""Closed forms that treat gaps and slips of the size of rounding as 0."""
 
 
 def holds(enclosure: Enclosure, value: mpf, room: mpf) -> bool:
@@ -70,11 +70,11 @@ def test_closed_forms_lie_within_the_enclosures(name):
     assert form is not None
     certificate = proved(scene, width=1e-45)
     with workdps(60):
-        # 50 digits, less what the shot amplifies their rounding by; roundings of the scene's own
-        # numbers where the form takes them for 0.
+        # The tolerance is 50 digits times the amplification of the shot, or the rounding of the
+        # scene's numbers if the form treats such values as 0.
         room = mpf(10) ** -15 if name in BY_HAND else mpf(10) ** -38
         for position, expected in zip(certificate.positions, form.rest_positions, strict=True):
-            # Without the height, which a form has not, and which is exactly the radius.
+            # Without the height, which is exactly the radius and isn't part of a form.
             for enclosure, value in zip(position[:2], expected, strict=True):
                 assert holds(enclosure, value, room)
                 assert enclosure.width <= 1e-45
@@ -128,7 +128,7 @@ def check_against_the_oracle(scene):
         pytest.skip("the oracle has no sustained contact")
     assert certificate.proved, certificate.reason
     truth = solve(scene)
-    # Independent events of one instant have no order: the oracle takes them by their indices.
+    # Independent simultaneous events have no order; the oracle orders them by index.
     mine, theirs = sorted(keys(certificate)), sorted(tuple(map(int, e.key)) for e in truth.events)
     assert mine == theirs
     if not any(event.tie for event in certificate.events):

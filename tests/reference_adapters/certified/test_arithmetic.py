@@ -1,4 +1,4 @@
-"""Numbers as balls: exact where they can be, else sure to hold the true one; or undecided."""
+"""Numbers as intervals: exact if possible, otherwise containing the exact value, or undecided."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Certificates on the disk: named by what they depend on; what can't be read is computed anew."""
+"""Certificates on the disk: names depend on all inputs; unreadable certificates are recomputed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def shot(x: float = 0.5, **fields) -> Scene:
 
 @pytest.fixture
 def proofs(monkeypatch):
-    """Count what is computed."""
+    """Count the computed certificates."""
     computed = []
     prove = api.prove
 
@@ -94,7 +94,7 @@ def test_a_file_that_cannot_be_read_is_computed_anew(proofs, kept_here, caplog, 
         again = certify(shot())
     assert "recomputing it" in caplog.text
     assert (len(proofs), again.events) == (2, first.events)
-    assert len(path.read_bytes()) == pytest.approx(len(whole), abs=30)  # the seconds differ
+    assert len(path.read_bytes()) == pytest.approx(len(whole), abs=30)  # the computing time differs
     certify(shot())
     assert len(proofs) == 2
 
@@ -106,7 +106,7 @@ IN_AIR = {
 
 @pytest.mark.parametrize("name", IN_AIR)
 def test_a_motion_in_air_reads_back_to_the_same_bits(proofs, name):
-    """Broken by segments that are read with other columns than they were written with."""
+    """Segments must be read with the columns with which they were written."""
     motions = [make_engine("certified").simulate(IN_AIR[name], record="trajectory") for _ in "12"]
     assert len(proofs) == 1
     times = np.linspace(0.0, motions[0].rest_time, 101)
@@ -169,7 +169,7 @@ def test_the_certificates_longest_unused_go_first(monkeypatch, kept_here):
         certify(shot(x))
         for path in kept_here.iterdir():
             os.utime(path, (1000 + age, 1000 + age))
-    certify(shot())  # used again: the younger of the two
+    certify(shot())  # used again, so this is the most recently used one
     certify(shot(0.52))
     assert len(list(kept_here.iterdir())) == 2
     keys = {path.name for path in kept_here.iterdir()}

@@ -1,4 +1,4 @@
-"""What comes next: one event, several that do not concern each other, or what can't be decided."""
+"""The next event: one event, several independent events, or an undecided order."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BALL_BALL = EventKind.BALL_BALL
 
 
 def test_two_collisions_that_no_number_tells_apart_are_ambiguous():
-    # By the mirror they are at one instant, but neither number says that of the other.
+    # By symmetry they are simultaneous, but the numbers alone don't show this.
     scene = scene_of(
         ball((-0.5, 0.0), (1.0, 0.0)),
         ball((0.5, 0.03), (-1.0, 0.0)),
@@ -31,7 +31,7 @@ def test_two_collisions_that_no_number_tells_apart_are_ambiguous():
     for part in ('"b0" with "b1"', '"b0" with "b2"', "at t = 0.5002"):
         assert part in certificate.reason
     assert certificate.precision == CertifiedSettings().max_precision
-    # Nothing is reported beyond: the state is that at the start.
+    # Nothing is reported after this: the final state is the initial state.
     assert float(certificate.t_end) == 0.0
     assert [float(x) for x in certificate.positions[0]] == [-0.5, 0.0]
 
@@ -59,8 +59,8 @@ def test_an_exact_graze_is_ambiguous():
 
 
 def test_a_thinner_graze_than_doubles_can_say_is_reported():
-    # 1e-40 m too far: the miss is decided by 2^-133 of the radius, beyond double precision. A ball
-    # that starts with a y of 2 R less a slope does that.
+    # The ball misses by 1e-40 m, 2^-133 of the radius, far below double precision. A ball that
+    # starts at y = 2 R minus a slope does this.
     slope = 2.0**-70
     scene = scene_of(
         ball((0.0, 0.0), (1.0, slope)), ball((1.0, 2 * R)), rolling_friction=0.0, t_max=2.0
@@ -73,7 +73,7 @@ def test_a_thinner_graze_than_doubles_can_say_is_reported():
 
 
 def test_independent_events_of_one_instant_pass_as_a_tie():
-    # A rolling cue ball and a resting one slide equally long after their impact.
+    # After the impact of a rolling ball on a resting ball, both slide equally long.
     certificate = proved(find_scene("half-ball-rolling"))
     tied = [e for e in certificate.events if e.tie]
     assert [e.kind for e in tied] == [EventKind.SLIDE_TO_ROLL]
@@ -99,7 +99,7 @@ def test_mirrored_pairs_are_proved_with_the_same_enclosures():
 
 
 def test_a_tie_near_a_third_ball_is_ambiguous():
-    # Both collisions come at one instant, and the two balls that are hit touch each other.
+    # Both collisions are simultaneous, and the two balls that are hit touch each other.
     scene = scene_of(
         ball((-0.5, 0.0), (1.0, 0.0), radius=0.03125),
         ball((0.0, 0.0), radius=0.03125),
@@ -112,7 +112,7 @@ def test_a_tie_near_a_third_ball_is_ambiguous():
 
 
 def test_what_is_looked_at_for_an_event_does_not_grow_with_the_shot(monkeypatch):
-    """By count: a search of all that was ever foreseen made a shot of 31 415 events take hours."""
+    """Count the searches: searching all earlier candidates once took hours for 31 415 events."""
     looks, whole = [], Candidate.is_void
     monkeypatch.setattr(
         Candidate, "is_void", lambda one, bodies: looks.append(1) or whole(one, bodies)

@@ -1,4 +1,4 @@
-"""Enclosures and certificates: exact numbers, and a JSON form that loses none of them."""
+"""Enclosures and certificates: exact numbers, and an exact JSON form."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_ends_and_width_of_an_enclosure():
 
 
 def test_a_float_is_the_nearest_to_the_middle():
-    # 1 + 2^-53 + 2^-200 lies just above the middle between two doubles.
+    # 1 + 2^-53 + 2^-200 is just above the middle between two doubles.
     middle = (1 << 200) + (1 << 147) + 1
     assert float(Enclosure(middle, -200, 1, -300)) == 1.0 + 2.0**-52
     assert float(Enclosure(middle - 2, -200, 1, -300)) == 1.0
@@ -70,7 +70,7 @@ def test_a_certificate_of_another_schema_is_refused():
 
 
 def test_segments_are_read_as_what_they_say_that_they_are():
-    """Broken by segments of a ball in air, which have more columns, that are read as others."""
+    """Segments of a ball in air have more columns and must not be read as other segments."""
     air = scene_of(ball((0.0, 0.0), (1.0, 0.1)), air_drag=0.1)
     flat = scene_of(ball((0.0, 0.0), (1.0, 0.1)))
     in_air, plain = (certify(scene, motion=True) for scene in (air, flat))

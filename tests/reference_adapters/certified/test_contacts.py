@@ -1,4 +1,4 @@
-"""Balls that touch from the start, by a rounding more or less; and contacts that are sustained."""
+"""Balls that touch at the start to within rounding, and resting contacts."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_ball_pushed_into_a_cushion_is_certified_up_to_it():
 
 
 def test_bounces_under_topspin_end_in_sustained_contact():
-    # Topspin drives the ball back into the one that it hit: ever lower, without end.
+    # Topspin drives the ball back into the ball that it hit, with ever lower bounces.
     scene = scene_of(
         ball((0.0, 0.0), (0.5, 0.0), angular_velocity=(0.0, 3000.0, 0.0)),
         ball((0.5, 0.0), mass=1e6),
@@ -68,7 +68,7 @@ def test_bounces_under_topspin_end_in_sustained_contact():
 
 
 def test_impacts_without_end_at_one_instant_are_certified_up_to_where_the_model_ends_them():
-    """Breaks where a proof follows thousands of impacts that our engine doesn't."""
+    """A proof must not compute thousands of impacts that Ghostball's engine doesn't compute."""
     radius = 2.0**-5
     places = [(radius * (2 * k + 1), 0.5) for k in range(3)]
     scene = scene_of(
@@ -91,7 +91,7 @@ def test_impacts_without_end_at_one_instant_are_certified_up_to_where_the_model_
 
 
 def test_bounces_under_sliding_friction_end_in_sustained_contact_too():
-    """Breaks where a proof follows bounces lower than doubles can tell: nothing slows a roll."""
+    """A proof must not compute bounces below double precision; here nothing slows rolling balls."""
     radius = 2.0**-5
     x = 0.5 + radius * math.sqrt(3.0)
     resting = [ball(place, radius=radius) for place in ((0.5, 0.0), (x, radius), (x, -radius))]

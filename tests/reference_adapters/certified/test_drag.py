@@ -1,4 +1,4 @@
-"""Rolling in air, proved: against closed forms and our engine."""
+"""Certified rolling in air, compared with closed forms and Ghostball's engine."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The certified engine as one of the reference engines: what a `Result` says of a proof."""
+"""The certified engine as a reference engine: certificates as a `Result`."""
 
 from __future__ import annotations
 

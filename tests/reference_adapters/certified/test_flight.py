@@ -1,4 +1,4 @@
-"""Proofs of flight: worked numbers and series, our engine on random jumps; what is undecided."""
+"""Certified flight: worked examples and series, Ghostball's engine on random jumps, open cases."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_a_dropped_ball_lands_and_bounces_as_a_geometric_series_says() -> None:
         for event, expected in zip(bounces, landings, strict=False):
             assert abs(middle(event.t) - expected) < mpf(10) ** -38
         assert abs(middle(end.t) - fall * (1 + mpf(e)) / (1 - mpf(e))) < mpf(10) ** -38
-        # The last bounce that is followed is the last that rises more than the lowest: e^2n h.
+        # The last separate bounce is the last one higher than the lowest bounce: e^2n h.
         heights = [mpf(e) ** (2 * n) * rise for n in range(len(bounces) + 1)]
         assert heights[-2] > LOWEST_BOUNCE * 2 * R >= heights[-1]
     assert [float(x) for x in certificate.positions[0]] == [0.5, 0.0, R]
@@ -88,14 +88,14 @@ def test_a_thrown_ball_lands_where_its_parabola_does() -> None:
         assert abs(x - (mpf(0.1) + mpf(1.5) * t)) < mpf(10) ** -30
         assert abs(y - (mpf(-0.2) + mpf(0.25) * t)) < mpf(10) ** -30
         assert z == mpf(R)
-        # Nothing slows the spin about the vertical in the air.
+        # In the air, nothing slows the vertical spin.
         assert middle(certificate.spins[0][2]) == 7
 
 
 @pytest.mark.parametrize(
     ("before", "velocity", "up", "spin"),
     [
-        # Worked numbers of the reference: mu 0.2, e 0.5; it slips, sticks, slips.
+        # Worked example for mu 0.2 and e 0.5: the ball slips, sticks, slips.
         (((2, 0), (0, 0, 0), -1), (1.7, 0), 0.5, (0, 26.246719160104987, 0)),
         (((0.5, 0), (0, 0, 40), -2), (0.35714285714285714, 0), 1, (0, 12.498437695288089, 40)),
         (
@@ -118,7 +118,7 @@ def test_the_table_returns_half_of_the_speed_and_rubs(before, velocity, up, spin
 @pytest.mark.parametrize("slip", [1e-3, 1e-4, 3e-5, 1e-6])
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.9])
 def test_bounces_that_are_not_followed_come_to_what_each_of_them_does(e, slip) -> None:
-    """Some slip through all bounces, some stick at one of them."""
+    """Some balls slip in all bounces, some stick in one bounce."""
     up, mu = 1.5e-4, 0.2
     with working_precision(212), mp.workdps(60):
         start = state((0.5, slip), (0, 0.5 / R, 3.0), up)
@@ -128,7 +128,7 @@ def test_bounces_that_are_not_followed_come_to_what_each_of_them_does(e, slip) -
         assert body.end_kind is CLOTH
         assert body.duration is not None
         ended = body.after_phase(body.duration, 2)
-        # Impact by impact, until nothing is left: the slip is along y, but for rounding.
+        # Impact by impact until the end; the slip is along y except for rounding.
         ux, uy = (mpf(str(u.mid().str(60, radius=False))) for u in start.slip)
         size = mp.sqrt(ux * ux + uy * uy)
         left, displacement, lasts, speed = size, mpf(0), mpf(0), mpf(up)
@@ -189,7 +189,7 @@ def check_against_the_engine(number: int, **having: str) -> Certificate:
     found = result.events[:known]
     assert keys(certificate) == [tuple(row) for row in found[["kind", "a", "b"]].tolist()]
     t = np.array([float(e.t) for e in certificate.events])
-    # Bounces off a cushion that friction pushes a ball to amplify rounding by a thousand and more.
+    # If friction pushes a ball to a cushion, its bounces amplify rounding by a thousand or more.
     assert found["t"] == pytest.approx(t, rel=1e-5, abs=1e-11)
     if certificate.proved:
         proof = result_of(scene, certificate, CertifiedSettings(), "trajectory")

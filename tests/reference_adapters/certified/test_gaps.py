@@ -1,4 +1,4 @@
-"""Gaps are searched in doubles first: a filter that changes nothing."""
+"""The search of gaps in doubles is a filter that doesn't change results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ghostball.reference_adapters.certified import (
 @pytest.mark.parametrize("scene", [*SHOTS.values(), *map(jump, (0, 3, 5))])
 def test_a_search_in_doubles_changes_nothing(scene, monkeypatch):
     fast = certify(scene, cached=False)
-    # With a margin that nothing passes every gap is searched in balls.
+    # With an infinite margin, every gap is searched in intervals.
     monkeypatch.setattr(gaps, "DOUBLES_ERROR", math.inf)
     thorough = certify(scene, cached=False)
     assert keys(fast) == keys(thorough)

@@ -1,4 +1,4 @@
-"""Impacts in the plane: whether balls part, by where their line of centres turns."""
+"""Impacts in the plane: the rotation of the line of centres decides whether balls separate."""
 
 from __future__ import annotations
 

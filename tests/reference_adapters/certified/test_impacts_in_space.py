@@ -1,4 +1,4 @@
-"""Impacts of balls that may leave the cloth: worked numbers, momentum, the cone of friction."""
+"""Impacts of airborne balls: worked examples, momentum, the friction cone."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NO_SPIN = {"angular_velocity": (0.0, 0.0, 0.0)}
 
 
 def test_a_ball_in_flight_meets_one_that_rests_at_the_root_of_a_quartic() -> None:
-    """The worked contact of the reference: e 0.95, without friction."""
+    """A worked example with e = 0.95, without friction."""
     balls = ball((0.0, 0.0), (2.0, 0.0, 0.8), **NO_SPIN), ball((0.3, 0.01), **NO_SPIN)
     scene = flying(*balls, ball_restitution=0.95, ball_friction=0.0, table_restitution=0.0)
     certificate = after(scene, 1)
@@ -28,7 +28,7 @@ def test_a_ball_in_flight_meets_one_that_rests_at_the_root_of_a_quartic() -> Non
     assert [float(v) for v in certificate.velocities[0]] == pytest.approx(
         (0.29050405037044281, -0.33463777488461412, 0.36845432862537209), rel=1e-14
     )
-    # The table takes all of the speed downwards at once, and rubs the ball's surface by mu as much.
+    # The table ends the downward velocity at once, with a friction of mu times this.
     push = scene.physics.sliding_friction * 0.78938256828468065
     vx, vy = 1.7094959496295572, 0.33463777488461412
     part = 1.0 - min(push / math.hypot(vx, vy), 2.0 / 7.0)
@@ -50,13 +50,13 @@ def test_unequal_balls_on_the_cloth_touch_where_their_surfaces_do() -> None:
     with mp.workdps(40):
         t = mpf(0.2) - 2 * mp.sqrt(mpf(small) * mpf(large))
         assert abs(middle(certificate.t_end) - t) < mpf(10) ** -30
-    # The small one hits below the middle of the large one, and lifts it.
+    # The small ball hits the large ball below its centre, and lifts it.
     assert float(certificate.velocities[1][2]) > 0.0
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_an_impact_in_space_keeps_momentum_and_takes_no_more_than_it_may(seed) -> None:
-    """Two balls in the air: no table answers, so that all of both is in their velocities."""
+    """For two balls in the air, without a reaction of the table, momentum is conserved."""
     chance = np.random.default_rng(seed)
     velocity = chance.uniform(-1.0, 1.0, 3)
     spins = chance.uniform(-60.0, 60.0, (2, 3))
@@ -80,7 +80,7 @@ def test_an_impact_in_space_keeps_momentum_and_takes_no_more_than_it_may(seed) -
     impulse = m[0] * (v[0] - before[0])
     along = impulse @ n
     assert np.linalg.norm(impulse - along * n) <= 0.1 * abs(along) * (1.0 + 1e-12)
-    # The spin changes by R n x J / I of either ball, with the same sign.
+    # The spin of each ball changes by R n x J / I, with the same sign.
     for k in range(2):
         turn = radii[k] * np.cross(n, impulse) / (0.4 * m[k] * radii[k] ** 2)
         assert w[k] - spins[k] == pytest.approx(turn, abs=1e-11)

@@ -1,4 +1,4 @@
-"""Impacts in balls where they are known to nothing or not at all.
+"""Impact laws for wide intervals, which may contain 0.
 
 That all laws are right is asked of whole shots: `test_api.py`, against the oracle.
 """
@@ -39,7 +39,7 @@ def test_equal_elastic_balls_swap_their_speeds_exactly():
 
 
 def test_a_slip_that_may_be_nothing_is_ended_by_friction():
-    # Stick or slip needs no decision where the impulse is the same: the friction that ends it.
+    # At the boundary of sticking and slipping, both impulses are equal, so no decision is needed.
     one = scene(0.0625, {"cushion": "mirror"}, masses=(0.17, 0.17))
     with working_precision(106):
         laws, zero = ImpactLaws(problem_of(one)), arb(0)

@@ -1,4 +1,4 @@
-"""Balls that overlap by a rounding: a meeting now, a later one, or none."""
+"""Bodies that overlap by rounding: a contact now, later, or never."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_balls_that_overlap_by_a_rounding_touch():
 
 
 def rail(vx, **fields):
-    """Return a ball that is beyond the left cushion by a rounding."""
+    """Return a ball that overlaps the left cushion by rounding."""
     place = (math.nextafter(R, 0.0), 0.5)
     return scene_of(
         ball(place, (vx, 0.0), **fields), table=Table(length=2.0, width=1.0), motion="sliding"
@@ -32,7 +32,7 @@ def test_a_ball_that_begins_beyond_a_cushion_by_a_rounding():
     assert keys(into)[0] == (1, 0, 0)
     assert float(into.events[0].t) == 0.0
     assert (1, 0, 0) not in keys(proved(rail(0.5)))
-    # Backspin brings it back: that is a meeting of its own.
+    # Backspin brings the ball back, which is a separate contact.
     back = proved(rail(0.3, angular_velocity=(0.0, -120.0, 0.0)))
     assert keys(back)[0] == (1, 0, 0)
     assert float(back.events[0].t) > 0.1

@@ -1,4 +1,4 @@
-"""A ball alone: it spins where it is, and ends with its last spin."""
+"""A single ball that spins in place; its motion ends with the spin."""
 
 from __future__ import annotations
 

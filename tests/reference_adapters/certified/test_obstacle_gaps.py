@@ -1,4 +1,4 @@
-"""Gaps to what stands on the table: corners, ends of sides, posts, noses."""
+"""Gaps to obstacles: corners, ends of sides, posts, noses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ghostball.reference_adapters.certified import (
 
 
 def test_a_ball_meets_a_corner_that_points_into_the_table_as_a_point():
-    """Head on, so that it goes back the way it came; its name is that of the side before it."""
+    """A ball that hits a corner head-on returns on its path; the corner has the name of a side."""
     scene = scene_of(
         ball((0.5, 0.5), (1.0, 1.0)),
         table=Table.model_validate({"vertices": ELL}),
@@ -48,7 +48,7 @@ def test_a_ball_that_passes_the_end_of_a_side_does_not_meet_its_line():
 @pytest.mark.parametrize("slip", [0.0, -20.0])
 @pytest.mark.parametrize("air", [0.0, 0.2])
 def test_a_ball_bounces_off_a_post(slip: float, air: float):
-    """Along the line of centres: the same post is met twice, with a cushion between."""
+    """A ball on the line of centres hits the same post twice, with a cushion contact between."""
     post = {"length": 2.0, "width": 1.0, "posts": [{"centre": (1.0, 0.5), "radius": 0.1}]}
     scene = scene_of(
         ball((0.5, 0.5), (4.0, 0.0), angular_velocity=(0.0, slip, 0.0)),
@@ -82,7 +82,7 @@ def test_a_ball_in_flight_meets_a_nose_at_the_root_of_a_quartic() -> None:
     before = [e for e in certificate.events if e.t.upper < event.t.lower]
     assert all(e.kind is CLOTH for e in before)
     assert len(before) == 1
-    # Of the second parabola: from the landing on, half as fast upwards.
+    # The second parabola starts at the landing, with half of the upward velocity.
     with mp.workdps(40):
         t0 = 2 * mpf(0.6) / mpf(G)
         up = mpf(0.6) / 2

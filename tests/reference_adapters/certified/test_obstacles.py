@@ -1,4 +1,4 @@
-"""Proofs on tables that aren't rectangles: closed forms, corners, and our engine beside them."""
+"""Certificates on non-rectangular tables, compared with closed forms and Ghostball's engine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ghostball.validation.truth.scene_truth import truth_of
 
 @pytest.mark.parametrize(("degrees", "goes"), [(68.2915, True), (68.2925, False)])
 def test_the_critical_angle_of_a_side_pocket_is_proved(degrees: float, goes: bool):
-    """Alciatore, technical proof 3.5: 68.292 degrees, by straight lines and mirrors."""
+    """Alciatore, technical proof 3.5: the largest angle is 68.292 degrees, for mirror cushions."""
     ends = []
     for aim in np.linspace(0.01294, 0.01300, 31):
         shot = into_side_pocket(degrees, float(aim), away=0.9, t_max=1.5)
@@ -36,7 +36,7 @@ SPIKE = [[0, 0], [3, 0], [3, 2], [1.6, 2], [1.5, 0.4], [1.4, 2], [0, 2]]
 @pytest.mark.parametrize("vertices", [U, SPIKE], ids=["U", "spike"])
 @pytest.mark.parametrize("velocity", [(2.0, 1.1), (1.3, -2.4), (-1.7, 2.2), (-0.6, -3.0)])
 def test_a_ball_that_is_behind_a_side_is_not_in_it(vertices, velocity):
-    """In one arm of a U a ball is behind the inner side of the other, and in front of its foot."""
+    """In one arm of a U, a ball is behind the inner side of the other arm, level with this side."""
     scene = scene_of(
         ball((2.5, 1.6), velocity),
         table=Table.model_validate({"vertices": vertices}),
@@ -54,7 +54,7 @@ def test_a_ball_that_is_behind_a_side_is_not_in_it(vertices, velocity):
 
 
 def test_only_ends_that_a_ball_can_meet_are_points():
-    """The corner of the L; none where a jaw begins, in a hole, or in a table's own corner."""
+    """The corner of an L can be hit, but not the start of a jaw, or a corner of a rectangle."""
     with working_precision(53):
         for table, count in (({"vertices": ELL}, 1), ("wpa-9ft", 0), (SIDE_POCKET, 0)):
             scene = Scene.model_validate(
@@ -71,7 +71,7 @@ def test_only_ends_that_a_ball_can_meet_are_points():
 
 
 def test_a_ball_between_two_rails_in_one_line_is_in_contact_with_both_and_meets_one():
-    """The two halves of the bottom cushion: after the bounce the other one's line is as near."""
+    """After a bounce off half of the bottom cushion, the line of the other half is equally near."""
     scene = scene_of(
         ball((2.0, 0.3), (1.0, -1.0)), table=Table.model_validate("wpa-9ft"), t_max=0.5
     )

@@ -1,4 +1,4 @@
-"""The oracle's root finder, and what it refuses.
+"""The oracle's root finder, and scenes that the oracle rejects.
 
 Its motion and its laws are checked by `test_api.py`: proofs hold the closed forms' answers,
 and the oracle's.
@@ -23,7 +23,7 @@ def _fifty_digits():
 class TestFirstEntry:
     @staticmethod
     def expanded(*roots, leading=1):
-        """Polynomial with the given roots, coefficients from the constant up."""
+        """Return the polynomial with the given roots; coefficients, the constant first."""
         coefficients = [mpf(leading)]
         for root in roots:
             shifted = [mpf(0), *coefficients]

@@ -1,4 +1,4 @@
-"""Proofs of balls in the air over pockets, posts and polygons."""
+"""Certificates with balls in the air above pockets, posts and polygons."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ ALOFT = tuple(how for how in ASPECTS["flight"] if how != "no")
 
 
 def thrown_at_side_pocket(height_there: float, distance: float, aside: float = 0.0) -> Certificate:
-    """Prove a level throw at the bottom side pocket; it is so high [m] after so far [m]."""
+    """Certify a ball thrown horizontally at the bottom side pocket.
+
+    `height_there` [m]: height of the ball after a horizontal distance `distance` [m].
+    """
     start = (SIDE.centre[0] + aside, 0.5, height_there + 0.5 * 9.81 * (distance / 2.0) ** 2)
     scene = {
         "name": "thrown",

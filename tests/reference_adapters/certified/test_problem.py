@@ -1,4 +1,4 @@
-"""What of a scene decides its motion: its very numbers, and nothing that only names it."""
+"""The motion of a scene depends on its exact numbers, and not on names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a proof goes: precision is raised until all is proved, or a limit ends it."""
+"""The precision of a proof is raised until everything is proved, or until a limit."""
 
 from __future__ import annotations
 

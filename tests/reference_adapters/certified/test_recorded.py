@@ -1,4 +1,4 @@
-"""The motion of a proved or integrated shot in air, as doubles have it, is that of our engine."""
+"""The recorded motion of certified and integrated shots in air agrees with Ghostball's engine."""
 
 import numpy as np
 import pytest
@@ -21,12 +21,12 @@ SHOTS = {
 }
 
 INTEGRATED = ("slides in a line", "slides")
-"""No proof covers these."""
+"""Integrated shots, which can't be certified."""
 
 
 @pytest.mark.parametrize("name", SHOTS)
 def test_the_recorded_motion_is_that_of_our_engine(name: str) -> None:
-    # Broken by a piece that is too long for its series, one that ends too soon, a wrong spin.
+    # Fails for a piece that is too long for its series, a piece that ends early, or a wrong spin.
     scene = SHOTS[name]
     ours = simulate(scene, record="trajectory")
     if name in INTEGRATED:
@@ -40,7 +40,7 @@ def test_the_recorded_motion_is_that_of_our_engine(name: str) -> None:
 
 
 def test_a_slide_of_no_length_is_a_parabola() -> None:
-    """Broken by powers of its inverse that overflow: a slip of 1e-17 m/s is a slip."""
+    """Powers of the inverse slip must not overflow: a slip of 1e-17 m/s is a slip."""
     slow = ball((0, 0), (1e-17, 0.0), angular_velocity=(0.0, 0.0, 0.0))
     scene = scene_of(slow, preset="pool", air_drag=0.004)
     segments = integrated_once(scene).segments

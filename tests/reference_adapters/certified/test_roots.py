@@ -1,4 +1,4 @@
-"""The first entry of a gap: isolated or refused, never missed."""
+"""The first entry of a gap is isolated or undecided, but never missed."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_double_root_stays_unsure(bits):
         found = first_entry([arb(1), arb(-2), arb(1)], arb(0.0), arb(3.0), bits)  # (s - 1)^2
     assert found.verdict == UNSURE
     assert found.low <= 1.0
-    # Up to there it is excluded, as far as the precision resolves a square.
+    # Before the bracket, an entry is excluded, as far as the precision resolves a square.
     assert 1.0 - float(found.low) < 2.0 ** (4 - bits / 2)
 
 
@@ -77,7 +77,7 @@ def test_wide_coefficients_are_unsure_where_the_sign_is():
     with working_precision(106):
         gap = [arb(1, 0.25), arb(-1)]
         found = first_entry(gap, arb(0.0), arb(4.0), 106)
-        # The root is anywhere in [0.75, 1.25]; one entry, wherever it is.
+        # The root is somewhere in [0.75, 1.25], and is a single entry in any case.
         assert found.verdict == ROOT
         assert found.low <= 0.75
         assert found.high >= 1.25

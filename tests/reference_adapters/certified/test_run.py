@@ -1,4 +1,4 @@
-"""A run in one precision: its last event, its end, and which ties are far enough apart."""
+"""A run with one precision: its last event, its end, and ties of separate balls."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ghostball.reference_adapters.certified.run import CertifiedRun
 
 
 def test_an_event_at_t_max_is_still_one():
-    # From 1/2 m to where the ball of 1/4 m touches the line x = 0, at 1 m/s: exactly 1/4 s.
+    # A ball with a radius of 1/4 m at x = 1/2 m, at 1 m/s, touches x = 0 after exactly 1/4 s.
     scene = scene_of(
         ball((0.5, 0.5), (-1.0, 0.0), radius=0.25),
         table=Table(length=4.0, width=4.0),
@@ -36,12 +36,12 @@ def test_an_end_near_t_max_is_distinguished_from_it():
     scene = scene_of(
         ball((0.0, 0.0), (0.6, 0.8)), rolling_friction=0.5, gravity=2.0, t_max=math.hypot(0.6, 0.8)
     )
-    assert certify(scene).proved  # off by a rounding, which is resolved
+    assert certify(scene).proved  # a rounding error, which the precision resolves
 
 
 @pytest.mark.parametrize(("speed", "separate"), [(1.0, True), (1e28, True), (1e32, False)])
 def test_a_tie_passes_only_where_no_ball_is_fast_enough_to_reach_it(speed, separate):
-    """Breaks where balls are taken to be slower than scenes may have them: here 1 m is left."""
+    """The bound on speeds must hold in all scenes; here another ball starts 1 m away."""
     scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0), (0.0, speed)), t_max=1.0)
     one = SimpleNamespace(balls=(0,))
     assert (
@@ -54,7 +54,7 @@ def test_a_tie_passes_only_where_no_ball_is_fast_enough_to_reach_it(speed, separ
 def test_two_contacts_of_a_ball_have_an_order_only_if_their_gaps_differ_by_more_than_touching(
     gap, ending
 ):
-    """Breaks where a gap that no engine in doubles can tell decides what comes first."""
+    """A gap that no engine in doubles can resolve must not decide the order of events."""
     reach = 2.0 * R
     first = (0.5 * reach, 0.5 * math.sqrt(3.0) * reach)
     second = (0.5 * (reach + gap), -0.5 * math.sqrt(3.0) * (reach + gap))
@@ -64,6 +64,6 @@ def test_two_contacts_of_a_ball_have_an_order_only_if_their_gaps_differ_by_more_
     if ending == "ambiguous":
         assert proof.reason.startswith("can't determine what comes first: ")
         assert len(proof.events) == 0
-    # Whoever comes alone comes in any case.
+    # A single candidate needs no decision about the order.
     alone = scene_of(ball((-1e-12, 0.0), (1.0, 0.0)), ball(second), t_max=0.01)
     assert certify(alone, cached=False).proved

@@ -1,4 +1,4 @@
-"""How far a proof may go: settings that are none."""
+"""Invalid limits of a proof."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sliding in air: no proof covers it, but of a cloth without friction, and says so."""
+"""Slides in air can't be certified, except on a cloth without friction, and the error says so."""
 
 import math
 
@@ -30,7 +30,7 @@ def test_a_shot_that_begins_with_a_slide_in_air_is_refused_by_name() -> None:
 
 
 def test_a_proof_ends_where_a_slide_in_air_begins() -> None:
-    """A ball that rolls slides from its first cushion on: what comes before is proved."""
+    """A rolling ball slides after its first cushion contact; the part before is certified."""
     scene = scene_of(ball((0.5, 0.5), (3.0, 1.0)), table=POOL_TABLE, **POOL)
     certificate = certify(scene, cached=False)
     assert certificate.ending == "ambiguous"

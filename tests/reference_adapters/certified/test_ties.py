@@ -1,4 +1,4 @@
-"""Impacts at one instant: proved where they are so exactly, or where their order doesn't matter."""
+"""Simultaneous impacts: certified if exactly simultaneous, or if their order doesn't matter."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ghostball.reference_adapters.certified import certify
 from ghostball.validation.scenes.library import find_scene
 
 R = 2.0**-5
-"""Radius [m]: with it, what touches along an axis does so exactly."""
+"""Radius [m] with which bodies touch exactly along an axis."""
 
 BOX = Table(length=1.0, width=1.0)
 
@@ -33,31 +33,31 @@ def small(place, velocity=(0.0, 0.0), **fields):
 
 
 def pair_of_two(**physics) -> Scene:
-    """Return a ball that goes between two that rest apart, mirror images of each other."""
+    """Return a ball that moves between two resting balls, which are mirror images."""
     balls = [small((0.0, 0.0), (2.0, 0.0)), small((0.5, 0.04)), small((0.5, -0.04))]
     return scene_of(*balls, t_max=0.6, **physics)
 
 
 def triangle(**physics) -> Scene:
-    """Return a straight break of three balls that touch but for rounding."""
+    """Return a head-on break of three balls that touch to within rounding."""
     x = 0.5 + R * math.sqrt(3.0)
     balls = [small((0.5, 0.0)), small((x, R)), small((x, -R))]
     return scene_of(small((0.3, 0.0), (2.0, 0.0)), *balls, t_max=0.3, **physics)
 
 
 def cornered(velocity=(-1.0, -1.0), start=0.0, **physics) -> Scene:
-    """Return a ball that goes into a corner along its bisector, or slanting where it touches it."""
+    """Return a ball that moves into a corner: along the bisector, or obliquely while touching."""
     return scene_of(small((R + start, R + start), velocity), table=BOX, t_max=0.5, **physics)
 
 
 def column(**physics) -> Scene:
-    """Return a ball that is pushed against another, which lies on a cushion, from the start."""
+    """Return a ball that is pushed, from the start, against a ball that touches a cushion."""
     balls = [small((5.0 * R, 0.5), (-1.0, 0.0)), small((3.0 * R, 0.5)), small((R, 0.5))]
     return scene_of(*balls, table=BOX, t_max=0.2, **physics)
 
 
 def square(**physics) -> Scene:
-    """Return a ball that touches two others at a right angle, and goes between them."""
+    """Return a ball that touches two balls at right angles, and moves between them."""
     balls = [small((0.0, 0.0), (1.0, 0.5)), small((2.0 * R, 0.0)), small((0.0, 2.0 * R))]
     return scene_of(*balls, t_max=0.2, **physics)
 
@@ -79,7 +79,7 @@ AT_ONCE = {
 
 @pytest.mark.parametrize("name", AT_ONCE)
 def test_impacts_at_once_end_as_our_engine_says(name):
-    """Two programs that share no code: breaks where one of them has another law."""
+    """Two programs without common code must have the same law."""
     scene = AT_ONCE[name]
     proof, run = proved(scene), simulate(scene)
     assert keys(proof) == engine_keys(scene)
@@ -91,7 +91,7 @@ def test_impacts_at_once_end_as_our_engine_says(name):
 def test_a_ball_that_hits_two_that_touch_comes_back_with_a_fifth_of_its_speed():
     proof = after(find_scene("three-ball-symmetric"), 2)
     (cue, cue_y), left, right = ([float(v) for v in ball] for ball in proof.velocities)
-    # Momentum and energy, and the line of centres at 30 degrees.
+    # From momentum and energy, with lines of centres at 30 degrees.
     assert left[0] == pytest.approx(-3.0 * cue, rel=1e-12)
     assert left[1] == pytest.approx(-math.sqrt(3.0) * cue, rel=1e-12)
     assert right == pytest.approx([left[0], -left[1]], rel=1e-12)
@@ -135,11 +135,11 @@ def test_the_order_of_two_sides_matters_only_where_the_first_changes_what_the_se
 @pytest.mark.parametrize(
     "scene",
     [
-        # No engine in doubles can tell which of them comes first.
+        # No engine in doubles can decide which impact comes first.
         scene_of(
             small((0.0, 1e-18), (2.0, 0.0)), small((0.5, 0.04)), small((0.5, -0.04)), t_max=0.6
         ),
-        # Here the scene says that one is first, and not which.
+        # The scene requires an order of the impacts, but doesn't determine it.
         pair_of_two(impacts="sequential"),
         cornered(impacts="sequential"),
     ],

@@ -1,4 +1,4 @@
-"""Engines in JavaScript against closed forms, where node and their packages are there."""
+"""JavaScript engines compared with closed forms, if Node.js and their packages are installed."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_in_exact_steps_a_shot_is_right_to_nanometres(name: str) -> None:
 
 @pytest.mark.parametrize("name", IN_DOUBLES)
 def test_what_the_cloth_does_is_that_of_the_other_adapters(name: str) -> None:
-    # No contact: only the closed form, and so nothing but rounding, sampled on the way too.
+    # Without contacts, only the closed form and rounding are involved, also between the ends.
     for scene in map(find_scene, ("sliding-swerve", "roll-distance", "stop")):
         result, truth = run_engine(make_engine(name), scene), simulate(scene, record="trajectory")
         assert result.status is truth.status
@@ -67,7 +67,7 @@ def test_what_the_cloth_does_is_that_of_the_other_adapters(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_cut_is_late_by_a_part_of_the_step_and_a_smaller_step_mends_it(name: str) -> None:
     spec = f"{name}:bullet=no" if name == "planck" else name
-    sides = 0.8 if name == "matter-js" else 0.0  # half a side's angle of 240
+    sides = 0.8 if name == "matter-js" else 0.0  # half of the angle of one of 240 sides
     coarse, fine = (np.abs(cut_angles(spec, dt)).max() for dt in (1e-3, 1e-4))
     assert coarse < 0.8 + sides
     assert fine < 0.08 + sides
@@ -80,8 +80,8 @@ def test_bullets_of_planck_meet_where_they_touch() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_simultaneous_impacts_come_to(name: str) -> None:
-    # Findings: racks keep their energy; and balls that touch without overlap aren't in contact yet,
-    # so that a line of them plays one collision after another.
+    # Findings: racks conserve energy; balls that touch without overlap aren't in contact, so a line
+    # of balls has successive collisions.
     assert shares(name, frozen_line()) == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
     assert np.abs(energy_ratios(name, rack()) - 1.0).max() < 1e-6
 
@@ -117,7 +117,7 @@ exports.World = class {
 
 @pytest.fixture
 def loops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Put a planck that chatters, and loops, where it is looked for."""
+    """Install a fake planck that prints, and then loops."""
     package = tmp_path / "node_modules" / "planck"
     package.mkdir(parents=True)
     (package / "package.json").write_text('{"version": "1.0.0", "main": "index.js"}')

@@ -1,4 +1,4 @@
-"""Node and the packages that aren't there, or aren't what they should be; with a fake node."""
+"""Missing or wrong versions of Node.js and of packages, tested with a fake Node.js."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ Node = Callable[..., None]
 
 @pytest.fixture
 def node(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Node:
-    """Put a fake node on the PATH, alone, and a package of planck where it is looked for."""
+    """Put only a fake `node` on the PATH, and install a fake package of planck."""
     package = tmp_path / "node_modules" / "planck"
     package.mkdir(parents=True)
     (package / "package.json").write_text('{"version": "9.8.7"}')

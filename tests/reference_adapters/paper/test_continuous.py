@@ -1,4 +1,4 @@
-"""The paper's Algorithm 1: faithful to the print, the collisions it misses included."""
+"""The paper's Algorithm 1, exactly as printed, including the collisions that it misses."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def head_on(speed: float, **scene) -> Scene:
 
 
 def break_shot(count: int, seed: int, gap: float = 1e-4, **scene) -> Scene:
-    """`count` balls: a rack `gap` apart, and a cue ball a little off the line at 6 m/s."""
+    """Return a break of `count` balls with gaps of `gap`; the cue ball is off the axis at 6 m/s."""
     rng = np.random.default_rng(seed)
     pitch = 2 * R + gap
     rack = [
@@ -59,7 +59,7 @@ def break_shot(count: int, seed: int, gap: float = 1e-4, **scene) -> Scene:
 
 
 def slanting_chase(**scene) -> Scene:
-    """Ball b flees slowly along x; a comes up behind, aslant and fast: contact after 18 ms.
+    """Return ball b that moves slowly along x, and a faster ball a behind it: contact after 18 ms.
 
     Along the line of centres b loses speed at the full mu g, a at less than half of it: the gap
     closes faster than the straight lines say.
@@ -70,7 +70,7 @@ def slanting_chase(**scene) -> Scene:
 
 
 def gaps(result: Result) -> np.ndarray:
-    """Gap of every pair in every recorded frame, (k, pairs) [m]."""
+    """Return the gap of every pair in every recorded frame, (k, pairs) [m]."""
     at = result.trajectory.positions
     i, j = np.triu_indices(at.shape[1], 1)
     return np.linalg.norm(at[:, i] - at[:, j], axis=2) - 2 * R
@@ -82,7 +82,7 @@ def test_without_friction_a_collision_is_found_at_its_instant():
     t_contact = (0.7 - 2 * R) / 2.0
     assert collision["t"] == pytest.approx(t_contact, abs=1e-14)
     assert (collision["kind"], collision["a"], collision["b"]) == (EventKind.BALL_BALL, 0, 1)
-    # A collision that stops the ball brings it to rest at that instant.
+    # A ball stopped by a collision rests from that time.
     assert (rest["kind"], rest["t"], rest["a"]) == (EventKind.ROLL_TO_REST, collision["t"], 0)
     assert result.final_state.velocities[0].tolist() == [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]
     expected = [1.2 - 2 * R, 1.2 + 2.0 * (1.0 - t_contact)]
@@ -95,7 +95,7 @@ def test_a_ball_too_fast_for_the_discrete_engine_is_caught():
 
 
 def test_head_on_with_friction_ends_near_the_closed_form():
-    """The only error is that of the straight steps: about v frame / 2 in all."""
+    """The only error is that of the straight steps, in total about v times half a frame."""
     result = engine().simulate(head_on(1.0))
     total = 1.0 / (2 * DECELERATION)
     assert result.collision_counts["ball-ball"] == 1
@@ -119,7 +119,7 @@ def test_two_collisions_at_one_instant_are_both_solved():
 
 
 def test_a_blow_runs_through_a_touching_line():
-    """One pass of the double loop carries it on; order and count are those of a cradle."""
+    """One pass of the double loop transfers the impulse, with order and number as in a cradle."""
     line = [Ball(id=f"{k}", position=(1.0 + 2 * R * k, 0)) for k in range(3)]
     cue = Ball(id="cue", position=(0.5, 0), velocity=(1, 0))
     scene = scene_of(cue, *line, t_max=1.0, physics=FRICTIONLESS)
@@ -128,13 +128,13 @@ def test_a_blow_runs_through_a_touching_line():
         (EventKind.BALL_BALL, 0, 1),
         (EventKind.BALL_BALL, 1, 2),
         (EventKind.BALL_BALL, 2, 3),
-        (EventKind.ROLL_TO_REST, 0, -1),  # balls 1 and 2 pass the blow on and never move
+        (EventKind.ROLL_TO_REST, 0, -1),  # balls 1 and 2 transfer the impulse and never move
     ]
     assert result.final_state.velocities[0, :, 0] == pytest.approx([0, 0, 0, 1], abs=1e-12)
 
 
 def test_each_pair_is_visited_twice_at_an_instant():
-    """Ball 1 hits 2, which touches 0: only the second visit, (2, 0), carries it on at once."""
+    """Ball 1 hits ball 2, which touches ball 0: the second visit, (2, 0), transfers the impulse."""
     balls = [
         Ball(id="end", position=(1.0 + 2 * R, 0)),
         Ball(id="cue", position=(0.5, 0), velocity=(1, 0)),
@@ -146,7 +146,7 @@ def test_each_pair_is_visited_twice_at_an_instant():
 
 
 def test_a_cushion_is_found_late_unless_searched():
-    """Figure 3. Algorithm 1 searches balls only: the ball turns up to v times a frame beyond."""
+    """Figure 3: Algorithm 1 doesn't search cushions, so a ball turns up to v times a frame late."""
     cue = Ball(id="cue", position=(2.4, 0.6), velocity=(2.0, 0.5))
     scene = scene_of(cue, table=TABLE, t_max=0.1, physics=FRICTIONLESS)
     late = engine().simulate(scene, record="trajectory")
@@ -161,12 +161,12 @@ def test_a_cushion_is_found_late_unless_searched():
 
 
 def test_figure_2_friction_within_a_frame_makes_it_miss():
-    """The mechanism of the paper's misses, alone: the balls go through each other."""
+    """The mechanism of the missed collisions in isolation: the balls pass through each other."""
     missed = engine().simulate(slanting_chase(), record="trajectory")
     assert missed.collision_counts["ball-ball"] == 0
     assert missed.work["overlaps"] == 1
     assert gaps(missed).min() < -1e-3
-    # Each part of the explanation, taken away, brings the collision back.
+    # Without any one part of the explanation, the collision happens.
     frictionless = engine().simulate(slanting_chase(physics=FRICTIONLESS))
     finer = engine(frame=1e-4).simulate(slanting_chase())
     kent = engine(overlaps="collide").simulate(slanting_chase())
@@ -176,7 +176,7 @@ def test_figure_2_friction_within_a_frame_makes_it_miss():
 
 
 def test_sixteen_balls_miss_collisions_here_and_there_and_eight_fewer():
-    """Section 3.2's own report. A repaired algorithm would miss none."""
+    """The observation in section 3.2; a corrected algorithm would miss no collision."""
     missed = {}
     for count in (8, 16):
         results = [engine().simulate(break_shot(count, seed)) for seed in range(10)]
@@ -189,14 +189,14 @@ def test_sixteen_balls_miss_collisions_here_and_there_and_eight_fewer():
 
 
 def test_the_misses_are_clipping_and_without_friction_there_are_none():
-    """Largest overlap in the recorded frames; the counter and the trajectory must agree."""
+    """The counter of overlaps and the recorded frames must agree."""
     results = [engine().simulate(break_shot(16, seed), record="trajectory") for seed in range(4)]
     for result in results:
         overlapping = gaps(result) < -engine().settings.tolerance
         assert np.any(overlapping) == (result.work["overlaps"] > 0)
     assert min(gaps(result).min() for result in results) < -5e-3
-    # The rule of the paper's source, that overlapping balls collide now, leaves what friction makes
-    # of one frame.
+    # With the rule of the paper's source, overlapping balls collide at once: only the overlap from
+    # friction in one frame remains.
     for seed in range(4):
         scene = break_shot(16, seed)
         result = engine(overlaps="collide").simulate(scene, record="trajectory")

@@ -1,4 +1,4 @@
-"""The paper's fixed steps: faithful to the print, clipping of Figure 2 included."""
+"""The paper's fixed steps, exactly as printed, including the clipping of Figure 2."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_head_on_balls_swap_velocities():
 
 
 def test_overlapping_balls_are_pulled_apart_by_half_each():
-    """Contact 3/4 into a step: found 1/4 step too late, so each ball is moved back by half that."""
+    """A contact at 3/4 of a step is detected 1/4 step late; each ball is moved back by half."""
     distance = 1.2 - 0.5 - 2 * R
     speed = distance / (0.02 * 10.75)
     result = engine().simulate(head_on(speed, t_max=0.22, physics=FRICTIONLESS))
@@ -68,7 +68,7 @@ def test_overlapping_balls_are_pulled_apart_by_half_each():
 
 
 def test_figure_2_a_fast_ball_passes_through_another():
-    """At 8 m/s a step is 0.16 m, more than the 4 R on which balls overlap: nothing is seen."""
+    """At 8 m/s a step is 0.16 m, more than the overlap length 4 R, so no collision is detected."""
     scene = head_on(8.0, start=1.2 - 0.16 * 3.5, t_max=0.2, physics=FRICTIONLESS)
     result = engine().simulate(scene)
     assert result.collision_counts["ball-ball"] == 0
@@ -87,7 +87,7 @@ def test_figure_2_a_frame_shows_balls_inside_each_other():
 
 
 def test_once_past_the_centre_a_separating_pair_collides_as_printed():
-    """Found 18 mm beyond, the balls already separate; the print collides them still."""
+    """Detected 18 mm late, the balls already separate, but collide in the algorithm as printed."""
     scene = head_on(4.0, start=1.2 - 2 * R - 0.005, t_max=0.02, physics=FRICTIONLESS)
     printed = engine().simulate(scene)
     asking = engine(react="approaching").simulate(scene)
@@ -114,7 +114,7 @@ def test_coincident_centres_are_left_and_counted():
     ],
 )
 def test_a_cushion_mirrors_and_puts_the_ball_back(cushion, position, velocity, end):
-    """Past the cushion in the third step, put back to touch it, then two steps inwards."""
+    """The ball passes the cushion in the third step, is moved back, and moves inwards two steps."""
     cue = Ball(id="cue", position=position, velocity=velocity)
     scene = Scene(name="wall", balls=[cue], table=TABLE, t_max=0.1, physics=FRICTIONLESS)
     result = engine().simulate(scene, record="events")
@@ -136,7 +136,7 @@ def test_t_max_is_met_by_a_shorter_last_step():
 
 @pytest.mark.parametrize("settings", [{"max_time": 1.0}, {"max_time": 8.0, "stop": "never"}])
 def test_a_run_that_does_not_end_says_so(settings):
-    """With stop="never" a ball due to rest after 5.1 s still trembles at 8 s."""
+    """With stop="never", a ball that should rest after 5.1 s still oscillates at 8 s."""
     result = engine(**settings).simulate(roll(1.0))
     assert result.status is Status.STEP_LIMIT
     assert "`max_time`" in result.reason

@@ -1,4 +1,4 @@
-"""The paper's rule for turning balls (5.3), shown to be what it is beside the exact turn."""
+"""The paper's rule for rotating balls (5.3), compared with the exact rotation."""
 
 import math
 
@@ -17,18 +17,18 @@ def angle_between(p, q):
 
 
 def backwards(q):
-    """Return the orientation after the same turns the other way round."""
+    """Return the orientation after the opposite rotations."""
     return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def frames_of(result, dt):
-    """Return the frames until rest: their instants, and the velocities that the paper would see."""
+    """Return the frames until rest: times, and velocities in the paper's algorithm."""
     times = dt * np.arange(1, math.floor(result.rest_time / dt) + 1)
     return times, result.sample(times).velocities
 
 
 def test_at_a_steady_speed_it_turns_exactly_as_far_as_the_ball_rolls_but_backwards():
-    """Breaks where somebody mends the printed axis: the baseline shows what was printed."""
+    """The axis must stay as printed, because the rule documents the paper."""
     steady = scene_of(ball((0, 0), (0.6, -0.8)), rolling_friction=0.0, t_max=1.0)
     exact = simulate(steady, record="trajectory").orientation([1.0])[0, 0]
     velocities = np.tile([0.6, -0.8, 0.0], (50, 1, 1))
@@ -39,7 +39,7 @@ def test_at_a_steady_speed_it_turns_exactly_as_far_as_the_ball_rolls_but_backwar
 
 @pytest.mark.parametrize("dt", [0.02, 0.01, 0.005])
 def test_of_a_ball_that_slows_it_misses_half_of_what_each_frame_takes_from_the_speed(dt):
-    """To first order in the frame: v0 dt / 2 of way over a whole roll, 1 rad at 20 ms and 3 m/s."""
+    """The error is v0 dt / 2 over a whole roll: 1 rad for 20 ms and 3 m/s."""
     v = 3.0
     result = simulate(scene_of(ball((0, 0), (v, 0))), record="trajectory")
     times, velocities = frames_of(result, dt)
@@ -50,7 +50,7 @@ def test_of_a_ball_that_slows_it_misses_half_of_what_each_frame_takes_from_the_s
 
 
 def test_of_a_ball_that_slides_or_spins_it_knows_nothing():
-    """A stunned ball doesn't turn at first, one that spins on the spot does: not by the rule."""
+    """The rule is wrong for a stunned ball, and for a ball that spins in place."""
     slides = scene_of(
         ball((0, 0), (2, 0), angular_velocity=(0, 0, 0)), motion="sliding", t_max=0.01
     )

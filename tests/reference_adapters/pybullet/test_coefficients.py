@@ -1,4 +1,4 @@
-"""Each law of a scene is a product of two bodies' factors, as Bullet multiplies them."""
+"""Each coefficient of a scene is the product of the factors of two bodies, as in Bullet."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def test_pairs_multiply_to_what_the_scene_says(restitution, friction):
 
 @pytest.mark.parametrize("friction", [0.0, 0.06])
 def test_moments_slow_a_ball_that_rolls_and_one_that_spins_as_the_scene_says(friction):
-    """Bullet's moment is a length times the table's friction times the weight."""
+    """Bullet's torque is a length times the table's friction times the weight."""
     cloth = {name: LAWS[name] for name in list(LAWS)[:5]}
     scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0)), ball_friction=friction, **cloth)
     one = Coefficients.of(scene, planar=False)
-    slowed = one.rolling_friction * one.table_friction * G / (1.4 * R)  # of a mass of 1
+    slowed = one.rolling_friction * one.table_friction * G / (1.4 * R)  # for a mass of 1
     assert slowed == pytest.approx(ROLLING * G)
     spin = one.spinning_friction * one.table_friction * G / (0.4 * R * R)
     assert spin == pytest.approx(SPINNING)

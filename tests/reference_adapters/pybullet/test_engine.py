@@ -1,4 +1,4 @@
-"""The pybullet adapter: what it refuses, its settings, and its manners.
+"""The pybullet adapter: unsupported scenes, settings, and side effects.
 
 What it computes is tested in `test_rolling` and `test_sliding`. On a Python
 without pybullet the tests that run it are skipped with the adapter's own reason; the others run.
@@ -76,7 +76,7 @@ def test_refuses_what_bullet_lacks_and_says_why(name: str) -> None:
 def test_steps_and_kernels_by_configuration(
     settings: dict[str, Any], step: float, kernels: tuple[str, ...]
 ) -> None:
-    """Fails where pybullet's own step is another."""
+    """The naive step must be pybullet's default."""
     chosen = PybulletSettings(**settings)
     assert (chosen.step, chosen.iterations) == (step, 50)
     assert chosen.kernels == (*kernels, "cloth between steps")
@@ -99,7 +99,7 @@ def test_exact_steps_refuse_flight_and_fixed_ones_play_it() -> None:
     assert any(why.startswith("no airborne balls") for why in caught.value.features)
     assert missing_features(PybulletEngine().capabilities, scene) == ()
     x, y, z = run(scene).final_state.positions[0, 0]
-    # It falls freely, but for what semi-implicit steps of 1 ms add: g t dt / 2.
+    # Free fall, plus the error of semi-implicit steps of 1 ms, g t dt / 2.
     assert (x, y) == pytest.approx((0.2, 0.0), abs=1e-12)
     fall = scene.physics.gravity * 0.2 / 2
     assert z == pytest.approx(0.5 - fall * (0.2 + 1e-3), abs=1e-9)

@@ -1,4 +1,4 @@
-"""pybullet where it isn't, and where it is imported."""
+"""A missing pybullet, and its import."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bullet in the plane against closed forms: what it promises and what it counts.
+"""Bullet in the plane, compared with closed forms.
 
 Scenes use mu = 0.1 where nothing depends on it, to be short. On a Python without pybullet these
 tests are skipped with the adapter's own reason.
@@ -45,8 +45,8 @@ def log(result: Result) -> list[tuple[str, int, int]]:
 
 @pytest.mark.parametrize("dt", [1e-3, 7e-3, 0.5])
 def test_a_ball_stops_where_the_closed_form_says_at_any_step(dt: float) -> None:
-    # A missing half kick is off by v dt/2; a threshold for rest by its own distance. That it rests
-    # is seen as the step ends.
+    # Without the half kick the error is v dt / 2; a threshold for rest adds its own distance. Rest
+    # is detected at the end of a step.
     result = run(shot({"position": (0, 0), "velocity": (0.6, 0.8)}), dt=dt)
     deceleration = 0.1 * G
     distance = 1.0 / (2.0 * deceleration)
@@ -71,13 +71,13 @@ def test_only_the_cushions_that_exist_are_hit_and_each_by_its_index(cushion: Any
 
 
 def test_a_ball_that_only_rolls_along_a_cushion_does_not_hit_it() -> None:
-    # Bullet lists a plane this near as a contact, without a force.
+    # Bullet lists a plane this close as a contact without force.
     scene = shot({"position": (0.1, R + 1e-4), "velocity": (1, 0)}, table=TABLE)
     assert run(scene).collision_counts["ball-cushion"] == 0
 
 
 def test_the_naive_configuration_keeps_what_pybullet_does_on_its_own() -> None:
-    # Its damping: v' = -mu g - k (1 + v) v with k = 0.04 1/s, so x = integral of v dv / -v'.
+    # Bullet's damping: v' = -mu g - k (1 + v) v with k = 0.04 1/s, so x = integral of v dv / -v'.
     scene = shot({"position": (0, 0), "velocity": (1, 0)})
     v = (np.arange(1000) + 0.5) / 1000
     expected = float(np.mean(v / (0.1 * G + 0.04 * (1 + v) * v)))
@@ -91,7 +91,7 @@ def test_the_naive_configuration_keeps_what_pybullet_does_on_its_own() -> None:
 
 @pytest.mark.parametrize("speed", [1.0, 1e6, 1e8])
 def test_exact_steps_at_speeds_that_close_a_gap_sooner_than_bullet_steps(speed: float) -> None:
-    """Fails likewise: balls that touch would stay where they are, step after step."""
+    """Touching balls must not stay in place step after step."""
     scene = shot(
         {"position": (0, 0), "velocity": (speed, 0)},
         {"position": (0.3, 0)},
@@ -100,7 +100,7 @@ def test_exact_steps_at_speeds_that_close_a_gap_sooner_than_bullet_steps(speed: 
     )
     result = run(scene, contact_steps="exact", max_steps=100)
     assert result.status is Status.T_MAX
-    assert log(result) == [("ball-ball", 0, 1)]  # which stops one of them, not the cloth
+    assert log(result) == [("ball-ball", 0, 1)]  # the collision stops one ball, not the cloth
     resolution = PybulletEngine(PybulletSettings(contact_steps="exact")).resolution(scene)
     assert resolution == max(1e-10, speed * 2.0**-52)
     contact = 0.3 - 2.0 * R
@@ -111,7 +111,7 @@ def test_exact_steps_at_speeds_that_close_a_gap_sooner_than_bullet_steps(speed: 
 
 @pytest.mark.parametrize("steps", ["fixed", "exact"])
 def test_the_hardest_impulses_are_bullets(steps: str) -> None:
-    """Fails where Bullet is given an impulse beyond its bound: they continue into each other."""
+    """An impulse above Bullet's limit would let the balls move into each other."""
     scene = shot(
         {"position": (0, 0), "velocity": (4000, 0), "mass": 1e6},
         {"position": (0.3, 0), "mass": 1e6},

@@ -1,4 +1,4 @@
-"""Bullet in space against closed forms and our engine: slides, spin, and impacts with friction.
+"""Bullet in 3D, compared with closed forms and Ghostball's engine: slides, spin, and friction.
 
 Our engine is the reference where the capabilities say how far Bullet is from the scene's law. On a
 Python without pybullet these tests are skipped with the adapter's own reason.
@@ -24,10 +24,10 @@ TABLE = Table(length=2.0, width=1.0)
 SLIDING = {"motion": "sliding", "rolling_friction": 0.05, "sliding_friction": 0.2}
 
 TINY = 1e-6
-"""Step in which an impact is seen [s]: half of it late, and nothing else happens meanwhile."""
+"""Step in which an impact is detected [s], half a step late; it is too short for other effects."""
 
 LATE = 2e-4
-"""What that lateness and the cloth of a few steps change, in units of the speed, or in radians.
+"""Effect of the late detection and of the cloth in a few steps, relative to the speed, or in rad.
 
 Up to v TINY tan(60) / 4R = 3e-5 at 2 m/s, and 20 steps of 2 m/s^2 = 4e-5 m/s, for each ball.
 """
@@ -52,7 +52,7 @@ def cut_shot(
     of: dict[str, Any] | None = None,
     **physics: Any,
 ) -> Scene:
-    """A collision at an angle of `cut` [rad], half of `TINY` ahead, and a few steps more."""
+    """Return a collision at an angle `cut` [rad] after half of `TINY`, and a few more steps."""
     of = of or {}
     reach = 2 * of.get("radius", R) * (1 + 1e-12)
     return scene_of(
@@ -64,7 +64,7 @@ def cut_shot(
 
 
 def rolling_velocities(result: Result) -> NDArray[np.float64]:
-    """What the balls have once they roll, (n, 2) [m/s]: v - 2/7 u, whatever the cloth."""
+    """Return the velocities once the balls roll, (n, 2) [m/s]: v - 2/7 u, on any cloth."""
     radii = result.scene.radii
     v, w = result.final_state.velocities[0], result.final_state.angular_velocities[0]
     slip = np.column_stack([v[:, 0] - radii * w[:, 1], v[:, 1] + radii * w[:, 0]])
@@ -81,8 +81,8 @@ def test_a_stun_shot_slides_then_rolls() -> None:
     result = run(scene, record="trajectory", dt=dt)
     slide, roll = result.events
     assert log(result) == [("slide-to-roll", 0, -1), ("roll-to-rest", 0, -1)]
-    # Events are seen at the end of a step, positions are short by up to v dt/2, and in half of the
-    # step that ends the slide the ball is slowed as one that rolls.
+    # Events are detected at the end of a step, positions are short by up to v dt / 2, and in half
+    # of the step that ends the slide, the ball has rolling friction.
     assert float(slide["t"]) == pytest.approx(2 / (7 * 0.2 * G), abs=dt)
     state = result.sample([slide["t"]])
     rolls_with = 5 / 7 - 0.05 * G * dt / 2
@@ -99,7 +99,7 @@ def test_a_stun_shot_slides_then_rolls() -> None:
 
 
 def test_ball_friction_throws_by_its_coefficient() -> None:
-    # A stunned collision whose surfaces slip is thrown by atan(mu) [Alciatore A.14].
+    # A stun shot with slipping surfaces has a throw of atan(mu) [Alciatore A.14].
     mu, cut = 0.05, math.radians(30)
     result = run(cut_shot(cut, 1.0, ball_friction=mu), dt=TINY)
     direction = result.final_state.velocities[0, 1]
@@ -108,7 +108,7 @@ def test_ball_friction_throws_by_its_coefficient() -> None:
 
 
 def test_a_ball_that_friction_lifts_bounces() -> None:
-    # A rolling cue ball that hits another full leaves the cloth at mu (1 + e) v / 2 [B.5].
+    # A rolling cue ball in a full hit leaves the cloth with mu (1 + e) v / 2 [B.5].
     scene = cut_shot(0.0, 1.0, (0, 1 / R, 0), ball_friction=0.05, ball_restitution=0.9)
     lifted = run(scene, dt=TINY).final_state.velocities[0, :, 2]
     fallen = G * scene.t_max
@@ -122,7 +122,7 @@ def test_a_ball_that_friction_lifts_bounces() -> None:
 def test_ball_friction_differs_from_the_law_as_the_capabilities_say(
     turns: int, mu: float, change: float
 ) -> None:
-    """Our engine, whose law leaves the cloth out, against Bullet; -1 has as much backspin.
+    """Ghostball's engine, whose law ignores the cloth, compared with Bullet; -1 is backspin.
 
     Compared once all roll. Exact where nothing rubs up or down; breaks, too, where the difference
     is smaller than it is said to be: then the capabilities are out of date.
@@ -150,7 +150,7 @@ def test_ball_friction_differs_from_the_law_as_the_capabilities_say(
 def test_a_cushion_with_friction_differs_from_the_law_as_the_capabilities_say(
     turns: int, mu: float, change: float
 ) -> None:
-    """Our engine against Bullet, as for balls; with side spin."""
+    """Ghostball's engine compared with Bullet, as for balls, with side spin."""
     worst = 0.0
     for angle in np.radians([0, 40, 75]):
         for speed in (0.5, 2.5):

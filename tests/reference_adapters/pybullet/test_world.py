@@ -1,4 +1,4 @@
-"""Worlds share clients: one after the other, and none is the worse for it."""
+"""Worlds use the same client one after the other, without affecting each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cloth between Pymunk's steps, against our engine, whose closed forms it doesn't share."""
+"""The cloth between Pymunk's steps, compared with Ghostball's engine, which shares no code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
 
 
 def distant(seed: int, **physics: object) -> Scene:
-    """Return five balls that never meet: slides, rolls and spins of all kinds."""
+    """Return five balls that never collide, with slides, rolls and spins of all kinds."""
     chance = random.Random(seed)
 
     def vector(size: float, n: int) -> tuple[float, ...]:
@@ -34,7 +34,7 @@ def distant(seed: int, **physics: object) -> Scene:
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("dt", [0.013, 0.3, 100.0])
 def test_the_cloth_is_that_of_our_engine_at_any_step(seed: int, dt: float) -> None:
-    """Breaks with any wrong deceleration, turn, duration or order of what ends within a step."""
+    """Fails for any wrong deceleration, spin, duration, or order of phase ends within a step."""
     scene = distant(seed)
     ours = simulate(scene, record="events")
     cloth = ClosedFormCloth(scene)
@@ -63,7 +63,7 @@ def test_a_cloth_without_friction_changes_nothing() -> None:
     )
     cloth = ClosedFormCloth(scene)
     displacements, changes = cloth.advance(1.0)
-    for i in (0, 2, 3, 4):  # ball 1 has a cloth of its own
+    for i in (0, 2, 3, 4):  # ball 1 has its own cloth friction
         assert displacements[i] == pytest.approx(scene.velocities[i, :2], abs=0)
         assert cloth.angular_velocities[i] == pytest.approx(scene.angular_velocities[i], abs=1e-12)
     assert {i for _, i in changes} <= {1}
@@ -77,7 +77,7 @@ def test_a_kick_makes_a_rolling_ball_slide_unless_it_would_end_within_the_step()
     assert not cloth.rolling[0]
     assert cloth.velocities[0] == pytest.approx([0.5, 0.0])
     assert cloth.angular_velocities[0, 1] == pytest.approx(1.0 / R)
-    # It slips by 0.5 m/s: for 2 * 0.5 / (7 * 0.2 * g), 73 ms.
+    # The slip is 0.5 m/s and lasts for 2 * 0.5 / (7 * 0.2 * g), 73 ms.
     cloth = ClosedFormCloth(scene)
     cloth.kick(kick, None, dt=0.08)
     assert cloth.rolling[0]
@@ -86,7 +86,7 @@ def test_a_kick_makes_a_rolling_ball_slide_unless_it_would_end_within_the_step()
 
 @pytest.mark.parametrize(("ending", "spins"), [("slide-to-roll", True), ("roll-to-rest", False)])
 def test_mirrored_balls_end_together_whatever_rounding_leaves(ending: str, spins: bool) -> None:
-    """Breaks where what has no slip, or speed, left continues for the rest of the step.
+    """A ball without remaining slip or speed must not continue for the rest of the step.
 
     Mirrored at a line that isn't along an axis, durations differ by a few ulps: the step ends with
     one ball, and rounding alone says whether the other has exactly 0 left.
@@ -106,7 +106,7 @@ def test_mirrored_balls_end_together_whatever_rounding_leaves(ending: str, spins
         cloth = ClosedFormCloth(scene)
         t, seen = 0.0, []
         while len(seen) < 3 and t < 100.0:
-            # As a step to a contact does: to the next change, or else by a step that is far longer.
+            # Like a step to a contact: to the next change, or else by a much longer step.
             dt = min(cloth.time_to_change(), 1.0)
             _, changes = cloth.advance(dt)
             t += dt

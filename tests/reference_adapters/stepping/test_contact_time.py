@@ -11,11 +11,11 @@ from ghostball.model.scene.obstacles import gap_to, is_inside
 from ghostball.reference_adapters.stepping.contact_time import CONTACT_GAP, time_to_contact
 from ghostball.reference_adapters.stepping.slowing import slow, stop
 
-ROUNDING = 1e-14  # of a gap between coordinates of about 1 m
+ROUNDING = 1e-14  # rounding of a gap between coordinates of about 1 m
 
 
 def gaps_at(positions, radii, table):
-    """All gaps, ball-ball and ball-cushion, of positions (k, n, 2): the slow and obvious way."""
+    """Return all gaps of balls and cushions for positions (k, n, 2), by a simple method."""
     gaps = []
     n = len(radii)
     for i in range(n):
@@ -56,7 +56,7 @@ def random_motion(rng):
 
 
 def test_no_earlier_contact_and_an_end_on_the_gap():
-    """Fails where a contact is missed, or found late, early, or between the wrong balls."""
+    """Fails for a contact that is missed, late, early, or between wrong balls."""
     rng = np.random.default_rng(2009)
     table = Table(length=1.0, width=1.0, cushions=("left", "right", "top"))
     touching = 0
@@ -74,14 +74,14 @@ def test_no_earlier_contact_and_an_end_on_the_gap():
 
 @pytest.mark.parametrize("overlap", [1e-3, 1e-6, 1e-9, 1e-11, 1e-12])
 def test_grazing(overlap):
-    """Fails where a graze is missed or a miss taken for one: only their sign distinguishes them."""
+    """Fails if a grazing contact is missed, or a miss becomes a contact."""
     reach = 2 * R + CONTACT_GAP
     for offset, touches in ((reach - overlap, True), (reach + overlap, False)):
         x = np.array([[0.0, 0.0], [0.5, offset]])
         v = np.array([[1.0, 0.0], [0.0, 0.0]])
         dt = time_to_contact(x, v, np.zeros((2, 2)), np.full(2, R), None, horizon=10.0)
         if touches:
-            # Half the chord, (reach - offset)(reach + offset); its rounding grows as it shrinks.
+            # Half of the chord, from (reach - offset)(reach + offset); short chords round more.
             chord = math.sqrt((reach - offset) * (reach + offset))
             assert dt == pytest.approx(0.5 - chord, abs=1e-15 / chord + 1e-14)
         else:
@@ -90,7 +90,7 @@ def test_grazing(overlap):
 
 @pytest.mark.parametrize(("gap", "closing"), [(1e-10, 2e-10), (0.0, 1e-10), (-5e-10, 1e-10)])
 def test_balls_at_the_gap_close_to_an_overlap(gap, closing):
-    """The second of the two steps of a contact: as long as an overlap takes, and never 0."""
+    """The second step of a contact lasts until the overlap, and is never 0."""
     x = np.array([[0.0, 0.0], [2 * R + gap, 0.0]])
     v = np.array([[0.5, 0.0], [0.0, 0.0]])
     dt = time_to_contact(x, v, np.zeros((2, 2)), np.full(2, R), None, horizon=1.0)
@@ -98,7 +98,7 @@ def test_balls_at_the_gap_close_to_an_overlap(gap, closing):
 
 
 def test_separating_balls_count_when_they_come_back():
-    """Touching, moving apart at 0.1 m/s, pulled back at 2 m/s^2: in contact again after 0.1 s."""
+    """Balls that separate at 0.1 m/s, with 2 m/s^2 back, are in contact again after 0.1 s."""
     x = np.array([[0.0, 0.0], [2 * R, 0.0]])
     v = np.array([[0.0, 0.0], [0.1, 0.0]])
     a = np.array([[0.0, 0.0], [-2.0, 0.0]])
@@ -124,7 +124,7 @@ def test_only_named_cushions_and_each_at_its_own_distance():
 
 
 def test_a_ball_that_turns_before_the_cushion_misses_it():
-    """The turning point is v^2 / 2a from the start: 1e-9 m short of the cushion, or beyond it."""
+    """The turning point, v^2 / 2a from the start, is 1e-9 m before or beyond the cushion."""
     v, a = np.array([[1.0, 0.0]]), np.array([[-2.0, 0.0]])
     table = Table(length=1.0, width=1.0)
     for beyond, touches in ((1e-9, True), (-1e-9, False)):
@@ -135,14 +135,14 @@ def test_a_ball_that_turns_before_the_cushion_misses_it():
 
 @pytest.mark.parametrize("speed", [5e-324, 1e-310, 1e-302])
 def test_a_contact_beyond_all_time_is_none(speed):
-    """Fails where a time that exceeds the doubles overflows, which pytest takes for an error."""
+    """A time above the range of doubles must not overflow, which would be an error in pytest."""
     x = np.array([[0.0, 0.0], [1.0, 0.0]])
     v = np.array([[speed, 0.0], [0.0, 0.0]])
     still = np.zeros_like(v)
     radii = np.array([R, R])
     table = Table(length=3.0, width=3.0)
     assert time_to_contact(x + 1.0, v, still, radii, table, horizon=math.inf) == math.inf
-    # Nor one that only the least of accelerations brings about.
+    # Nor a time that follows from a tiny acceleration.
     v[0] = (-1.0, 0.0)
     returning = np.array([[5e-324, 0.0], [0.0, 0.0]])
     assert time_to_contact(x, v, returning, radii, None, horizon=math.inf) == math.inf
@@ -161,7 +161,7 @@ SHAPED = (
 
 @pytest.mark.parametrize("table", SHAPED, ids=["pockets", "polygon and post"])
 def test_parts_of_cushions_and_holes_are_met_at_the_gap_and_never_sooner(table):
-    """Fails where a jaw, a facing, a corner, a post or a hole is missed, or taken for longer."""
+    """Fails if a jaw, a facing, a corner, a post or a hole is missed, or has a wrong length."""
     rng = np.random.default_rng(354)
     met = np.zeros(len(table.obstacles), dtype=int)
     for _ in range(600):
@@ -195,7 +195,7 @@ def test_parts_of_cushions_and_holes_are_met_at_the_gap_and_never_sooner(table):
 
 
 def test_what_touches_a_part_of_a_cushion_is_driven_in_by_a_gap():
-    """The step after the one to the gap, as for balls; and none, as it leaves."""
+    """The second step of a contact, as for balls; there is none if the ball separates."""
     table = SHAPED[1]
     x, still = np.array([[0.3, 0.24 + R + CONTACT_GAP]]), np.zeros((1, 2))
     v = np.array([[0.0, -1.0]])

@@ -1,4 +1,4 @@
-"""Which contacts of a step are collisions: those that didn't push before."""
+"""Contacts of a step are collisions if they were inactive before."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_a_contact_that_lasts_is_one_collision(world):
     for pushing, near in (
         ({PAIR}, set()),
         ({PAIR, RAIL}, set()),
-        ({RAIL}, {PAIR}),  # rounding: for a step it doesn't push
+        ({RAIL}, {PAIR}),  # rounding: inactive during one step
         ({PAIR}, set()),
         (set(), set()),
         ({PAIR}, set()),

@@ -1,4 +1,4 @@
-"""Friction between balls and at cushions in Pymunk: closed forms, and our engine's whole game."""
+"""Friction of balls and cushions in Pymunk, compared with closed forms and Ghostball's engine."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def exact(scene: Scene) -> Result:
 def cut_shot(
     cut: float, speed: float, spin: tuple[float, float, float], **physics: object
 ) -> Scene:
-    """A collision at an angle of `cut` [rad] at once, on ice, so that nothing follows."""
+    """Return an immediate collision at an angle `cut` [rad], on a cloth without friction."""
     return scene_of(
         ball((0, 0), (speed, 0), angular_velocity=spin),
         ball((TOUCHING * math.cos(cut), TOUCHING * math.sin(cut))),
@@ -33,7 +33,7 @@ def cut_shot(
 
 
 def throw(result: Result, cut: float) -> float:
-    """Angle by which the object ball leaves off the line of centres, towards the cue's path."""
+    """Return the angle of the object ball from the line of centres, towards the cue ball's path."""
     vx, vy, _ = result.final_state.velocities[0, 1]
     return cut - math.atan2(vy, vx)
 
@@ -45,7 +45,7 @@ def throw(result: Result, cut: float) -> float:
 def test_throw_of_a_collision_without_topspin(
     speed: float, cut: float, friction: float | str, side: float
 ) -> None:
-    """Alciatore, proof A.14: tan = min(mu v cos / slip, 1/7) slip / (v cos), mu that of the slip.
+    """Alciatore, proof A.14: tan = min(mu v cos / slip, 1/7) slip / (v cos), with mu at this slip.
 
     Breaks with Chipmunk's disc in place of a sphere (1/3), or a coefficient of another speed.
     """
@@ -58,7 +58,7 @@ def test_throw_of_a_collision_without_topspin(
     assert throw(exact(scene), cut) == pytest.approx(expected, abs=1e-7)
 
 
-# --- our engine as the reference --------------------------------------------------------------
+# --- Ghostball's engine as the reference ------------------------------------------------------
 
 ENGINE = PymunkEngine(PymunkSettings(contact_steps="exact"))
 REPRESENTED = [
@@ -68,7 +68,7 @@ REPRESENTED = [
 
 @pytest.mark.parametrize("seed", REPRESENTED)
 def test_exact_steps_play_the_game_that_our_engine_plays(seed: int) -> None:
-    """Up to a few collisions: each amplifies the 1e-10 m of a gap some ten times.
+    """Only for a few collisions, because each one amplifies the gap of 1e-10 m about ten times.
 
     Breaks with any law, sign or coefficient that differs: by millimetres.
     """

@@ -1,11 +1,11 @@
-"""What an adapter compiles it compiles before its run is timed."""
+"""An adapter compiles its kernels before its run is timed."""
 
 import subprocess
 import sys
 
 import pytest
 
-# In a process of its own, where no earlier test has compiled what this one is about.
+# Run in a separate process, in which no earlier test has compiled these kernels.
 CODE = """
 import sys
 from ghostball.engine.library.entry import Entry
@@ -54,7 +54,7 @@ for scene in sys.argv[2:]:
     ],
 )
 def test_no_kernel_is_compiled_while_a_run_is_timed(spec, scenes):
-    # A layout of arrays that the warm-up doesn't have breaks it, and so does a new kernel.
+    # Fails for a memory layout that the warm-up doesn't have, and for a new kernel.
     if spec.startswith("pybullet"):
         pytest.importorskip("pybullet")
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""The laws of a scene as engines that step are given them."""
+"""The laws of a scene as numbers for time-stepping engines."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_the_restitution_is_that_of_the_speed_towards_the_cushion():
     falling = SpeedDependentRestitution.of(Physics(**FALLS))
     assert falling is not None
     assert falling.at((-1.0, 0.0), (1.44, -3.0)) == 0.9 / (1.0 + 0.15 * math.sqrt(1.44))
-    assert falling.at((0.0, -1.0), (1.44, -3.0)) == 0.9  # it leaves that one
+    assert falling.at((0.0, -1.0), (1.44, -3.0)) == 0.9  # the ball moves away from this cushion
 
 
 def test_one_number_is_none_that_falls():

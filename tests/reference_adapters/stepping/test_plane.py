@@ -1,4 +1,4 @@
-"""Tables with pockets, polygons and posts on engines that step: closed forms, and our engine."""
+"""Pockets, polygons and posts on time-stepping engines, compared with Ghostball's engine."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ EXACT = {
     "physx": 1e-4,
     "dart": 1e-3,
 }
-"""How far off rest positions may be in steps that end at contacts [m]: by the engine's precision.
+"""Limits on rest position errors with steps that end at contacts [m], by the engine's precision.
 
 DART takes 1e-5 of each impulse.
 """
@@ -61,7 +61,7 @@ def met(result: Result) -> list[tuple[str, int, Any]]:
 
 @pytest.mark.parametrize("spec", SPECS)
 def test_a_ball_is_pocketed_where_and_when_its_centre_enters_the_hole(spec: str) -> None:
-    """Not at the step's end: within 1e-7 m and s, as far as single precision goes."""
+    """A fall isn't detected at the end of the step, but within 1e-7 m and s (single precision)."""
     hole = next(hole for hole in POOL.holes if hole.centre[1] < 0.0 and hole.centre[0] == 1.27)
     edge, slowing = hole.centre[1] + hole.radius, 0.02 * 9.81
     result = play(spec, scene_of(ball((1.27, 0.6), (0.0, -1.5)), table=POOL))
@@ -81,7 +81,7 @@ def test_a_ball_is_pocketed_where_and_when_its_centre_enters_the_hole(spec: str)
 def test_the_cloth_takes_all_its_energy_in_the_short_steps_of_a_contact(
     engine: str, depth: float
 ) -> None:
-    """A graze lasts long. Breaks where a frame has the motion of another instant than its own."""
+    """A frame must have the motion at its own time, also during a long grazing contact."""
     aside = 2.0 * R * (1.0 - depth)
     balls = ball((0.0, 0.0), (1.0, 0.0)), ball((0.1, aside))
     scene = scene_of(*balls, t_max=0.2, rolling_friction=0.02)
@@ -100,7 +100,7 @@ def test_the_cloth_takes_all_its_energy_in_the_short_steps_of_a_contact(
 
 @pytest.mark.parametrize("spec", SPECS)
 def test_nothing_meets_a_ball_that_is_gone(spec: str) -> None:
-    """One that follows on the same line falls in the same place."""
+    """A second ball on the same line falls at the same position."""
     scene = scene_of(
         ball((1.27, 0.4), (0.0, -1.0)),
         ball((1.27, 0.6), (0.0, -1.0)),
@@ -115,7 +115,7 @@ def test_nothing_meets_a_ball_that_is_gone(spec: str) -> None:
     places = result.rest_positions
     assert places[0] == pytest.approx(places[1], abs=1e-7)
     energy = result.energy(np.unique(result.trajectory.times)).total  # type: ignore[union-attr]
-    assert np.max(np.diff(energy)) <= 1e-7  # an impact in single precision
+    assert np.max(np.diff(energy)) <= 1e-7  # the rounding of an impact in single precision
 
 
 @pytest.mark.parametrize("spec", SPECS)
@@ -123,7 +123,7 @@ def test_nothing_meets_a_ball_that_is_gone(spec: str) -> None:
     ("place", "velocity", "events"),
     [
         ((1.1, 0.5), (0.18, -0.9), ["bottom"]),  # a jaw of the side pocket
-        ((0.6, 0.63), (-1.0, -0.99), ["left", "bottom-left"]),  # a facing, and in
+        ((0.6, 0.63), (-1.0, -0.99), ["left", "bottom-left"]),  # a facing, then the pocket
     ],
 )
 def test_jaws_and_facings_are_met_as_by_our_engine(
@@ -214,7 +214,7 @@ def test_a_ball_that_slides_falls_with_all_its_spin(spec: str, limit: float) -> 
 
 
 def goes_in(spec: str, degrees: float, aims: tuple[float, float, int]) -> bool:
-    """Whether some ball goes in that comes at an angle from the pocket's axis, aimed beside it."""
+    """Return True if some ball at an angle to the pocket's axis falls in, for any offset."""
     for aim in np.linspace(*aims):
         shot = into_side_pocket(degrees, float(aim), away=0.15, t_max=0.35)
         if ("pocketed", 0, "bottom") in met(play(spec, shot)):
@@ -224,7 +224,7 @@ def goes_in(spec: str, degrees: float, aims: tuple[float, float, int]) -> bool:
 
 @pytest.mark.parametrize("spec", ["pymunk:contact_steps=exact", "box2d:contact_steps=exact"])
 def test_the_critical_angle_of_a_side_pocket(spec: str) -> None:
-    """68.292 degrees, by straight lines and mirrors."""
+    """The largest angle is 68.292 degrees, for mirror cushions."""
     aims = (0.01294, 0.01300, 21)
     assert goes_in(spec, 68.2905, aims)
     assert not goes_in(spec, 68.2935, aims)
@@ -239,7 +239,7 @@ def test_the_critical_angle_in_fixed_steps_comes_near_to_it(dt: str, widest: flo
 
 
 class WholeKicks(ClosedFormCloth):
-    """A cloth whose kicks do all that a kick does where no ball was hit, too."""
+    """A cloth without the shortcut for steps without collisions."""
 
     early = 0
 
@@ -268,7 +268,7 @@ SLIDES_WITH_A_SPIN_OF_MINUS_ZERO = scene_of(
 
 @pytest.mark.parametrize("steps", ["fixed", "exact"])
 def test_a_kick_without_a_collision_may_leave_out_what_it_does(steps, monkeypatch):
-    """To the bit, over shots whose balls slide, roll, are hit and spin.
+    """Bit-identical, in shots whose balls slide, roll, collide and spin.
 
     Breaks where anything reads the spin that a rolling ball had before its velocity last changed.
     """

@@ -1,4 +1,4 @@
-"""Single shots that every engine in the plane must get right, as far as its arithmetic allows."""
+"""Simple shots that every engine in the plane must simulate to the precision of its arithmetic."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ IN_JAVASCRIPT = ("planck", "matter-js", "cannon-es")
 
 
 def of_each(facts: Mapping[str, Any]) -> list[Any]:
-    """Return specs with what is said of them; without their engine they are skipped."""
+    """Return specs with their expected values; without their engine they are skipped."""
     return [
         pytest.param(spec, fact, marks=needs(spec.partition(":")[0]), id=spec)
         for spec, fact in facts.items()
@@ -27,9 +27,9 @@ def of_each(facts: Mapping[str, Any]) -> list[Any]:
 
 class Exactness(NamedTuple):
     balls: float
-    """Error of the speeds after a straight collision, as a part of the speed."""
+    """Relative error of the speeds after a head-on collision."""
     wall: float
-    """The same off a cushion at 45 degrees."""
+    """The same for a cushion contact at 45 degrees."""
     restitutions: tuple[float, ...] = (0.0, 0.5, 0.9, 1.0)
     walls: tuple[float, ...] = (0.0, 0.5, 0.9, 1.0)
 
@@ -37,9 +37,9 @@ class Exactness(NamedTuple):
 COLLISIONS = {
     "box2d": Exactness(1e-6, 1e-6),
     "box2d:bullet=no": Exactness(1e-6, 1e-6),
-    # The normal of a long edge, in single precision; of balls' and cushions' factor the larger.
+    # The normal of a long edge in single precision; the larger of the two restitutions.
     "box2d3": Exactness(1e-5, 3e-5, walls=(1.0,)),
-    # What overlaps is pushed apart, so that nothing is quite inelastic.
+    # Overlapping balls are pushed apart, so no collision is completely inelastic.
     "dart": Exactness(3e-5, 3e-5, (0.5, 0.9, 1.0), (0.5, 0.9, 1.0)),
     "mujoco": Exactness(2e-9, 1e-12),
     "physx": Exactness(1e-6, 1e-6),
@@ -55,7 +55,7 @@ COLLISIONS = {
 def test_a_single_collision_is_right_at_any_restitution(
     name: str, exactness: Exactness, steps: str
 ) -> None:
-    """Breaks where factors, dampers or thresholds don't come to the scene's restitution."""
+    """Factors, dampers and thresholds must result in the scene's restitution."""
     spec = f"{name}{',' if ':' in name else ':'}contact_steps={steps}"
     for e in exactness.restitutions:
         wanted = [(1.0 - e) / 2.0, (1.0 + e) / 2.0]
@@ -70,7 +70,7 @@ def test_a_single_collision_is_right_at_any_restitution(
     of_each({"pybullet": 1.0, "rapier": 1.0} | dict.fromkeys(("pymunk", *IN_JAVASCRIPT), 0.8)),
 )
 def test_balls_and_cushions_have_restitutions_of_their_own(name: str, tangential: float) -> None:
-    """Breaks where an engine's own rule, such as the product of two, is left as it is."""
+    """The adapter must compensate the engine's own rule, such as the product of two factors."""
     cushion = {"cushion_restitution": 0.9, "cushion_tangential_restitution": tangential}
     own = {"ball_restitution": 0.5, "cushion": "restitution", **cushion}
     scene = to_the_wall().model_copy(update={"physics": FREE.model_copy(update=own)})
@@ -83,7 +83,7 @@ def test_balls_and_cushions_have_restitutions_of_their_own(name: str, tangential
     "name", [pytest.param(name, marks=needs(name)) for name in ("pybullet", "pymunk")]
 )
 def test_balls_that_stay_in_contact_collide_once(name: str, steps: str) -> None:
-    """Breaks where balls that go on together, in contact by rounding alone, collide each step."""
+    """Balls that move on together, in contact only by rounding, must not collide in each step."""
     scene = head_on(restitution=0.0).model_copy(update={"t_max": 0.5})
     result = play(f"{name}:contact_steps={steps}", scene)
     assert result.collision_counts["ball-ball"] == 1
@@ -98,7 +98,7 @@ def test_balls_that_stay_in_contact_collide_once(name: str, steps: str) -> None:
     ),
 )
 def test_a_cut_is_late_by_a_part_of_the_step(spec: str, degrees: float) -> None:
-    """Geometry: much the same in every engine that sees overlap at the end of a step."""
+    """The error is geometric: similar in all engines that detect overlaps at the end of a step."""
     assert np.abs(cut_angles(spec, 1e-3)).max() == pytest.approx(degrees, abs=0.05)
 
 
@@ -147,7 +147,7 @@ SHOTS = ("half-ball-cut", "throw-slip", "throw-stick")
     ],
 )
 def test_shots_in_exact_steps_are_right(name: str, shots: tuple[str, ...], error: float) -> None:
-    """Breaks, too, where one ball's friction or restitution serves all pairs."""
+    """Also fails if the friction or restitution of one ball is used for all pairs."""
     for scene in map(find_scene, shots):
         found = play(f"{name}:contact_steps=exact", scene).rest_positions
         assert np.abs(found - simulate(scene).rest_positions).max() < error, scene.name
@@ -158,7 +158,7 @@ def test_shots_in_exact_steps_are_right(name: str, shots: tuple[str, ...], error
     of_each({"box2d": 1e-3, "physx": 1e-4, "mujoco": 2.5e-4, "mujoco:contact_steps=exact": 2.5e-4}),
 )
 def test_a_frozen_line_collides_at_once(spec: str, error: float) -> None:
-    """Moreau's law; where the balls are hit one after another it is (0, 0, 1)."""
+    """The result of Moreau's law; with successive collisions it would be (0, 0, 1)."""
     assert shares(spec, frozen_line()) == pytest.approx([-1 / 3, 2 / 3, 2 / 3], abs=error)
 
 
@@ -176,7 +176,7 @@ def test_events_are_those_of_the_shot(name: str) -> None:
     [pytest.param(one, marks=needs(one)) for one in ("pybullet", "mujoco", "planck", "cannon-es")],
 )
 def test_the_cloth_slows_a_ball_on_both_sides_of_a_bounce(name: str) -> None:
-    """In a step that begins with a contact. Breaks, by 0.3 mm, where it slows only as before it."""
+    """A step that starts with a contact must use the friction after the contact (effect 0.3 mm)."""
     scene = find_scene("rail-into")
     assert np.abs(play(name, scene).rest_positions - simulate(scene).rest_positions).max() < 1e-6
 
@@ -193,7 +193,7 @@ def test_the_cloth_slows_a_ball_on_both_sides_of_a_bounce(name: str) -> None:
     ],
 )
 def test_a_recorded_ball_turns_where_the_engine_saw_it_collide(name: str, motion: str) -> None:
-    """Fails where it turns within a step: a motion drawn from the frames would round the corner."""
+    """Without a frame at the contact, the motion from frames would cut the corner."""
     physics = {"motion": motion, "sliding_friction": 0.2, "ball_restitution": 0.9}
     cloth = physics if motion == "sliding" else {}
     scene = scene_of(ball((0, 0), (1, 0)), ball((0.3, 0.02)), rolling_friction=0.1, **cloth)

@@ -1,4 +1,4 @@
-"""The rule of being pocketed: where a ball's way enters a hole, and what is kept of it."""
+"""Detection of pocketed balls: the position of the fall, and the stored positions."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_one_that_was_pushed_into_the_hole_falls_at_once() -> None:
 
 
 def test_many_small_steps_find_what_one_finds() -> None:
-    """Breaks where a ball isn't looked at that has gone far enough since it was."""
+    """A ball that has moved far enough since its last check must be checked again."""
     rng = np.random.default_rng(35)
     for _ in range(40):
         start = rng.uniform((0.4, 0.2), (2.1, 1.0))

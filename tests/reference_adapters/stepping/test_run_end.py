@@ -1,4 +1,4 @@
-"""When a run of an engine that steps ends: at its time, to the bit, or at a limit that is named."""
+"""The end of a run of a time-stepping engine: exactly at its time, or at a limit with a reason."""
 
 import pytest
 from engine_facts import needs, play
@@ -17,9 +17,9 @@ PLACES = {
     "pybullet": 1e-12,
     "pybullet:contact_steps=exact": 1e-12,
     "pybullet:dt=0.3": 1e-12,
-    "pybullet:config=naive": 5e-2,  # its own damping
+    "pybullet:config=naive": 5e-2,  # Bullet's damping
 }
-"""How far off a ball may be when its time is over [m]."""
+"""Limits on the position error at the end [m]."""
 
 
 @pytest.mark.parametrize("t_max", [1.0 / 3.0, 0.7654321])
@@ -28,7 +28,7 @@ PLACES = {
     [pytest.param(*one, marks=needs(one[0].partition(":")[0])) for one in PLACES.items()],
 )
 def test_t_max_is_reached_exactly(spec, error, t_max):
-    """A step that isn't shortened ends up to dt beyond."""
+    """Steps that aren't shortened would end up to dt late."""
     result = play(spec, scene_of(ROLLS, t_max=t_max))
     assert result.status is Status.T_MAX
     assert result.rest_time == t_max

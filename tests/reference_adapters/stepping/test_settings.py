@@ -1,4 +1,4 @@
-"""Settings of engines that step."""
+"""Settings of time-stepping engines."""
 
 import math
 

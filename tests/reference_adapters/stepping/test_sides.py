@@ -1,4 +1,4 @@
-"""The cushions as engines that step are given them."""
+"""The cushions of a scene for time-stepping engines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the cloth does to balls in closed form, as one solves for it by hand."""
+"""The kernels of cloth friction, compared with solutions by hand."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_a_ball_is_slowed_against_its_motion_until_it_stops():
 
 
 def test_one_that_slides_is_slowed_against_its_slip_and_turned_until_it_rolls():
-    """A slip of 1 m/s falls by 7/2 of what the cloth takes of the velocity."""
+    """The slip decreases by 7/2 times the change of the velocity."""
     radii, by, none = np.array([0.5]), np.array([0.1]), np.zeros(1)
     v, w = np.array([[2.0, 1.0]]), np.array([[-0.4, 2.8, -3.0]])  # slips by (0.6, 0.8) m/s
     slides, ends = np.zeros(1, dtype=bool), np.zeros(1, dtype=bool)
@@ -41,7 +41,7 @@ def test_one_that_slides_is_slowed_against_its_slip_and_turned_until_it_rolls():
     turn(dt, w, accelerations, radii, ~slides, none, ends)
     move(dt, v, accelerations, way)
     assert way[0] == pytest.approx([2.0 * dt - 0.03 * dt * dt, dt - 0.04 * dt * dt])
-    assert v[0] == pytest.approx([0.5 * w[0, 1], -0.5 * w[0, 0]])  # it rolls
+    assert v[0] == pytest.approx([0.5 * w[0, 1], -0.5 * w[0, 0]])  # the ball rolls
     assert v[0] == pytest.approx([2.0 - 1.2 / 7.0, 1.0 - 1.6 / 7.0])
 
 

@@ -1,4 +1,4 @@
-"""Engines on their own cloth: slides of first order in the step, and flight over it."""
+"""Engines on their own cloth: slides with errors of first order in the step, and flight."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ghostball.validation.scenes.library import find_scene
 
 NAMES = [pytest.param(name, marks=needs(name)) for name in ("dart", "physx")]
 SHORT = {"dart": (2.85e-3, 2.87e-4, 2.87e-5), "physx": (2.84e-3, 2.7e-4)}
-"""By how much a slide is too short in steps of 10 ms, 1 ms ... [m]."""
+"""Missing length of a slide with steps of 10 ms, 1 ms ... [m]."""
 SHOTS = {"dart": {"sliding-stun": 0.05}, "physx": {"sliding-stun": 0.1, "draw-shot": 0.1}}
 IN_FLIGHT = {"dart:cloth=own": 0.1, "physx:cloth=own": 0.02, "pybullet": 0.01}
-"""How far off rest positions may be [m]."""
+"""Limits on rest position errors [m]."""
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -38,7 +38,7 @@ def test_a_cloth_of_its_own_is_of_first_order(name: str) -> None:
     "spec", [pytest.param(spec, marks=needs(spec.partition(":")[0])) for spec in IN_FLIGHT]
 )
 def test_a_ball_flies_over_the_cloth_and_rolls_on(spec: str) -> None:
-    """Broken by rolling friction that acts at bounces: 0.2 m are missing then, at any step."""
+    """Rolling friction must not act at bounces; it would shorten the path by 0.2 m, at any step."""
     scene = find_scene("flight-throw")
     result = play(spec, scene, record="events")
     assert np.abs(result.rest_positions - simulate(scene).rest_positions).max() < IN_FLIGHT[spec]
@@ -67,7 +67,7 @@ def test_flight_over_cushions_or_a_cloth_between_the_steps_is_refused(name: str)
 
 @pytest.mark.parametrize("name", NAMES)
 def test_cushions_take_a_part_of_the_speed_along_them_on_an_own_cloth_too(name: str) -> None:
-    """Fails, by 3 cm, where only balls on the cloth between the steps lose it."""
+    """Fails, by 3 cm, if the factor applies only to engines with the cloth between steps."""
     table = Table(length=1.0, width=1.0)
     scene = scene_of(
         ball((0.9, 0.5), (1.0, 0.5), angular_velocity=(0, 0, 0)),

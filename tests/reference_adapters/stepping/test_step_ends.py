@@ -1,4 +1,4 @@
-"""When steps end: at equal times, at the end of a run, or where something touches."""
+"""The ends of steps: at equal times, at the end of a run, or at contacts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TWO = scene_of(ball((0, 0), (1, 0)), ball((0.5, 0)))
 
 
 def moving(x: float, speed: float = 1.0, lasts: float = np.inf) -> BallMotion:
-    """The first ball of `TWO`, there, on a cloth without friction."""
+    """Return the first ball of `TWO` at a position, on a cloth without friction."""
     positions, velocities = np.array([[x, 0.0], [0.5, 0.0]]), np.array([[speed, 0.0], [0.0, 0.0]])
     return BallMotion(positions, velocities, np.zeros((2, 2)), np.full(2, R), lasts)
 
@@ -36,7 +36,7 @@ def test_steps_are_equal_no_longer_than_asked_and_end_on_the_end(
     assert clock.dt <= dt * (1.0 + 1e-12)
     ends = [clock.next(0.0, never) for _ in range(count)]
     assert ends[-1] == (clock.dt, t_end, False)
-    # Multiples, not a running sum: its rounding would gather.
+    # Multiples of the step, because the rounding of a running sum would grow.
     assert ends[:-1] == [(clock.dt, k * clock.dt, False) for k in range(1, count)]
 
 
@@ -57,7 +57,7 @@ def test_a_step_ends_just_before_a_contact_and_the_next_one_just_after() -> None
 def test_else_it_ends_by_its_length_a_change_or_the_end(
     longest: float, lasts: float, t_end: float, end: float
 ) -> None:
-    """The last is of what is left that is too short for a step: it is no step of its own."""
+    """A remainder that is too short for a step isn't a separate step."""
     steps = StepsToContacts(TWO, ExactSteps(shortest=1e-3), longest, t_end)
     assert steps.next(0.0, lambda: moving(0.0, lasts=lasts)) == (end, end, False)
 

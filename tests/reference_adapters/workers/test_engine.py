@@ -1,4 +1,4 @@
-"""Engines in a process of their own: their runs come back as any engine's, where they are there."""
+"""Engines in separate processes, if installed: their results are like those of any engine."""
 
 from __future__ import annotations
 

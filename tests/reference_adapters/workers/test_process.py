@@ -1,4 +1,4 @@
-"""A process that plays scenes: what it is sent, what it answers, and how it fails."""
+"""A process that simulates scenes: requests, answers, and failures."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_workers_error_is_its_own(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="process groups are POSIX")
 def test_a_program_that_a_worker_started_ends_with_it(tmp_path: Path) -> None:
-    # It held the worker's output, whose end was then waited for without a limit.
+    # A child once held the worker's output open, and reading waited forever for its end.
     script, pipe = tmp_path / "starts.py", tmp_path / "pipe"
     os.mkfifo(pipe)
     script.write_text(
@@ -76,7 +76,7 @@ def test_all_that_the_workers_have_is_in_the_hash_of_the_code(
 
 
 def sent_with(tmp_path: Path, scene: Scene) -> dict:
-    """Return what a worker is sent that is to play a scene."""
+    """Return the request for a worker to simulate a scene."""
     script = tmp_path / "keep.py"
     kept = tmp_path / "kept"
     script.write_text(

@@ -1,4 +1,4 @@
-"""What python-billiards plays, where it is there."""
+"""Simulations by python-billiards, if installed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pooltool plays, where it is there."""
+"""Simulations by pooltool, if installed."""
 
 from __future__ import annotations
 

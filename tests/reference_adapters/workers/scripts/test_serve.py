@@ -1,4 +1,4 @@
-"""A script that serves an engine of Python: what it answers, and how it fails."""
+"""The script that serves a Python engine: answers and failures."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def simulate(scene, record):
 
 @pytest.fixture
 def served(tmp_path: Path) -> Iterator[Callable[..., dict]]:
-    """Play a scene of some name on an engine of Python, which `serve.py` serves."""
+    """Simulate a scene with a given name on a Python engine served by `serve.py`."""
     shutil.copy(SCRIPTS / "serve.py", tmp_path)
     (tmp_path / "mine.py").write_text(SERVED)
     one = Worker([sys.executable, str(tmp_path / "serve.py"), "mine"])
