@@ -42,8 +42,8 @@ from ghostball.validation.suite.conformance import (
     asked_of_engine,
     check_names,
     engine_under_test,
+    requirement_names,
     run_scene,
-    what_is_asked,
 )
 from ghostball.validation.suite.plan import criteria_beside_paths, shipped_criteria
 
@@ -282,7 +282,7 @@ class _SceneNode(_Node):
         super().__init__(**node)
         self.plan, self.scene = plan, scene
         self.asked = plan.asked(scene)
-        self.metrics = what_is_asked(plan.engine, scene, self.asked)
+        self.metrics = requirement_names(plan.engine, scene, self.asked)
         if plan.gate.guards(scene.name):
             self.metrics += (BASELINE,)
         self.failure_reported = False  # whether one test has reported that the engine failed

@@ -97,7 +97,7 @@ def accept(
     if unsteady := [one.scene for one in asked if one.change == "not-deterministic"]:
         raise RefusedError(
             f"engine `{gate.engine}` gives a different result each time it simulates "
-            f"{', '.join(unsteady)}, so no baseline holds. Make it deterministic, and run "
+            f"{', '.join(unsteady)}, so no baseline can be kept. Make it deterministic, and run "
             "`ghostball regress` again. To accept other scenes, name them"
         )
     others = (one for one in regression.scenes if one not in asked and one.can_be_accepted)

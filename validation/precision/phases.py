@@ -45,10 +45,10 @@ def start_of(scene: Scene, step: float | None, turn: int) -> Scene:
     """
     if step is None:
         return scene
-    return begun_earlier(scene, part_of_step(turn) * step) or scene
+    return started_earlier(scene, part_of_step(turn) * step) or scene
 
 
-def begun_earlier(scene: Scene, dt: float) -> Scene | None:
+def started_earlier(scene: Scene, dt: float) -> Scene | None:
     """Return the scene `dt` [s] before its start, or None if that isn't known.
 
     Its `t_max` is later by `dt`. It isn't known if a ball had a collision in between, or would

@@ -115,7 +115,9 @@ def asked_of_engine(
     return requirements.asked_of([(one.name, plain_settings(one)) for one in engines], own, for_all)
 
 
-def what_is_asked(engine: EngineUnderTest, scene: Scene, asked: Requirements) -> tuple[str, ...]:
+def requirement_names(
+    engine: EngineUnderTest, scene: Scene, asked: Requirements
+) -> tuple[str, ...]:
     """Return the names of the requirements: `COMPLETES`, then metrics in the order of `METRICS`."""
     judged = engine if engine.judged_as is None else engine.judged_as
     return (COMPLETES, *asked.metrics(requirements.claim_of(judged.make(), scene)))

@@ -79,7 +79,7 @@ _BALL_PAIR_FEATURES = {Feature[law.feature] for law in BALL_LAWS if law.feature}
 }
 
 
-def tried_by(case: CaseRecord) -> set[Feature]:
+def features_tested(case: CaseRecord) -> set[Feature]:
     """Return the features that a case tested; those of cushions only if a ball hit a cushion."""
     if case.outcome != "ran":
         return set()
@@ -88,7 +88,7 @@ def tried_by(case: CaseRecord) -> set[Feature]:
     return tried - (set() if _happened(case, BALL_BALL) else _BALL_PAIR_FEATURES)
 
 
-def untried(engine: ReferenceEngine, tried: Collection[Feature]) -> Mapping[Feature, str]:
+def untested_features(engine: ReferenceEngine, tried: Collection[Feature]) -> Mapping[Feature, str]:
     """Return the features that an engine claims but no case tested.
 
     The value is the name of a shipped scene that tests the feature and that the engine supports: a
@@ -119,7 +119,7 @@ def _size(scene: Scene) -> tuple[int, int, str]:
     return len(scene_features(scene)), len(scene.balls), scene.name
 
 
-def lacked(cases: Sequence[CaseRecord]) -> Mapping[str, int]:
+def unsupported_features(cases: Sequence[CaseRecord]) -> Mapping[str, int]:
     """Return the features that an engine lacks, with the number of unsupported scenes for each."""
     unable = [case for case in cases if verdict_of(case) is Verdict.NOT_REPRESENTABLE]
     counts = Counter(

@@ -13,7 +13,13 @@ from ghostball.validation.checks.verdict import Verdict, few_ends_judged, is_unf
 from ghostball.validation.results.quantities import listed
 from ghostball.validation.results.records import CaseRecord
 from ghostball.validation.scenes import commands
-from ghostball.validation.suite.hints import lacked, shared, simplest, tried_by, untried
+from ghostball.validation.suite.hints import (
+    features_tested,
+    shared,
+    simplest,
+    unsupported_features,
+    untested_features,
+)
 
 NAMES_LISTED = 4
 """Number of names in a line; the rest are counted."""
@@ -34,13 +40,13 @@ def hints(cases: Sequence[CaseRecord], labels: Sequence[str]) -> Iterator[str]:
 def coverage(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
     """Yield the features that an engine doesn't support, and those that no scene tested."""
     name = escape(label)
-    if missing := lacked(own):
+    if missing := unsupported_features(own):
         unable = sum(verdict_of(case) is Verdict.NOT_REPRESENTABLE for case in own)
         counted = [f"{what} ({count})" for what, count in missing.items()]
         few = listed(counted, NAMES_LISTED)
         yield f"[dim]{name} doesn't support {unable} of these scenes (–). Missing: {few}[/]"
     try:
-        found = untried(make_engine(label), set().union(*map(tried_by, own)))
+        found = untested_features(make_engine(label), set().union(*map(features_tested, own)))
     except EngineError:
         return
     scenes = " ".join(dict.fromkeys(filter(None, found.values())))

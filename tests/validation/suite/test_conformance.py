@@ -11,8 +11,8 @@ from ghostball.validation.suite.conformance import (
     COMPLETES,
     asked_of_engine,
     engine_under_test,
+    requirement_names,
     run_scene,
-    what_is_asked,
 )
 from ghostball.validation.suite.plan import shipped_criteria
 
@@ -25,8 +25,8 @@ def test_who_is_judged_as_another_engine_may_err_by_that_ones_step():
     judged = engine_under_test(TOY, "pymunk")
     own = shipped_criteria(HALF_BALL)
     asked = asked_of_engine(judged, own)
-    assert what_is_asked(judged, HALF_BALL, asked)[0] == COMPLETES
-    assert "rest_error_max" in what_is_asked(judged, HALF_BALL, asked)
+    assert requirement_names(judged, HALF_BALL, asked)[0] == COMPLETES
+    assert "rest_error_max" in requirement_names(judged, HALF_BALL, asked)
     run = run_scene(judged, HALF_BALL, own, asked)
     (limit,) = [one.limit for one in run.record.checks if one.metric == "rest_error_max"]
     assert limit == limit_of_step(HALF_BALL, "pymunk")

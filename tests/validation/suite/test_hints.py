@@ -19,11 +19,11 @@ from ghostball.validation.checks.requirements import asked_of
 from ghostball.validation.scenes.library import select
 from ghostball.validation.suite.hints import (
     SCENES_OF_FEATURE,
-    lacked,
+    features_tested,
     shared,
     simplest,
-    tried_by,
-    untried,
+    unsupported_features,
+    untested_features,
 )
 from ghostball.validation.suite.plan import shipped_criteria
 from ghostball.validation.truth.scene_truth import truth_of
@@ -54,24 +54,29 @@ def case(name, *, outcome="ran", reason="", **counts):
 def test_a_feature_that_no_case_tried_is_named_with_the_scene_that_does():
     # Restitution that is applied twice passes wherever balls are elastic.
     made = engine(Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.BALL_RESTITUTION)
-    tried = tried_by(case("wall-bounce", ball_cushion=1)) | tried_by(case("head-on", ball_ball=1))
-    assert untried(made, tried) == {Feature.BALL_RESTITUTION: "restitution-head-on"}
-    assert untried(made, tried | tried_by(case("restitution-head-on", ball_ball=1))) == {}
+    tried = features_tested(case("wall-bounce", ball_cushion=1)) | features_tested(
+        case("head-on", ball_ball=1)
+    )
+    assert untested_features(made, tried) == {Feature.BALL_RESTITUTION: "restitution-head-on"}
+    assert (
+        untested_features(made, tried | features_tested(case("restitution-head-on", ball_ball=1)))
+        == {}
+    )
 
 
 def test_what_needs_a_collision_is_tried_where_there_is_one():
-    assert tried_by(case("stop")) == {Feature.ROLLING}
-    assert tried_by(case("wall-bounce", ball_cushion=1)) == {
+    assert features_tested(case("stop")) == {Feature.ROLLING}
+    assert features_tested(case("wall-bounce", ball_cushion=1)) == {
         Feature.ROLLING,
         Feature.MIRROR_CUSHION,
     }
-    assert Feature.UNEQUAL_MASSES not in tried_by(case("unequal-masses"))
-    assert Feature.UNEQUAL_MASSES in tried_by(case("unequal-masses", ball_ball=1))
+    assert Feature.UNEQUAL_MASSES not in features_tested(case("unequal-masses"))
+    assert Feature.UNEQUAL_MASSES in features_tested(case("unequal-masses", ball_ball=1))
 
 
 def test_a_scene_that_the_engine_cannot_play_tries_nothing():
     lacking = case("galperin-1", outcome="not-representable", ball_ball=1, ball_cushion=1)
-    assert tried_by(lacking) == set()
+    assert features_tested(lacking) == set()
 
 
 @pytest.mark.parametrize(
@@ -80,20 +85,20 @@ def test_a_scene_that_the_engine_cannot_play_tries_nothing():
 )
 def test_a_scene_is_named_in_the_motion_that_the_engine_has(motion, name):
     made = engine(motion, Feature.CUSHION_RESTITUTION)
-    assert untried(made, {motion}) == {Feature.CUSHION_RESTITUTION: name}
+    assert untested_features(made, {motion}) == {Feature.CUSHION_RESTITUTION: name}
 
 
 def test_what_no_scene_tries_that_the_engine_can_play_is_said_so():
     # Ball impacts after Mathavan need friction between balls, in every shipped scene.
     made = engine(Feature.SLIDING, Feature.UNBOUNDED_CLOTH, Feature.MATHAVAN_BALL)
-    assert untried(made, ())[Feature.MATHAVAN_BALL] == ""
+    assert untested_features(made, ())[Feature.MATHAVAN_BALL] == ""
 
 
 @pytest.mark.parametrize("lacks", [Feature.ROLLING, Feature.SLIDING], ids=lambda one: one.name)
 @pytest.mark.parametrize("feature", Feature, ids=lambda one: one.name)
 def test_every_scene_that_is_named_exists_and_tries_the_feature(feature, lacks):
     made = engine(*(one for one in Feature if one is not lacks))
-    named = untried(made, ()).get(feature)
+    named = untested_features(made, ()).get(feature)
     if named is None:
         assert feature is lacks
     elif named:
@@ -275,7 +280,7 @@ def test_what_an_engine_lacked_is_counted():
         case("draw-shot", outcome="not-representable", reason=lacking),
         case("sliding-stun", outcome="not-representable", reason=lacking.partition(";")[0]),
     ]
-    assert lacked(cases) == {"sliding that becomes rolling": 2, "air drag": 1}
+    assert unsupported_features(cases) == {"sliding that becomes rolling": 2, "air drag": 1}
 
 
 def test_what_failing_scenes_share_is_said_where_the_others_lack_it():
