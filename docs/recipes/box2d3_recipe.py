@@ -1,7 +1,7 @@
 """Billiards with Box2D 3 (Python's package pyb2d3): the best settings, and the reason for each.
 
 Here in metres, seconds and kilograms; in Box2D a metre has `SCALE` units. Run it: it simulates
-a half-ball cut, whose exact rest positions are 1.098066915, 0.350843120 and 1.766745641,
+a half-ball cut, whose exact rest positions are 1.098066916, 0.350843120 and 1.766745641,
 1.077680802.
 
 No setting helps with balls that touch several others, as in a break: they lose up to half of the

@@ -1,7 +1,7 @@
 """Billiards with DART 6 (Python's package dartpy): the best settings, and the reason for each.
 
 Here in metres, seconds and kilograms; in DART a metre has `SCALE` units. Run it: it simulates
-a half-ball cut, whose exact rest positions are 1.098066915, 0.350843120 and 1.766745641,
+a half-ball cut, whose exact rest positions are 1.098066916, 0.350843120 and 1.766745641,
 1.077680802.
 
 No setting helps with this: DART omits 1e-5 of each impulse ("constraint force mixing").

@@ -1,7 +1,7 @@
 """Billiards with MuJoCo 3: the best settings, and the effect of each.
 
 In metres, seconds and kilograms. Run it: it simulates a half-ball cut, whose exact rest positions
-are 1.098066915, 0.350843120 and 1.766745641, 1.077680802.
+are 1.098066916, 0.350843120 and 1.766745641, 1.077680802.
 
 MuJoCo has no restitution: its contacts are springs and dampers. A damper without a spring, of
 (1 + e) / dt, turns the approach speed v into -e v within one step, for any restitution e.

@@ -1,7 +1,7 @@
 """Billiards with pybullet 3.2: the best settings, and the effect of each.
 
 In metres, seconds and kilograms. Run it: it simulates a half-ball cut, whose exact rest positions
-are 1.098066915, 0.350843120 and 1.766745641, 1.077680802.
+are 1.098066916, 0.350843120 and 1.766745641, 1.077680802.
 
 Balls roll in the plane, without gravity and without a table under them; `slow` applies rolling
 friction. (A table under the balls costs precision, and only flights need it.)

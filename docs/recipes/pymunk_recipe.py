@@ -1,7 +1,7 @@
 """Billiards with Pymunk 7: the best settings, and the effect of each.
 
 In metres, seconds and kilograms. Run it: it simulates a half-ball cut, whose exact rest positions
-are 1.098066915, 0.350843120 and 1.766745641, 1.077680802.
+are 1.098066916, 0.350843120 and 1.766745641, 1.077680802.
 """
 
 import math

@@ -1,7 +1,7 @@
 """Billiards with Rapier (Python's package rapier3d): the best settings, and the reason for each.
 
 In metres, seconds and kilograms. Run it: it simulates a half-ball cut, whose exact rest positions
-are 1.098066915, 0.350843120 and 1.766745641, 1.077680802.
+are 1.098066916, 0.350843120 and 1.766745641, 1.077680802.
 
 No setting helps with balls that touch several others, as in a break: they gain or lose energy.
 """
