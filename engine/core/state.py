@@ -87,8 +87,8 @@ HELD = 10  # 1: it lies still on other balls, and is held there
 STILL_X = 11  # where it has stayed for some time, within a tolerance [m]
 STILL_Y = 12
 STILL_RISE = 13
-STILL_SINCE = 14  # since when [s]
-LOADED = 15  # time until which it counts as loaded by a ball that bounces on it [s]
+STILL_IMPACTS = 14  # number of its slow impacts there
+STILL_SINCE = 15  # since when [s]
 HEIGHT_COLUMNS = 16
 
 SERIES_TERMS = 26

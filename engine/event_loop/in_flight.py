@@ -1,8 +1,6 @@
 """What happens at an event where balls may leave the cloth: they land, meet noses, lie still.
 
-What an impact does is in `impacts`. A bounce is the slow impact of a ball that lies on another; see
-`impacts.slow_impacts`. What it kicks the lower one by is ended together with all balls that this
-touches: those contacts are listed here, for a contact step to begin with.
+What an impact does is in `impacts`.
 """
 
 from __future__ import annotations
@@ -20,10 +18,7 @@ from ghostball.engine.event_loop.record import (
 )
 from ghostball.engine.impacts.impact import collide_balls
 from ghostball.engine.impacts.in_space import bounce_off_nose, collide_in_space, fastest_nose
-from ghostball.engine.impacts.lying_still import let_go, list_touching, load, share_load
 from ghostball.engine.impacts.on_table import end_bounces, land
-from ghostball.engine.impacts.slow_impacts import lies_on
-from ghostball.engine.motion.flight import one_is_loaded
 from ghostball.engine.motion.next_piece import leave, mark
 from ghostball.engine.motion.obstacles import hole_at
 
@@ -68,7 +63,7 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
         nose = nose_of(height, balls, laws, i, kind - st.OWN_CUSHION)
         log.counters[st.BALL_CUSHION] += 1
         note_event(BALL_CUSHION_EVENT, i, int(laws.obstacles[nose].index), t, log)
-        bounce_off_nose(height, balls, i, nose, laws)
+        bounce_off_nose(height, world, i, nose)
         balls.state[i].impacts += 1.0
         _note_held(height, world, i, t)
     else:
@@ -103,8 +98,6 @@ def collide_pair(height: FloatArray | None, world: World, i: int, j: int) -> Non
         collide_balls(balls, i, j, laws)
         return
     if laws.airborne:
-        let_go(height, balls, i)
-        let_go(height, balls, j)
         collide_in_space(height, world, i, j)
     else:
         collide_balls(balls, i, j, laws)
@@ -119,9 +112,7 @@ def nose_of(height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion
 
 
 @kernel(inline=True)
-def bounces_in_space(
-    height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int
-) -> bool:
+def bounces_in_space(height: FloatArray | None, world: World, i: int, cushion: int) -> bool:
     """Bounce ball i off a nose, where balls may fly.
 
     Off one alone: in a corner, the first may lift the ball away from the second. Where it doesn't,
@@ -129,44 +120,10 @@ def bounces_in_space(
     """
     if height is None:
         return False
-    if not laws.airborne:
+    if not world.laws.airborne:
         return False
-    bounce_off_nose(height, balls, i, cushion, laws)
+    bounce_off_nose(height, world, i, cushion)
     return True
-
-
-@kernel(inline=True)
-def is_slow_impact(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> bool:
-    """Whether the first pair of `balls.touching`, at t [s], is one ball on another."""
-    if height is None:
-        return False
-    return lies_on(
-        height, balls, balls.touching[0, st.FIRST], balls.touching[0, st.SECOND], laws, t
-    )
-
-
-@kernel(inline=True)
-def list_below(height: FloatArray | None, world: World, t: float) -> int:
-    """List what the first pair of `balls.touching` pushes together by its bounce; say how many."""
-    balls = world.balls
-    if height is None:
-        return 0
-    a, b = int(balls.touching[0, st.FIRST]), int(balls.touching[0, st.SECOND])
-    load(height, balls, world.laws, a, b, t)
-    count = list_touching(world, a, t, 0, True)
-    count = list_touching(world, b, t, count, True)
-    share_loads(height, balls, count, t)
-    return count
-
-
-@kernel(inline=True)
-def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -> None:
-    """Note that what loads a ball at t [s] loads all that it touches in `balls.touching`."""
-    if height is not None:
-        for c in range(count):
-            i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-            if j >= 0 and one_is_loaded(height, i, j, t):
-                share_load(height, i, j)
 
 
 @kernel(inline=True)

@@ -20,9 +20,9 @@ from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS
 from ghostball.engine.impacts.impact import bounce, collide_balls, has_collapsed
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
-from ghostball.engine.impacts.lying_still import bounces_on, capture_speed, hold, is_wedged, settle
+from ghostball.engine.impacts.lying_still import capture_speed, hold, is_held, let_go, lies_still
 from ghostball.engine.impacts.on_table import STICKING, respond_by_table, set_free
-from ghostball.engine.impacts.slow_impacts import part_from_nose, part_slowly
+from ghostball.engine.impacts.slow_impacts import part_slowly
 from ghostball.engine.motion.geometry import reduced_mass
 from ghostball.engine.motion.obstacles import above_nose, facing
 
@@ -43,15 +43,17 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     vx, vy, vz = a.vx - b.vx, a.vy - b.vy, height[i, st.UP_SPEED] - height[j, st.UP_SPEED]
     speed = vx * nx + vy * ny + vz * nz
     slow = capture_speed(laws, 0.5 * (a.radius + b.radius))
-    if free and speed <= slow and settle(height, balls, i, j, laws):
+    if free and speed <= slow and is_held(height, balls, i, j, laws):
         return
+    let_go(height, balls, i)
+    let_go(height, balls, j)
     collapsed = laws.ball_restitution < 1.0 and (
         has_collapsed(balls, i, laws) or has_collapsed(balls, j, laws)
     )
     if speed <= slow and not (free and collapsed):
         if free:
             overlap = a.radius + b.radius - distance
-            part_slowly(height, world, i, j, nx, ny, nz, overlap)
+            part_slowly(height, world, i, j, nx, ny, nz, distance, overlap)
         else:
             collide_balls(balls, i, j, laws)
         return
@@ -112,7 +114,7 @@ def fastest_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -
 
 
 @kernel
-def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -> None:
+def bounce_off_nose(height: FloatArray, world: World, i: int, k: int) -> None:
     """Bounce ball i off the nose of obstacle k; then the table responds.
 
     The factor along the cushion, of the law that has one, is on the velocity there. Below a nose
@@ -121,6 +123,7 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
     Contract: the ball is advanced to the instant of the impact, and approaches the nose but for
     rounding.
     """
+    balls, laws = world.balls, world.laws
     free = balls.state[i].phase == st.FLYING
     if not free:
         nx, ny, _ = facing(laws, k, balls.state[i].x, balls.state[i].y)
@@ -137,10 +140,11 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
     speed = abs(ball.vx * nx + ball.vy * ny + height[i, st.UP_SPEED] * nz)
     slow = capture_speed(laws, ball.radius)
     if free and speed <= slow:
-        if bounces_on(height, balls, i, laws) and is_wedged(height, balls, i, laws):
+        if lies_still(height, balls, i, laws):
             hold(height, balls, i)
-            return
-        part_from_nose(height, balls, i, laws, nx, ny, nz, speed, ball.radius - distance)
+        else:
+            overlap = ball.radius - distance
+            part_slowly(height, world, i, -1, nx, ny, nz, distance, overlap)
         return
     returned = restitution_at(speed, cushion.restitution, cushion.loss) * speed
     normal = speed + max(returned, slow if free else 0.0)
