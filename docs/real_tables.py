@@ -15,10 +15,15 @@ from ghostball.reference_adapters import make_engine
 from ghostball.validation.measured.banks import through_points
 from ghostball.validation.measured.best_settings import best_cloth, best_cushion
 from ghostball.validation.measured.facts import FactRow, facts_of
-from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
+from ghostball.validation.measured.oblique_hits import oblique_hit, passed_throw, throw_angle
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds, square_rebound
 from ghostball.validation.measured.rolling import deceleration
-from ghostball.validation.measured.table_agreement import material_hits as measured_hits
+from ghostball.validation.measured.table_agreement import (
+    SMALL_GAP,
+    MeasuredEngine,
+    families_of,
+    material_hits as measured_hits,
+)
 
 _PLAY = partial(simulate, record="trajectory")
 _SYMBOLS = {"cushion_restitution": "e", "cushion_restitution_loss": "c"}
@@ -106,20 +111,20 @@ def hits() -> str:
 
 
 def material_hits() -> str:
-    """Return the directions after hits of billiard balls: measured, and of each preset."""
+    """Return directions and throw after hits of billiard balls: measured, and of each preset."""
     row = facts_of("hits-materials").rows[0]
     presets = ("pool", "carom", "snooker")
     found = [measured_hits(_PLAY, Physics(preset=name), row) for name in presets]
     rows = []
-    for ball, name in enumerate(("cue ball", "object ball")):
+    for which, name in enumerate(("direction", "throw")):
         for hits in zip(*found, strict=True):
-            figures = [hit[ball] for hit in hits]
+            figures = [hit[which] for hit in hits]
             first = figures[0]
             cells = (f"{one.played:.1f} ({one.errors_off:+.1f})" for one in figures)
             rows.append(
                 (f"{name}, {first.at:g}°", f"{first.value:.1f} ± {first.error:.1f}", *cells)
             )
-    heads = ("ball, cut", "measured [°]", *(f"`{name}`" for name in presets))
+    heads = ("angle, cut", "measured [°]", *(f"`{name}`" for name in presets))
     return table(heads, rows)
 
 
@@ -155,6 +160,37 @@ def throws() -> str:
             cells = (f"{one:.1f}°" for one in (value, played, sticks))
             rows.append((f"{row.place:g} m/s, {cut:g}°", *cells))
     return table(("speed, cut", "measured", "`pool`", "largest throw of any friction"), rows)
+
+
+def frozen_throws() -> str:
+    """Return the throw of frozen and of nearly frozen balls: measured, and of the preset `pool`."""
+    rows = []
+    for row in facts_of("throw-frozen").rows:
+        for name, gap, clean, chalk in (
+            ("frozen", 0.0, row.value, row.also["chalk"]),
+            ("small gap", SMALL_GAP, row.also["gap"], row.also["chalk_gap"]),
+        ):
+            played = passed_throw(_PLAY, Physics(preset="pool"), 1.0, row.place, gap)
+            cells = (f"{one:.1f}°" for one in (clean, chalk, played))
+            rows.append((f"{name}, {row.place:g}°", *cells))
+    return table(("balls, angle", "measured, clean", "measured, chalk", "`pool`"), rows)
+
+
+def golf_spin() -> str:
+    """Return decelerations of a golf ball: measured, and of a model with one number for each."""
+    ours = MeasuredEngine(make_engine("ghostball"), _PLAY)
+    rows = []
+    for name in ("spin-golf", "rolling-golf"):
+        (family,) = families_of(name, ours)
+        for row, one in zip(facts_of(name).rows, family.figures, strict=True):
+            rows.append(
+                (
+                    f"{family.quantity}, {row.what} [{family.unit.replace('^2', '²')}]",
+                    f"{one.value:.3g} ± {one.error:.1g}",
+                    f"{one.played:.3g} ({one.errors_off:+.1f})",
+                )
+            )
+    return table(("quantity", "measured", "one number for both"), rows)
 
 
 def _plus_minus(row: FactRow, digits: int) -> str:

@@ -29,7 +29,7 @@ _Y_LABELS: Final = {
     "banks-pool": "aim position / target position",
     "cushion-snooker": "speed after / speed before",
     "hit-cue-ball": "direction [degrees]",
-    "hit-object-ball": "direction [degrees]",
+    "hit-throw": "throw [degrees]",
     "head-on-unequal": "speed / speed before",
     "hit-speeds": "speed / speed before",
     "hit-angle": "direction [degrees]",

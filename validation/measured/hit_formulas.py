@@ -18,10 +18,11 @@ _SMALL_STEP: Final = 1e-3
 
 
 def directions_after_hit(restitution: float, friction: float, cut: float) -> FloatArray:
-    """Return the directions of two equal balls once both roll, (2,) [degrees].
+    """Return the direction of the cue ball and the throw of the object ball, (2,) [degrees].
 
-    A rolling cue ball hits a ball at rest at a cut [degrees]. The directions are those of the cue
-    ball and of the object ball, each towards its own side of the path before.
+    A rolling cue ball hits an equal ball at rest at a cut [degrees]. Both values are those when
+    both balls roll: the direction is measured from the path before, the throw from the line of
+    centres at the hit, towards that path.
 
     First the impact: the normal impulse is (1 + e) times the approach speed, and friction is mu
     times the normal impulse, at most the impulse that ends the slip (Wallace and Schroeder 1988).
@@ -41,8 +42,8 @@ def directions_after_hit(restitution: float, friction: float, cut: float) -> Flo
         5.0 / 7.0 * speed * (1.0, 1.0, 0.0) + 2.0 / 7.0 * np.cross(spin * (1.0, 1.0, 0.0), up)
         for speed, spin in ((cue, cue_spin), (impulse, turn))
     )
-    directions = [math.atan2(cue[1], cue[0]), -math.atan2(other[1], other[0])]
-    return np.array([math.degrees(one) for one in directions])
+    cue_angle, other_angle = (math.degrees(math.atan2(v[1], v[0])) for v in (cue, other))
+    return np.array([cue_angle, cut + other_angle])
 
 
 def speeds_after_head_on_hit(restitution: float, mass_ratio: float) -> FloatArray:

@@ -103,7 +103,7 @@ def head_on_hit(
     found = play(scene).sample(hit + times).positions[:, :, 0]
     slopes = [float(np.polyfit(times, found[:, ball], 2)[1]) for ball in (0, 1)]
     if not slopes[1] > 0.0:
-        raise OperatorError(f"a ball that was hit head-on at {speed:g} m/s rests")
+        raise OperatorError(f"the object ball doesn't move after a head-on hit at {speed:g} m/s")
     return slopes[0], slopes[1]
 
 
@@ -116,13 +116,50 @@ def throw_angle(play: Play, physics: Physics, speed: float, cut: float) -> float
     """
     slides = {"velocity": (speed, 0.0), "angular_velocity": (0.0, 0.0, 0.0)}
     scene = _scene("throw", physics, POOL_BALL, cut, _GAP, slides, _THROW_TIMES[1] + 2.0 / _RATE)
-    track = tracks_of(play(scene), _RATE)["object"]
+    return cut - _direction_of(tracks_of(play(scene), _RATE)["object"], speed, cut)
+
+
+def passed_throw(play: Play, physics: Physics, speed: float, angle: float, gap: float) -> float:
+    """Return the throw of a pool ball by a ball that a cue ball without spin hits full [degrees].
+
+    `gap` [m]: between the hit ball and the second ball; 0: they touch. `angle` [degrees] lies
+    between the hit and the line of these two balls. The throw is the angle from their line of
+    centres when they meet to the path of the second ball. `speed` [m/s] is the cue ball's.
+
+    Raises `OperatorError` if the second ball isn't hit.
+    """
+    x, y = _MIDDLE
+    apart, turn = 2.0 * POOL_BALL.radius, math.radians(angle)
+    away = apart + gap
+    places = (
+        (x - apart - _GAP, y),
+        (x, y),
+        (x + away * math.cos(turn), y - away * math.sin(turn)),
+    )
+    motion = {"angular_velocity": (0.0, 0.0, 0.0)}
+    balls = [
+        Ball(id=name, position=place, velocity=(v, 0.0), **motion, **POOL_BALL._asdict())
+        for name, place, v in zip(
+            ("cue", "first", "object"), places, (speed, 0.0, 0.0), strict=True
+        )
+    ]
+    lasts = _THROW_TIMES[1] + 2.0 / _RATE
+    scene = Scene(name="passed-on", table=_TABLE, physics=physics, balls=balls, t_max=lasts)
+    met = math.degrees(math.asin(away * math.sin(turn) / apart))
+    return met - _direction_of(tracks_of(play(scene), _RATE)["object"], speed, angle)
+
+
+def _direction_of(track: Track, speed: float, angle: float) -> float:
+    """Return the direction of a ball after a hit, clockwise from x [degrees].
+
+    Raises `OperatorError` if it rests; `speed` [m/s] and `angle` [degrees] describe the hit.
+    """
     first, last = track.at(np.array(_THROW_TIMES))
     if not first[0] < last[0]:
         raise OperatorError(
-            f"the object ball doesn't move after a hit at {speed:g} m/s, a cut of {cut:g} degrees"
+            f"the object ball doesn't move after a hit at {speed:g} m/s, a cut of {angle:g} degrees"
         )
-    return cut - math.degrees(math.atan2(first[1] - last[1], last[0] - first[0]))
+    return math.degrees(math.atan2(first[1] - last[1], last[0] - first[0]))
 
 
 def _scene(

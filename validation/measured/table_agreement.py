@@ -26,10 +26,16 @@ from ghostball.validation.measured.hit_formulas import (
     speeds_after_head_on_hit,
     uncertainty,
 )
-from ghostball.validation.measured.oblique_hits import head_on_hit, oblique_hit, throw_angle
+from ghostball.validation.measured.oblique_hits import (
+    head_on_hit,
+    oblique_hit,
+    passed_throw,
+    throw_angle,
+)
 from ghostball.validation.measured.rebounds import rebounds, square_rebound
 from ghostball.validation.measured.rolling import deceleration
 from ghostball.validation.measured.simulated_ball import POOL_BALL, OperatorError, Play
+from ghostball.validation.measured.spinning import decelerations
 
 __all__ = [
     "MEASUREMENTS",
@@ -48,6 +54,9 @@ CUTS: Final = (20.0, 40.0, 60.0)
 
 SPEED_OF_HITS: Final = 0.75
 """Speed of the balls of Domenech 2008 [m/s]."""
+
+SMALL_GAP: Final = 1e-4
+"""Gap between two balls that nearly touch [m]."""
 
 Settings = Mapping[str, Any]
 """Fields of the physics."""
@@ -178,35 +187,35 @@ def _oblique_hits(player: MeasuredEngine, _settings: Settings, rows: Rows) -> Fi
 
 
 def _hits_of_materials(player: MeasuredEngine, _settings: Settings, rows: Rows) -> Figures:
-    """Yield the directions of the cue ball, and those of the object ball, of each material."""
+    """Yield the directions of the cue ball, and the throw, of each material."""
     cushion = player.any_cushion("banks-pool")
     found = [
         material_hits(player.play, Physics(motion="sliding", **_of_row(row), **cushion), row)
         for row in rows
     ]
-    for ball in (0, 1):
-        yield [hit[ball] for hits in found for hit in hits]
+    for which in (0, 1):
+        yield [hit[which] for hits in found for hit in hits]
 
 
 def material_hits(
     play: Play, physics: Physics, row: FactRow
 ) -> list[tuple[ComparedFigure, ComparedFigure]]:
-    """Return the directions of cue ball and object ball at each of `CUTS`, of one material."""
+    """Return the direction of the cue ball and the throw at each of `CUTS`, of one material."""
     inputs, errors = (row.value, row.place), (row.error or 0.0, row.given["friction_error"])
     figures = []
     for cut in CUTS:
         formula = partial(directions_after_hit, cut=cut)
         hit = oblique_hit(play, physics, SPEED_OF_HITS, cut, POOL_BALL)
-        cue, other = (
+        cue, throw = (
             ComparedFigure(at=cut, value=value, error=error, played=played, what=row.what)
             for value, error, played in zip(
                 formula(*inputs).tolist(),
                 uncertainty(formula, inputs, errors).tolist(),
-                (hit.cue_angle, hit.object_angle),
+                (hit.cue_angle, cut - hit.object_angle),
                 strict=True,
             )
         )
-        figures.append((cue, other))
+        figures.append((cue, throw))
     return figures
 
 
@@ -256,6 +265,53 @@ def _throws(player: MeasuredEngine, balls: Settings, rows: Rows) -> Figures:
     ]
 
 
+def _frozen_throws(player: MeasuredEngine, balls: Settings, rows: Rows) -> Figures:
+    """Yield the throw of a ball that touches the hit ball, or has a small gap to it."""
+    physics = Physics(motion="sliding", **balls, **player.any_cushion("banks-pool"))
+    yield [
+        _without_error(
+            row, value, passed_throw(player.play, physics, 1.0, row.place, gap), f"{what} balls"
+        )
+        for row in rows
+        for what, value, gap in (("frozen", row.value, 0.0), ("near", row.also["gap"], SMALL_GAP))
+    ]
+
+
+def _golf_spin(player: MeasuredEngine, cloth: Settings, rows: Rows) -> Figures:
+    """Yield the deceleration of the spin of a golf ball, on the spot and in motion."""
+    physics = Physics(motion="sliding", **cloth)
+    yield [
+        ComparedFigure.of(
+            row, decelerations(player.play, physics, spins=True, rolls=row.place > 0.0)[1]
+        )
+        for row in rows
+    ]
+
+
+def _golf_rolling(player: MeasuredEngine, cloth: Settings, rows: Rows) -> Figures:
+    """Yield the deceleration of a golf ball that rolls, without spin and with spin."""
+    physics = Physics(motion="sliding", **cloth)
+    yield [
+        ComparedFigure.of(
+            row, decelerations(player.play, physics, spins=row.place > 0.0, rolls=True)[0]
+        )
+        for row in rows
+    ]
+
+
+def _golf_cloth(_player: MeasuredEngine) -> Settings:
+    """Return the friction of the carpet: the weighted mean of the rows of each measurement."""
+    means = {}
+    for facts in ("spin-golf", "rolling-golf"):
+        rows = facts_of(facts).rows
+        weights = [1.0 / (row.uncertainty or 1.0) ** 2 for row in rows]
+        means[facts] = float(np.average([row.value for row in rows], weights=weights))
+    return {
+        "spinning_friction_rate": means["spin-golf"],
+        "rolling_friction": means["rolling-golf"] / Physics().gravity,
+    }
+
+
 def _without_error(row: FactRow, value: float, played: float, what: str = "") -> ComparedFigure:
     return ComparedFigure(at=row.place, value=value, error=None, played=played, what=what)
 
@@ -295,6 +351,9 @@ MEASUREMENTS: Final[
     "hits-unequal": (lambda _: _as_measured("ball_restitution"), _head_on_hits),
     "hits-snooker": (lambda _: _of_balls("snooker"), _oblique_hits),
     "throw-pool": (_pool_friction, _throws),
+    "throw-frozen": (_pool_friction, _frozen_throws),
+    "spin-golf": (_golf_cloth, _golf_spin),
+    "rolling-golf": (_golf_cloth, _golf_rolling),
 }
 """For each table of facts: a function that returns the best settings (None: no suitable cushion
 law), and a function that simulates its figures.

@@ -234,7 +234,7 @@ def agreement_table(found: Sequence[TableAgreement]) -> RenderableType:
             grades=True,
         ),
         *_agreement_tables(
-            found, "Typical difference from measurements without a known error", grades=False
+            found, "Typical difference from measurements that grade no engine", grades=False
         ),
     )
 

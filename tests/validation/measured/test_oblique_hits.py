@@ -9,7 +9,8 @@ import pytest
 
 from ghostball.engine import simulate
 from ghostball.model import Physics
-from ghostball.validation.measured.oblique_hits import oblique_hit, throw_angle
+from ghostball.validation.measured.oblique_hits import oblique_hit, passed_throw, throw_angle
+from ghostball.validation.measured.simulated_ball import OperatorError
 
 PLAY = partial(simulate, record="trajectory")
 CLOTH = {
@@ -58,3 +59,18 @@ def test_throw_is_what_friction_makes_of_it():
     )
     assert rough == pytest.approx(math.degrees(math.atan(0.06)), abs=0.03)
     assert smooth == pytest.approx(math.degrees(math.atan(0.03)), abs=0.03)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-4, 3e-3])
+@pytest.mark.parametrize("angle", [30.0, 45.0])
+def test_a_ball_passes_throw_on(angle, gap):
+    """A ball that is hit full slides; so friction throws the next ball as a cue ball would."""
+    smooth = passed_throw(PLAY, Physics(motion="sliding"), 1.0, angle, gap)
+    assert smooth == pytest.approx(0.0, abs=2e-3)
+    rough = passed_throw(PLAY, Physics(motion="sliding", ball_friction=0.05), 1.0, angle, gap)
+    assert rough == pytest.approx(math.degrees(math.atan(0.05)), abs=0.05)
+
+
+def test_a_second_ball_that_is_not_reached_is_said():
+    with pytest.raises(OperatorError, match=r"doesn't move after a hit at 0\.1 m/s"):
+        passed_throw(PLAY, Physics(motion="sliding"), 0.1, 30.0, 0.02)
