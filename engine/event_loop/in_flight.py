@@ -1,6 +1,6 @@
-"""What happens at an event where balls may leave the cloth: they land, meet noses, lie still.
+"""Events in scenes with flight: balls land, hit noses, leave the table, or come to rest on others.
 
-What an impact does is in `impacts`.
+`impacts` computes the effects of the impacts.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ghostball.engine.motion.obstacles import hole_at
 def bounces_have_ended(
     height: FloatArray | None, balls: Balls, i: int, kind: int, t: float
 ) -> bool:
-    """Move ball i to where its bounces end, if that is what happens."""
+    """Move ball i to the end of its low bounces, if this is the event; return whether it is."""
     if height is None:
         return False
     if kind != st.OWN_BOUNCES_END:
@@ -38,16 +38,16 @@ def bounces_have_ended(
 
 @kernel(inline=True)
 def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t: float) -> bool:
-    """Resolve what ball i does alone in the air: it lands, meets a nose, leaves the table.
+    """Resolve an event of ball i alone in the air: landing, hitting a nose, or leaving the table.
 
-    Return whether it is that.
+    Return whether the event is one of these.
     """
     balls, laws, log = world.balls, world.laws, world.log
     if height is None:
         return False
     hole = hole_at(laws, balls.state[i].x, balls.state[i].y) if kind == st.OWN_LAND else -1
     if hole >= 0:
-        height[i, st.RISE] = 0.0  # as of one that lands: what is left of it is rounding
+        height[i, st.RISE] = 0.0  # as at a landing: the rest is rounding
         fall_into(height, world, i, hole, t)
     elif kind in (st.OWN_LAND, st.OWN_BOUNCES_END):
         note_event(BALL_CLOTH_EVENT, i, -1, t, log)
@@ -74,7 +74,7 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
 
 @kernel(inline=True)
 def fall_into(height: FloatArray | None, world: World, i: int, k: int, t: float) -> None:
-    """Let ball i fall into the hole that is obstacle k."""
+    """Let ball i fall into the hole with row k."""
     _take_out(height, world, i, POCKETED_EVENT, int(world.laws.obstacles[k].index), t)
 
 
@@ -82,7 +82,7 @@ def fall_into(height: FloatArray | None, world: World, i: int, k: int, t: float)
 def _take_out(
     height: FloatArray | None, world: World, i: int, kind: int, index: int, t: float
 ) -> None:
-    """Take ball i out of the run where it is."""
+    """Remove ball i from the run at its position."""
     world.log.counters[st.BALLS_GONE] += 1
     note_event(kind, i, index, t, world.log)
     leave(world.balls, i)
@@ -92,7 +92,7 @@ def _take_out(
 
 @kernel(inline=True)
 def collide_pair(height: FloatArray | None, world: World, i: int, j: int) -> None:
-    """Collide two balls neither of which has another impact now."""
+    """Collide two balls that have no other impact at this time."""
     balls, laws = world.balls, world.laws
     if height is None:
         collide_balls(balls, i, j, laws)
@@ -105,7 +105,7 @@ def collide_pair(height: FloatArray | None, world: World, i: int, j: int) -> Non
 
 @kernel(inline=True)
 def nose_of(height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int) -> int:
-    """Return which cushion ball i meets first, of those that it meets with the given one."""
+    """Return the cushion that ball i hits first, among those that it touches with the given one."""
     if height is None:
         return cushion
     return fastest_nose(height, balls, i, cushion, laws) if laws.airborne else cushion
@@ -113,10 +113,10 @@ def nose_of(height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion
 
 @kernel(inline=True)
 def bounces_in_space(height: FloatArray | None, world: World, i: int, cushion: int) -> bool:
-    """Bounce ball i off a nose, where balls may fly.
+    """Bounce ball i off one nose, if balls may fly; return whether this was done.
 
-    Off one alone: in a corner, the first may lift the ball away from the second. Where it doesn't,
-    the ball still approaches that, which is an event of its own.
+    In a corner, the first bounce may lift the ball away from the second cushion. If it doesn't, the
+    ball still approaches the second cushion, which causes a separate event.
     """
     if height is None:
         return False
@@ -137,6 +137,6 @@ def note_held(height: FloatArray | None, world: World, count: int, t: float) -> 
 
 @kernel(inline=True)
 def _note_held(height: FloatArray, world: World, i: int, t: float) -> None:
-    """Log that ball i came to rest on others, if that is what happened."""
+    """Log that ball i came to rest on others, if it did."""
     if world.balls.state[i].phase == st.FLYING and height[i, st.HELD] == 1.0:
         note_rest(world, i, t)

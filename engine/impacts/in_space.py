@@ -1,12 +1,13 @@
-"""Impacts where balls may leave the cloth: along the true normal, of two balls and at a nose.
+"""Impacts in scenes with flight, along the normal in space: of two balls, and of a ball and a nose.
 
-Restitution acts along the normal of the contact in space, Coulomb friction across it, against the
-slip of the surfaces there; so an impulse has a vertical part, and lifts a ball, or pushes it into
-the table, which responds at the same instant (`impacts.on_table`). The coefficients are the
-scene's; of the laws that it names, only whether that of the cushions turns balls counts.
+Restitution acts along the normal, and Coulomb friction across it, against the slip of the surfaces.
+So an impulse has a vertical component. It lifts a ball, or pushes a ball into the table, which
+responds at the same time (`impacts.on_table`). The coefficients are those of the scene. The named
+laws aren't used, except that a cushion law decides whether the cushion has friction.
 
-A slow impact of a ball in flight is another thing: see `impacts.slow_impacts`. As slow an impact on
-the cloth is one in the plane, by the scene's laws (`impacts.impact`): nothing rises.
+Slow impacts of a ball in flight have rules of their own: see `impacts.slow_impacts`. Slow impacts
+on the cloth are impacts in the plane by the laws of the scene (`impacts.impact`), because no ball
+rises.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from ghostball.engine.motion.obstacles import above_nose, facing
 def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     """Collide balls i and j, of which one or both may be in the air; then the table responds.
 
-    Contract: both are advanced to the instant of the impact and approach each other.
+    Contract: both balls are advanced to the time of the impact and approach each other.
     """
     balls, laws = world.balls, world.laws
     a, b = balls.state[i], balls.state[j]
@@ -64,7 +65,8 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     if collapsed:
         returned = 0.0
     normal = (speed + returned) * reduced
-    # The slip of a's surface over b's: what of the velocity is across, and (R_a w_a + R_b w_b) x n.
+    # The slip of a's surface over b's: the velocity across the normal, plus (R_a w_a + R_b w_b) x
+    # n.
     wx, wy = a.radius * a.wx + b.radius * b.wx, a.radius * a.wy + b.radius * b.wy
     wz = a.radius * a.wz + b.radius * b.wz
     sx = (vx - speed * nx) + (wy * nz - wz * ny)
@@ -92,10 +94,10 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
 
 @kernel
 def fastest_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -> int:
-    """Return which of the noses that ball i touches it approaches fastest: k, unless another one.
+    """Return the obstacle whose nose ball i touches and approaches fastest; k in case of a tie.
 
-    Noses at one instant are met one after the other, which comes out otherwise in another order:
-    the order may depend on the motion, but not on how the cushions are numbered.
+    If several noses are hit at the same time, the order of the impacts matters. The order may
+    depend on the motion, but not on the numbering of the cushions.
     """
     ball = balls.state[i]
     sizes = abs(ball.x) + abs(ball.y) + height[i, st.BASE] + height[i, st.RISE]
@@ -117,10 +119,11 @@ def fastest_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -
 def bounce_off_nose(height: FloatArray, world: World, i: int, k: int) -> None:
     """Bounce ball i off the nose of obstacle k; then the table responds.
 
-    The factor along the cushion, of the law that has one, is on the velocity there. Below a nose
-    that is far above its centre a ball may approach it again at once: that is another impact.
+    If the law of the cushion has a factor on the velocity along the cushion, this factor is
+    applied. Below a nose far above its centre, a ball may approach the nose again at once: this is
+    another impact.
 
-    Contract: the ball is advanced to the instant of the impact, and approaches the nose but for
+    Contract: the ball is advanced to the time of the impact, and approaches the nose within
     rounding.
     """
     balls, laws = world.balls, world.laws

@@ -1,8 +1,8 @@
-"""Balls that lie on other balls, or on noses: when they are held, and when they are let go.
+"""Balls that lie on other balls or on noses: when the engine holds and releases them.
 
-A ball in flight that has had some slow impacts at one place, and that is in balance on what bears
-it, is held where it is, until something hits the ball, or moves what it lies on. No force holds it
-there, since nothing needs one. A ball that is out of balance bounces until it falls off.
+A ball in flight is held at its position if it has had some slow impacts there and is in balance on
+its supports. It is held until a ball hits it or a support moves. No force is computed for a held
+ball, because none is needed. A ball out of balance bounces until it falls off.
 """
 
 from __future__ import annotations
@@ -20,29 +20,31 @@ from ghostball.engine.motion.obstacles import above_nose, facing
 from ghostball.engine.motion.position import advance
 
 _STILL = 2.0 * CAPTURE_HEIGHT
-"""Distance, in diameters, by which a ball that lies still may have gone."""
+"""Distance, in diameters, by which a ball that lies still may have moved."""
 
 _FEW = 64.0
-"""Slow impacts at one place after which a ball in balance is held."""
+"""Number of slow impacts at one place after which a ball in balance is held."""
 
 _LONG = 0.25
 """Time at one place after which a ball in balance is held, in units of sqrt(R / g).
 
-13 ms for pool balls. A ball on balls that nothing holds pushes them apart, and sinks meanwhile by
-more than `_STILL`: unless they accelerate by less than g / 2000, a fifteenth of what rolling
-friction takes."""
+13 ms for pool balls. A ball on balls that nothing holds pushes them apart, and sinks by more than
+`_STILL` in this time. Exceptions are balls that accelerate by less than g / 2000, which is a
+fifteenth of the deceleration by rolling friction.
+"""
 
 _LEAN = 2.0**-23
-"""Largest sideways part of the pushes on a ball in balance, over the ball's weight."""
+"""Largest sideways component of the pushes on a ball in balance, relative to the weight of the
+ball."""
 
 _MOST_SLOW_IMPACTS = 2**17
-"""Slow impacts of a ball, from one landing on the cloth to the next, after which a run ends: some
-ten times what one comes to that is dropped exactly on top of another."""
+"""Number of slow impacts of a ball between two landings on the cloth after which a run ends: about
+ten times as many as of a ball that is dropped exactly on top of another ball."""
 
 
 @kernel(inline=True)
 def capture_speed(laws: Laws, radius: float) -> float:
-    """Speed [m/s] of a rebound that rises `CAPTURE_HEIGHT`."""
+    """Return the speed of a rebound that rises by `CAPTURE_HEIGHT` [m/s]."""
     return 2.0 * math.sqrt(laws.gravity * CAPTURE_HEIGHT * radius)
 
 
@@ -50,8 +52,8 @@ def capture_speed(laws: Laws, radius: float) -> float:
 def lies_still(height: FloatArray, balls: Balls, k: int, laws: Laws) -> bool:
     """Count a slow impact of ball k in flight; return whether the ball lies still.
 
-    The ball lies still if it has had `_FEW` of them at one place above the table, is no faster than
-    its bounces, and is in balance.
+    The ball lies still if it has had `_FEW` slow impacts at one place above the table for the time
+    `_LONG`, is no faster than its bounces, and is in balance.
     """
     ball = balls.state[k]
     height[k, st.SLOW_IMPACTS] += 1.0
@@ -68,7 +70,7 @@ def lies_still(height: FloatArray, balls: Balls, k: int, laws: Laws) -> bool:
     long = _LONG * math.sqrt(ball.radius / laws.gravity)
     too_soon = ball.epoch - height[k, st.STILL_SINCE] < long
     if too_soon or height[k, st.STILL_IMPACTS] < _FEW or height[k, st.RISE] <= still:
-        return False  # or the table is what it comes to rest on
+        return False  # too early, or the ball comes to rest on the table
     up, slow = height[k, st.UP_SPEED], capture_speed(laws, ball.radius)
     bounces = ball.vx * ball.vx + ball.vy * ball.vy + up * up <= 4.0 * slow * slow
     return bool(bounces and _is_in_balance(height, balls, k, laws))
@@ -76,9 +78,9 @@ def lies_still(height: FloatArray, balls: Balls, k: int, laws: Laws) -> bool:
 
 @kernel
 def is_held(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> bool:
-    """Hold those of two balls that fly, if each lies still; return whether they are held.
+    """Hold the flying balls of a pair if each lies still; return whether they are held.
 
-    A ball on the cloth that bears the other ball is stopped, if it hardly moves.
+    A ball on the cloth that supports the other ball is stopped if it hardly moves.
     """
     still = True
     for k in (i, j):
@@ -99,9 +101,9 @@ def is_held(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> boo
 
 @kernel
 def _is_in_balance(height: FloatArray, balls: Balls, k: int, laws: Laws) -> bool:
-    """Whether what bears ball k lies on all sides of it: from above, in no half plane alone.
+    """Return whether ball k has supports on all sides, so that it can't fall off.
 
-    On each side of every support there is another one, or straight across.
+    Seen from above, each support has another support on each of its sides, or one straight across.
     """
     supports = len(balls.own_kind) + len(laws.obstacles)
     count = 0
@@ -129,8 +131,8 @@ def _support(
 ) -> tuple[float, float, float]:
     """Return the unit normal from support c to ball k, at its epoch.
 
-    Of all supports, balls are the first, then come obstacles. The normal is 0 where support c
-    doesn't bear ball k.
+    The supports are all balls, then all obstacles. The normal is 0 if support c doesn't support
+    ball k.
     """
     balls.counters[st.WORK] += 1
     n, ball = len(balls.own_kind), balls.state[k]
@@ -152,7 +154,7 @@ def _support(
 
 @kernel
 def _stays(balls: Balls, i: int) -> bool:
-    """Whether ball i rests, or will within the distance that a ball that lies still may go.
+    """Return whether ball i rests, or will rest within the distance that a still ball may move.
 
     A ball on the cloth then rolls no faster than the sum of its velocity and its slip.
     """
@@ -169,7 +171,7 @@ def _stays(balls: Balls, i: int) -> bool:
 
 @kernel
 def hold(height: FloatArray, balls: Balls, k: int) -> None:
-    """Hold ball k where it is, with its spin, which nothing slows there."""
+    """Hold ball k at its position, with its spin, which nothing slows there."""
     balls.state[k].vx, balls.state[k].vy = 0.0, 0.0
     height[k, st.UP_SPEED], height[k, st.FALL] = 0.0, 0.0
     if height[k, st.HELD] == 0.0:
@@ -179,7 +181,7 @@ def hold(height: FloatArray, balls: Balls, k: int) -> None:
 
 @kernel
 def let_go(height: FloatArray, balls: Balls, k: int) -> None:
-    """Hold ball k no more: whoever calls it has it predicted anew."""
+    """Stop holding ball k; the caller must predict the ball again."""
     if height[k, st.HELD] == 1.0:
         height[k, st.HELD] = 0.0
         balls.counters[st.ALOFT] -= 1
@@ -187,9 +189,9 @@ def let_go(height: FloatArray, balls: Balls, k: int) -> None:
 
 @kernel
 def let_go_above(height: FloatArray, balls: Balls, laws: Laws, t: float) -> None:
-    """Let go what lies on balls that move after the event at t [s]; those that lie on it, too."""
+    """Release balls that lie on balls that move after the event at t [s], and those above them."""
     m = 1
-    while m <= balls.touched[0] and balls.counters[st.ALOFT] > 0:  # each ball is touched once
+    while m <= balls.touched[0] and balls.counters[st.ALOFT] > 0:  # each ball is marked once
         i = int(balls.touched[m])
         m += 1
         for k in range(0 if _stays(balls, i) else len(balls.own_kind)):

@@ -1,13 +1,13 @@
-"""Slow impacts of a ball in flight: a ball that lies on other balls, or on noses, bounces there.
+"""Slow impacts of a ball in flight: the bounces of a ball that lies on other balls or on noses.
 
-An impact is slow whose rebound would rise less than `CAPTURE_HEIGHT`. A slow impact is elastic and
-knows no friction: with less energy at each bounce, a ball would bounce ever faster before it slides
-off. A ball on the table that is loaded from above doesn't move downwards, and stays at a cushion
-behind it. Between bounces, the ball above would else push it a nanometre to and fro: the cushion
-would take energy from each bounce, until the balls sink into each other.
+An impact is slow if its rebound would rise less than `CAPTURE_HEIGHT`. Slow impacts are elastic and
+have no friction: if each bounce took energy, a ball would bounce ever faster before it slides off.
+A ball on the table that is loaded from above doesn't move downwards, and stays at a cushion behind
+it. Otherwise, the ball above would push it to and fro by a nanometre between bounces, and the
+cushion would take energy from each bounce, until the balls overlap.
 
-Bounces that have become lower, since what the ball lies on yields, are raised again. The energy
-comes from the slip, as if a friction took it, so that the energy of both balls stays the same.
+If bounces have become lower because the lower ball yields, they are raised again. The energy is
+taken from the slip, like the work of friction, so the total energy of both balls stays the same.
 """
 
 from __future__ import annotations
@@ -25,14 +25,16 @@ from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import pair_reach, relative_motion
 
 _LEAST_LEAN = 2.0**-20
-"""Least sideways part of the normal of a ball that falls slowly on the top of another ball: nothing
-else would decide where the ball falls, or the ball would take seconds to fall off."""
+"""Smallest sideways component of the normal of a ball that falls slowly on the top of another ball.
+With a smaller component, rounding would decide where the ball falls, or falling would take seconds.
+"""
 
 _PART_OF_SLIP = 2.0**-8
-"""Largest part of the energy of a slip that a bounce takes: a bounce that lacks more takes none.
+"""Largest part of the energy of a slip that a bounce takes; a bounce that needs more takes none.
 
-A ball that begins to fall off another ball is e times as fast after some 200 such bounces. What
-each bounce took of a slower slip kept the ball on top."""
+A ball that starts to fall off another ball becomes e times as fast in about 200 such bounces. When
+each bounce took energy from a slower slip, too, the ball stayed on top.
+"""
 
 
 @kernel
@@ -47,12 +49,12 @@ def part_slowly(
     distance: float,
     overlap: float,
 ) -> None:
-    """Let ball i and ball j, or a nose if j is -1, part as fast as they approach; then the table.
+    """Separate ball i and ball j, or a nose if j is -1, at their approach speed.
 
     The normal (nx, ny, nz) points from ball i to the other centre, or to the nose, `distance` [m]
-    away. A ball exactly above another one falls off along x.
+    away. A ball exactly above another ball falls off along x. Then the table responds.
 
-    Contract: both are advanced to the instant of the impact and approach each other.
+    Contract: both balls are advanced to the time of the impact and approach each other.
     """
     balls, laws = world.balls, world.laws
     k_i, u_i, x_i, y_i = _mobility(height, world, i, -nx, -ny, -nz)
@@ -74,7 +76,8 @@ def part_slowly(
     px, py, pz, lost = 0.0, 0.0, 0.0, 0.0
     if compliance > 0.0 and speed > 0.0:
         across = max(vx * vx + vy * vy + vz * vz - speed * speed, 0.0)
-        # Up or down the slope alone: by the rest of the slip, a ball falls off a ridge.
+        # Use the slip up or down the slope only: with the rest of the slip, a ball falls off a
+        # ridge.
         sx, sy, sz, slip = 0.0, 0.0, 0.0, 0.0
         level = math.sqrt(nx * nx + ny * ny)
         if level > 0.0:
@@ -109,11 +112,12 @@ def part_slowly(
 def _lacking_square(
     laws: Laws, reach: float, overlap: float, speed: float, slip: float, loaded: bool
 ) -> float:
-    """Return what the square of the speed of a rebound lacks [m^2/s^2], and the slip may give.
+    """Return by how much the square of the rebound speed must be increased [m^2/s^2].
 
-    Balls that overlap by `overlap` [m], and would come less than half out again, part fast enough
-    to come out, and higher by `LOWEST_BOUNCE`. A ball that loads another one keeps the speed of the
-    highest slow bounce.
+    Balls that overlap by `overlap` [m], and whose rebound would remove less than half of the
+    overlap, separate fast enough to remove it and to rise by `LOWEST_BOUNCE`. A ball that loads
+    another ball keeps the speed of the highest slow bounce. The result is 0 if the slip can't
+    provide the energy.
     """
     square, given = speed * speed, _PART_OF_SLIP * slip * slip
     if square < laws.gravity * overlap:
@@ -129,12 +133,12 @@ def _lacking_square(
 def _mobility(
     height: FloatArray, world: World, k: int, nx: float, ny: float, nz: float
 ) -> tuple[float, float, float, float]:
-    """Return how ball k yields to an impulse along a normal: level and upwards [1/kg]; (bx, by).
+    """Return the response of ball k to an impulse along a normal.
 
-    The ball doesn't move along the level unit vector (bx, by), if that isn't 0. A ball on the table
-    that is loaded from above doesn't move downwards; nor to or from a cushion that holds it, itself
-    or by a row of balls. In a corner, in front of a cushion and a row, and where k is -1, the ball
-    doesn't move.
+    The results are the mobilities in the plane and upwards [1/kg], and a horizontal unit vector
+    (bx, by) along which the ball doesn't move; or 0. A ball on the table that is loaded from above
+    doesn't move downwards; nor to or from a cushion that holds the ball, directly or through a row
+    of balls. In a corner, between a cushion and a row, or if k is -1, nothing moves.
     """
     if k < 0:
         return 0.0, 0.0, 0.0, 0.0
@@ -157,8 +161,8 @@ def _mobility(
 def _held_behind(world: World, k: int, nx: float, ny: float) -> tuple[int, float, float]:
     """Return how many cushions hold ball k against a push, and the unit vector from the last one.
 
-    A cushion holds the ball itself, or by a row of balls: the vector is then that from the row. The
-    push acts along the level vector (nx, ny).
+    The push acts along the horizontal vector (nx, ny). If a cushion holds the ball through a row of
+    balls, the vector is that from the row.
     """
     balls = world.balls
     size = math.sqrt(nx * nx + ny * ny)
@@ -182,10 +186,10 @@ def _held_behind(world: World, k: int, nx: float, ny: float) -> tuple[int, float
 
 @kernel
 def _ball_behind(world: World, k: int, nx: float, ny: float) -> tuple[int, float, float]:
-    """Return the ball behind ball k, as seen along the unit vector (nx, ny); or -1.
+    """Return the ball behind ball k in the direction (nx, ny), or -1; and the unit vector from it.
 
-    And the unit vector from that ball to ball k. Of all balls that ball k touches, or nearly, it is
-    the one that a push along (nx, ny) presses ball k into most.
+    Of all balls that ball k touches or nearly touches, this is the ball that ball k is pressed
+    against most by a push along the unit vector (nx, ny).
     """
     balls = world.balls
     first, most, bx, by = -1, _LEAST_LEAN, 0.0, 0.0
@@ -206,9 +210,9 @@ def _ball_behind(world: World, k: int, nx: float, ny: float) -> tuple[int, float
 
 @kernel
 def _cushion_behind(world: World, k: int, nx: float, ny: float) -> tuple[int, float, float]:
-    """Return how many cushions behind ball k it touches, or nearly, and the normal of the last.
+    """Return how many cushions behind ball k it nearly touches, and the normal of the last one.
 
-    A push along the unit vector (nx, ny) presses ball k into them.
+    A push along the unit vector (nx, ny) presses ball k against these cushions.
     """
     balls, laws = world.balls, world.laws
     ball, touched, bx, by = balls.state[k], 0, 0.0, 0.0
@@ -229,7 +233,7 @@ def _cushion_behind(world: World, k: int, nx: float, ny: float) -> tuple[int, fl
 def _velocity(
     height: FloatArray, balls: Balls, k: int, level: float, up: float, bx: float, by: float
 ) -> tuple[float, float, float]:
-    """Return the velocity [m/s] of ball k in the directions in which it yields."""
+    """Return the velocity of ball k in the directions in which it can move [m/s]."""
     if level == 0.0:
         return 0.0, 0.0, 0.0
     ball = balls.state[k]
@@ -241,7 +245,7 @@ def _velocity(
 def _given(
     level: float, up: float, bx: float, by: float, px: float, py: float, pz: float
 ) -> tuple[float, float, float]:
-    """Return the velocity that an impulse (px, py, pz) gives a ball of that mobility."""
+    """Return the change of velocity of a ball with this mobility by an impulse (px, py, pz)."""
     held = px * bx + py * by
     return level * (px - held * bx), level * (py - held * by), up * pz
 
@@ -259,7 +263,7 @@ def _push(
     py: float,
     pz: float,
 ) -> None:
-    """Give ball k an impulse (px, py, pz); on the cloth, it continues rolling if it rolls."""
+    """Apply an impulse (px, py, pz) to ball k; a ball that rolls on the cloth continues to roll."""
     ball = balls.state[k]
     vx, vy, _ = _velocity(height, balls, k, level, up, bx, by)
     dx, dy, dz = _given(level, up, bx, by, px, py, pz)

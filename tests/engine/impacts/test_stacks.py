@@ -1,7 +1,7 @@
-"""Random stacks: which balls fall off, which stay, and that each is one shot by every path.
+"""Tests of random stacks: which balls fall off, which stay, and equal results on all paths.
 
-Broken by: a ball that is held out of balance, or not held in balance; energy that comes in; balls
-that sink into each other; bounces that don't end.
+They fail if a ball is held out of balance, or isn't held in balance, if energy increases, if balls
+overlap, or if bounces don't end.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ghostball.engine import simulate
 from ghostball.model import Phase, Status
 
 NUMBERS = range(16)
-"""Stacks of each kind."""
+"""Numbers of the stacks of each kind."""
 
 LIES_HIGH = "height of a ball at rest over the cloth"
 
@@ -24,7 +24,7 @@ LIES_HIGH = "height of a ball at rest over the cloth"
 @pytest.mark.compiled
 @pytest.mark.parametrize("kind", KINDS)
 def test_balls_fall_off_or_stay(kind):
-    """And no ball sinks into another one, and no energy comes in."""
+    """No ball sinks into another ball, and the energy doesn't increase."""
     found = {}
     for number in NUMBERS:
         result = simulate(stack_of(kind, number), record="trajectory", max_events=200_000)
@@ -44,7 +44,7 @@ def test_balls_fall_off_or_stay(kind):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("check", ["sampled", "cells", "renumbered", "mirrored"])
 def test_stacks_are_the_same_in_mirrors_renumbered_and_with_cells(kind, check):
-    """But for impacts at one instant: they are resolved in the order of the balls."""
+    """Renumbered stacks must start without ties, which the order of the balls resolves."""
     scenes = {number: stack_of(kind, number) for number in NUMBERS}
     if check == "renumbered":
         scenes = {number: scene for number, scene in scenes.items() if _begins_in_turn(scene)}
@@ -54,7 +54,7 @@ def test_stacks_are_the_same_in_mirrors_renumbered_and_with_cells(kind, check):
 
 
 def _begins_in_turn(scene):
-    """Return whether the uppermost ball is no equal distance from two of the balls below."""
+    """Return whether all distances of the uppermost ball from the balls below are different."""
     *below, above = (np.array(ball.position) for ball in scene.balls)
     distances = np.sort([np.linalg.norm(above - place) for place in below])
     return bool(np.all(np.diff(distances) > 1e-12))
