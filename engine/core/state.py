@@ -84,11 +84,11 @@ END_WX = 7
 END_WY = 8
 SLOW_IMPACTS = 9  # number of its slow impacts in flight since it last landed on the cloth
 HELD = 10  # 1: it lies still on other balls, and is held there
-STILL_X = 11  # where it has stayed for some time, within a tolerance [m]
+STILL_X = 11  # position near which it has stayed, within a tolerance [m]
 STILL_Y = 12
 STILL_RISE = 13
-STILL_IMPACTS = 14  # number of its slow impacts there
-STILL_SINCE = 15  # since when [s]
+STILL_IMPACTS = 14  # number of its slow impacts near this position
+STILL_SINCE = 15  # time since which it has stayed there [s]
 HEIGHT_COLUMNS = 16
 
 SERIES_TERMS = 26

@@ -1,4 +1,4 @@
-"""Numbers that others published about billiards without losses, and about three balls in line.
+"""Tests of published numbers for billiards without losses, and for three balls in line.
 
 Each test names the formula and its source. The shots are far longer than their horizon, so the
 numbers are means and counts, which rounding doesn't change.
@@ -19,10 +19,11 @@ from ghostball.model import POOL_BALL_RADIUS as R, Scene, Table
 from ghostball.model.scene.obstacles import FIRST_POST
 
 SIGMAS = 4.0
-"""Standard errors that a mean may be off."""
+"""Permitted error of a mean, in standard errors."""
 
 POINT = 1e-3
-"""Radius of the ball in Sinai's billiard [m]; the billiard is that of its centre."""
+"""Radius of the ball in Sinai's billiard [m]; the point of the billiard is the centre of the ball.
+"""
 
 
 def sinai(radius: float, t_max: float, place=(0.1, 0.1), velocity=(1.0, 0.0)) -> Scene:
@@ -43,8 +44,8 @@ def sinai(radius: float, t_max: float, place=(0.1, 0.1), velocity=(1.0, 0.0)) ->
 def test_the_mean_free_path_of_sinai_s_billiard(radius):
     """pi A / P, for area A and perimeter P: Chernov 1997, after Santalo.
 
-    With starts of the invariant measure, uniform in place and direction, the mean number of
-    collisions in any time is the path over the mean free path.
+    The initial states have the invariant measure: uniform in position and direction. The mean
+    number of collisions in a time is then the path length over the mean free path.
     """
     t_max, shots = 20.0, 4000
     chance = np.random.default_rng(1)
@@ -86,7 +87,7 @@ def stretches(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 @pytest.mark.compiled
 @pytest.mark.parametrize(("radius", "collisions"), [(0.01, 5000), (0.05, 20_000)])
 def test_the_lyapunov_exponent_of_sinai_s_billiard(radius, collisions):
-    """-2 ln r + 1 - 4 ln 2 + 27 zeta(3) / (2 pi^2) + O(r ln^2 r) a collision with the disc.
+    """-2 ln r + 1 - 4 ln 2 + 27 zeta(3) / (2 pi^2) + O(r ln^2 r) per collision with the disc.
 
     Dahlqvist 1997, who doesn't give the factor of the last term; here the term may be a quarter of
     r ln^2 r.
@@ -113,21 +114,22 @@ def test_the_tangent_map_stretches_as_sinai_s_formula():
     assert len(found) > 8
     changes = np.zeros((1, 1, 7))
     changes[0, 0, 2:4] = (-math.sin(0.7), math.cos(0.7))
-    # The front that starts here has another curvature, which the first collisions make disappear.
+    # The front that starts here has another curvature; its effect vanishes after a few collisions.
     ends = result.tangent(changes).sample(times[[4, -1]])[:, 0, 0, :2]
     grown = math.log(np.hypot(*ends[1]) / np.hypot(*ends[0]))
     assert grown == pytest.approx(float(np.sum(found[4:])), rel=1e-9)
 
 
 def test_fagnano_s_orbit_closes():
-    """In an acute triangle the feet of the altitudes are a closed orbit, 8 A^2 / (a b c) long.
+    """The feet of the altitudes of an acute triangle form a closed orbit.
 
-    A is the area and a, b, c are the sides of the triangle of the centre. Fagnano 1775.
+    Its length is 8 A^2 / (a b c), where A is the area and a, b, c are the sides of the triangle in
+    which the centre moves (Fagnano 1775).
     """
     corners = np.array([[0.0, 0.0], [2.2, 0.0], [0.9, 1.7]])
     sides = np.roll(corners, -1, axis=0) - corners
     inward = np.column_stack([-sides[:, 1], sides[:, 0]]) / np.hypot(*sides.T)[:, None]
-    # The centre keeps a radius from each side: the corner of the two sides that meet there.
+    # Corners of the triangle of the centre, which stays one radius away from each side.
     inner = np.array(
         [
             corner + np.linalg.solve([inward[k - 1], inward[k]], [R, R])
@@ -158,9 +160,9 @@ def test_fagnano_s_orbit_closes():
 
 @pytest.mark.compiled
 def test_three_equal_discs_collide_at_most_four_times():
-    """Without cushions and losses: Murphy and Cohen 1993; four is reached.
+    """Without cushions and losses: Murphy and Cohen 1993. Some of the shots have four collisions.
 
-    The discs are near each other at one instant; their past is the future of opposite velocities.
+    The discs are near each other at one time. Their past is the future with opposite velocities.
     """
     shots, chance = 50_000, np.random.default_rng(2)
     angle = chance.uniform(0.0, 2.0 * math.pi, shots)
@@ -206,10 +208,11 @@ def collisions_in_line(restitution: float, approach: float, most: int = 200) -> 
 
 @pytest.mark.parametrize("approach", [0.0, 0.1, 0.3])
 def test_three_balls_in_line_collapse_below_7_minus_4_root_3(approach):
-    """McNamara and Young 1992: then their collisions never end.
+    """McNamara and Young 1992: below this restitution, the collisions never end.
 
     Each approach speed is the larger root x of x^2 - (1 + e) / 2 x + e = 0 times the one before.
-    Just above, a double can't tell the end from a collapse: the speeds fall below its rounding.
+    Just above it, double precision can't distinguish the end from a collapse: the speeds fall below
+    their rounding.
     """
     critical = 7.0 - 4.0 * math.sqrt(3.0)
     assert collisions_in_line(critical - 1e-4, approach) == 200
@@ -221,7 +224,7 @@ def test_three_balls_in_line_collapse_below_7_minus_4_root_3(approach):
     result = simulate(in_line(0.05, approach), record="trajectory")
     times = result.events["t"]
     assert times[-1] < 0.05
-    between = 0.5 * (times[:16] + times[1:17])  # later ones are the same double
+    between = 0.5 * (times[:16] + times[1:17])  # later times round to the same double
     speeds = np.abs(np.diff(result.sample(between).velocities[:, :, 0], axis=1)).max(axis=1)
     assert speeds[9:] / speeds[8:-1] == pytest.approx(0.4, rel=1e-3)
     assert np.ptp(result.final_state.velocities[0, :, 0]) < 1e-14
