@@ -114,6 +114,7 @@ class ObstacleRow(Row):
     tangential: float  # factor on the tangential velocity
     friction: float
     height: float  # height of its nose above the cloth [m]
+    ratio: float  # of the frequencies of a contact that yields along the slip; 0: it is rigid
 
 
 OBSTACLE = dtype_of(ObstacleRow)

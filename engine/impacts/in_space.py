@@ -19,6 +19,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws, World
 from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS
 from ghostball.engine.impacts.impact import bounce, collide_balls, has_collapsed
+from ghostball.engine.impacts.laws.compliant_contact import compliant_share
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.lying_still import capture_speed, hold, is_held, let_go, lies_still
@@ -159,6 +160,8 @@ def bounce_off_nose(height: FloatArray, world: World, i: int, k: int) -> None:
         sz = (height[i, st.UP_SPEED] - speed * nz) + ball.radius * (ball.wx * ny - ball.wy * nx)
         slip = math.sqrt(sx * sx + sy * sy + sz * sz)
         part = min(cushion.friction * normal / slip, STICKING) if slip > 0.0 else 0.0
+        if cushion.ratio > 0.0 and speed > 0.0:
+            part = compliant_share(slip / speed, cushion.friction, returned / speed, cushion.ratio)
         px, py, pz = px - part * sx, py - part * sy, pz - part * sz
         turn = 2.5 * part / ball.radius
         ball.wx -= turn * (ny * sz - nz * sy)

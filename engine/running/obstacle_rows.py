@@ -103,4 +103,5 @@ def coefficients_of(physics: Physics) -> tuple[float, ...]:
         1.0 if mirror else physics.cushion_tangential_restitution,
         physics.cushion_friction,
         physics.cushion_height,
+        physics.cushion_frequency_ratio if physics.cushion == "stronge2000" else 0.0,
     )

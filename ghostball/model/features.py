@@ -46,6 +46,7 @@ class Feature(enum.Enum):
     FRICTIONAL_CUSHION = "cushions with friction (frictional)"
     HAN_CUSHION = "cushions after Han 2005"
     MATHAVAN_CUSHION = "cushions after Mathavan 2010"
+    STRONGE_CUSHION = "cushions after Stronge 2000"
     AIR_DRAG = "air drag"
     QUADRATIC_ROLLING = "rolling friction with a quadratic term"
     FLIGHT = "airborne balls"

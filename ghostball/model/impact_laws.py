@@ -91,6 +91,13 @@ CUSHION_LAWS = (
         turns=True,
         integrated=True,
     ),
+    LawEntry(
+        "stronge2000",
+        (*_RESTITUTION, "cushion_friction", "cushion_height", "cushion_frequency_ratio"),
+        "restitution and friction at a nose that yields along the slip (Stronge 2000)",
+        feature="STRONGE_CUSHION",
+        turns=True,
+    ),
 )
 
 BALL_LAW_NAMES = tuple(law.name for law in BALL_LAWS)

@@ -23,7 +23,7 @@ MOST_WORK = 5 * 10**6
 OVERLAP = 2.0**-37 * 2.0 * R + 1e-14
 """Permitted overlap of a resting contact, plus rounding [m]."""
 
-LAWS = ("mirror", "restitution", "frictional", "han2005", "mathavan2010")
+LAWS = ("mirror", "restitution", "frictional", "han2005", "mathavan2010", "stronge2000")
 
 Shot = dict[str, object]
 

@@ -30,10 +30,14 @@ def rolling(vn: float, vt: float, side: float = 0.0, **fields: float) -> Cushion
 
 
 def cushion_of(
-    e: float = 0.98, friction: float = 0.14, height: float = 1.4 * R, tangential: float = 1.0
+    e: float = 0.98,
+    friction: float = 0.14,
+    height: float = 1.4 * R,
+    tangential: float = 1.0,
+    ratio: float = 0.0,
 ) -> Cushion:
     """Return a cushion with these constants; the defaults are those of Mathavan 2010."""
-    return Cushion(e, tangential, friction, height)
+    return Cushion(e, tangential, friction, height, ratio)
 
 
 def energy(ball: CushionImpact | CushionBounce, radius: float = R) -> float:

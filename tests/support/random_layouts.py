@@ -32,6 +32,7 @@ FEATURE_OPTIONS = {
     Feature.FRICTIONAL_CUSHION: (("cushion", "frictional"),),
     Feature.HAN_CUSHION: (("cushion", "han2005"),),
     Feature.MATHAVAN_CUSHION: (("cushion", "mathavan2010"),),
+    Feature.STRONGE_CUSHION: (("cushion", "stronge2000"),),
     Feature.AIR_DRAG: (("air", "yes"),),
     Feature.QUADRATIC_ROLLING: (("quadratic", "yes"),),
     Feature.FLIGHT: tuple(("flight", how) for how in ("low", "jump", "drop", "on-top")),

@@ -109,7 +109,7 @@ def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> D
     constants: Draft = {}
     if law not in ("none", "mirror"):
         constants["cushion_restitution"] = chance.choice((1.0, chance.uniform(0.3, 1.0)))
-    if law in ("frictional", "han2005", "mathavan2010"):
+    if law in ("frictional", "han2005", "mathavan2010", "stronge2000"):
         constants["cushion_friction"] = chance.uniform(0.0, 0.4)
     if chance.random() < 0.5:
         physics |= constants
@@ -118,7 +118,9 @@ def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> D
     if law == "tangential":
         physics["cushion_tangential_restitution"] = chance.uniform(0.3, 0.99)
     flies = options["flight"] != "no"
-    if law in ("han2005", "mathavan2010") or (flies and law != "none"):
+    if law == "stronge2000":
+        physics["cushion_frequency_ratio"] = chance.choice((1.76, chance.uniform(1.01, 1.99)))
+    if law in ("han2005", "mathavan2010", "stronge2000") or (flies and law != "none"):
         least = min(ball["radius"] for ball in sizes)
         physics["cushion_height"] = least * chance.choice((1.0, 1.25, chance.uniform(1.0, 1.4)))
     if options["air"] == "yes":

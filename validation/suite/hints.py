@@ -53,6 +53,7 @@ SCENES_OF_FEATURE: Mapping[Feature, tuple[str, ...]] = {
     Feature.FRICTIONAL_CUSHION: ("cushion-frictional",),
     Feature.HAN_CUSHION: ("cushion-han",),
     Feature.MATHAVAN_CUSHION: ("cushion-mathavan",),
+    Feature.STRONGE_CUSHION: ("cushion-stronge",),
     Feature.AIR_DRAG: ("air-drag", "air-drag-sliding"),
     Feature.QUADRATIC_ROLLING: ("cloth-quadratic", "cloth-quadratic-sliding"),
     Feature.FLIGHT: ("flight-lands",),

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from ghostball.engine.core.kernel import kernel
+from ghostball.engine.impacts.laws.compliant_contact import compliant_share
 from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
 
 
@@ -47,7 +48,7 @@ def han2005(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
     centre and turns nothing, the cloth bears its vertical part, and it removes energy.
     """
     sine = (cushion.height - impact.radius) / impact.radius
-    return _bounce_off_nose(impact, cushion, sine)
+    return bounce_off_nose(impact, cushion, sine)
 
 
 @kernel
@@ -61,12 +62,14 @@ def frictional(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
 
     Contract: as for `han2005`.
     """
-    return _bounce_off_nose(impact, cushion, 0.0)
+    return bounce_off_nose(impact, cushion, 0.0)
 
 
 @kernel
-def _bounce_off_nose(impact: CushionImpact, cushion: Cushion, sine: float) -> CushionBounce:
+def bounce_off_nose(impact: CushionImpact, cushion: Cushion, sine: float) -> CushionBounce:
     """Return the bounce off a nose at an angle with this sine above n, seen from the centre.
+
+    With `cushion.ratio` > 0 the contact yields along the slip, see `compliant_contact`.
 
     Speeds and impulses over the mass are in [m/s]; "down" is the tangent of the ball at the nose in
     the plane of n and z, (sine, -cosine).
@@ -76,9 +79,13 @@ def _bounce_off_nose(impact: CushionImpact, cushion: Cushion, sine: float) -> Cu
     slip_down = impact.vn * sine + radius * impact.wt
     slip_along = impact.vt + radius * (impact.wz * cosine - impact.wn * sine)
     slip = math.sqrt(slip_down * slip_down + slip_along * slip_along)
-    most = cushion.friction * ((1.0 + e) * (cosine * impact.vn))
-    # 2/7 of the slip stops it: the effective mass at a solid sphere's surface is 2/7 of its mass.
-    share = 2.0 / 7.0 if slip * (2.0 / 7.0) <= most else most / slip
+    closing = cosine * impact.vn
+    if cushion.ratio > 0.0 and closing > 0.0:
+        share = compliant_share(slip / closing, cushion.friction, e, cushion.ratio)
+    else:
+        most = cushion.friction * ((1.0 + e) * closing)
+        # 2/7 of the slip stops it: the effective mass at a sphere's surface is 2/7 of its mass.
+        share = 2.0 / 7.0 if slip * (2.0 / 7.0) <= most else most / slip
     down, along = -share * slip_down, -share * slip_along
     # Grouped so that mid-ball gives exactly -e: vn - (1 + e) vn cosine^2 = vn (sine^2 - e cosine^2)
     vn = impact.vn * (sine * sine - e * (cosine * cosine)) + down * sine

@@ -12,6 +12,7 @@ from ghostball.engine.impacts.laws.ball_mathavan2014 import mathavan2014
 from ghostball.engine.impacts.laws.cushion_han2005 import frictional as frictional_cushion, han2005
 from ghostball.engine.impacts.laws.cushion_mathavan2010 import mathavan2010
 from ghostball.engine.impacts.laws.cushion_restitution import restitution
+from ghostball.engine.impacts.laws.cushion_stronge2000 import stronge2000
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.interface import (
     BallImpact,
@@ -25,6 +26,7 @@ from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHI
 _MATHAVAN2014 = BALL_LAW_NAMES.index("mathavan2014")
 _FRICTIONAL_CUSHION = CUSHION_LAW_NAMES.index("frictional")
 _HAN2005 = CUSHION_LAW_NAMES.index("han2005")
+_STRONGE2000 = CUSHION_LAW_NAMES.index("stronge2000")
 _MATHAVAN2010 = CUSHION_LAW_NAMES.index("mathavan2010")
 _AT_THE_NOSE = tuple(k for k, law in enumerate(CUSHION_LAWS) if "cushion_height" in law.uses)
 
@@ -44,12 +46,14 @@ def cushion_law(impact: CushionImpact, laws: Laws, k: int) -> CushionBounce:
     """Return the bounce off obstacle k by its law."""
     row = laws.obstacles[k]
     returned = restitution_at(impact.vn, row.restitution, row.loss)
-    cushion = Cushion(returned, row.tangential, row.friction, row.height)
+    cushion = Cushion(returned, row.tangential, row.friction, row.height, row.ratio)
     law = int(row.law)
     if law == _MATHAVAN2010:
         return mathavan2010(impact, cushion)
     if law == _HAN2005:
         return han2005(impact, cushion)
+    if law == _STRONGE2000:
+        return stronge2000(impact, cushion)
     if law == _FRICTIONAL_CUSHION:
         return frictional_cushion(impact, cushion)
     return restitution(impact, cushion)  # also "mirror", with both factors 1

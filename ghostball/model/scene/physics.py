@@ -22,13 +22,18 @@ from ghostball.model.scene.fields import (
     CushionLaw,
     Flag,
     Fraction,
+    FrequencyRatio,
     NonNegative,
     Positive,
     problem,
 )
 from ghostball.model.scene.part import ScenePart
 
-_ADDED_FIELDS = ("rolling_friction_quadratic", "cushion_restitution_loss")
+_ADDED_FIELDS = (
+    "rolling_friction_quadratic",
+    "cushion_restitution_loss",
+    "cushion_frequency_ratio",
+)
 
 
 class Physics(ScenePart):
@@ -141,12 +146,17 @@ class Physics(ScenePart):
     cushion_friction: NonNegative = Field(
         default=0.2,
         description="coefficient of friction between ball and cushion "
-        '("frictional", "han2005", "mathavan2010") [1]',
+        '("frictional", "han2005", "mathavan2010", "stronge2000") [1]',
     )
     cushion_height: Positive = Field(
         default=0.0357,
         description="height of the cushion's nose above the cloth, less than every ball's "
-        '("han2005", "mathavan2010") [m]',
+        '("han2005", "mathavan2010", "stronge2000") [m]',
+    )
+    cushion_frequency_ratio: FrequencyRatio = Field(
+        default=1.8,
+        description="frequency of the cushion's spring along the slip, over that of its normal "
+        'spring ("stronge2000"), between 1 and 2 [1]',
     )
     air_drag: NonNegative = Field(default=0.0, description="k in a = -k |v| v [1/m]")
     rolling_friction_quadratic: NonNegative = Field(
@@ -160,13 +170,17 @@ class Physics(ScenePart):
 
     @model_serializer(mode="wrap")
     def _without_added_fields(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Omit fields that were added later and are 0, so that older stored scenes stay equal.
+        """Omit fields that were added later and have no effect, so older stored scenes stay equal.
 
-        A field stays if the preset gives a different value.
+        A field stays if the preset gives a different value, or if it is a field of the chosen
+        cushion law alone.
         """
         fields: dict[str, Any] = dump(self)
+        own = fields.get("cushion") == "stronge2000"
         for name in _ADDED_FIELDS:
-            if fields.get(name) == 0.0 and not from_preset(self, name):
+            default = type(self).model_fields[name].default
+            kept = own and name == "cushion_frequency_ratio"
+            if fields.get(name) == default and not from_preset(self, name) and not kept:
                 del fields[name]
         return fields
 

@@ -101,7 +101,7 @@ def test_many_balls_among_circular_noses_keep_energy_and_distance(played: Play) 
     assert away.min() >= (R + 0.12) * (1.0 - 1e-12)
 
 
-@pytest.mark.parametrize("cushion", ["frictional", "han2005", "mathavan2010"])
+@pytest.mark.parametrize("cushion", ["frictional", "han2005", "mathavan2010", "stronge2000"])
 def test_a_bounce_has_the_coefficients_of_its_own_row(
     monkeypatch: pytest.MonkeyPatch, cushion: str
 ) -> None:

@@ -49,7 +49,7 @@ ELL = [[0, 0], [2, 0], [2, 0.8], [1.1, 0.9], [1.0, 1.7], [0, 1.6]]
         ),
     ],
 )
-@pytest.mark.parametrize("cushion", ["restitution", "han2005"])
+@pytest.mark.parametrize("cushion", ["restitution", "han2005", "stronge2000"])
 def test_derivatives_through_what_is_not_a_line(table, position, velocity, met, cushion):
     """A jaw, an inward corner and a post turn the normal; in a hole the motion ends."""
     scene = scene_of(

@@ -286,7 +286,7 @@ def test_a_square_rebound_has_the_speeds_right_before_and_after_the_contact(spee
     assert contact.normal_ratio == pytest.approx(0.8, rel=1e-3)
 
 
-@pytest.mark.parametrize("law", ["frictional", "han2005", "mathavan2010"])
+@pytest.mark.parametrize("law", ["frictional", "han2005", "mathavan2010", "stronge2000"])
 def test_a_square_rebound_is_the_law_s_own(law):
     seen = []
 

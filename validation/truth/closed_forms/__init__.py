@@ -157,7 +157,8 @@ def _is_covered(scene: Scene) -> bool:
     if 0.0 < fastest < SLOWEST:
         return False
     cushions = table is not None and bool(table.cushions)
-    rubs = physics.ball_friction != 0.0 or physics.cushion in ("frictional", "han2005")
+    rubbing = ("frictional", "han2005", "stronge2000")
+    rubs = physics.ball_friction != 0.0 or physics.cushion in rubbing
     return (
         (physics.motion == "sliding" or not rubs)
         and (physics.ball_impact == "frictional" or len(scene.balls) == 1)

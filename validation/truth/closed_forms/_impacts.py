@@ -114,17 +114,21 @@ def _han(
     """Return velocity and angular velocity in the frame n, t, z after an impact on Han's cushion.
 
     Han 2005, J. Mech. Sci. Tech. 19(4) 976, eqs 12-21 with corrected misprints. The nose touches
-    the ball at the angle theta above its centre. "frictional" is the same with theta = 0. Impulses
-    are over the ball's mass [m/s]; I = (2/5) m R^2.
+    the ball at the angle theta above its centre. "frictional" is the same with theta = 0,
+    "stronge2000" with another impulse along the slip. Impulses are over the ball's mass [m/s];
+    I = (2/5) m R^2.
     """
     (vn, vt), (wn, wt, wz) = velocity, turning
-    sin = setup.cushion_height / radius - 1 if setup.cushion == "han2005" else mp.mpf(0)
+    sin = mp.mpf(0) if setup.cushion == "frictional" else setup.cushion_height / radius - 1
     cos = mp.sqrt(1 - sin**2)
     sx = vn * sin + radius * wt
     sy = -vt - radius * wz * cos + radius * wn * sin
     pz = (1 + e) * vn * cos
     slip = mp.hypot(sx, sy)
-    if 2 * slip / 7 <= setup.cushion_friction * pz:
+    if setup.cushion == "stronge2000":
+        part = sprung_part(setup, slip / (vn * cos), e)
+        px, py = part * sx, part * sy
+    elif 2 * slip / 7 <= setup.cushion_friction * pz:
         px, py = 2 * sx / 7, 2 * sy / 7
     else:
         px, py = (setup.cushion_friction * pz * part / slip for part in (sx, sy))
@@ -139,6 +143,63 @@ def _han(
             wz + turn * py * cos,
         ),
     )
+
+
+def sprung_part(setup: Setup, slip: mpf, e: mpf) -> mpf:
+    """Return the part of the slip that the impulse along the slip has: Stronge's two springs.
+
+    `slip`: over the closing speed.
+
+    Stronge 2000, Impact Mechanics, chapter 5. Time is in units of 1 / the frequency of the normal
+    spring, speeds in units of the closing speed. The second spring has the deflection u. While its
+    end slips, u is mu k sin(phase), where k = 3.5 / ratio^2; while its end sticks, u oscillates
+    with the frequency `ratio`. Sticking begins when the speed of the ball's surface equals that of
+    the end, and ends when the spring pulls more strongly than friction.
+    """
+    mu, ratio, quarter = setup.cushion_friction, setup.cushion_frequency_ratio, mp.pi / 2
+    if negligible(slip) or mu == 0:
+        return mp.mpf(0)
+    k = mp.mpf("3.5") / ratio**2
+    end = quarter * (1 + e)
+
+    def phase(t: mpf) -> mpf:
+        return t if t <= quarter else quarter + (t - quarter) / e
+
+    def impulse(t: mpf) -> mpf:
+        return 1 - mp.cos(phase(t)) * (1 if t <= quarter else e)
+
+    begin, u, speed = mp.mpf(0), mp.mpf(0), slip
+    if slip > mu * k:
+        cos = (mp.mpf("3.5") - slip / mu) / (mp.mpf("3.5") - k)
+        begin = mp.acos(cos) if abs(cos) <= 1 else end
+        if slip > mp.mpf("3.5") * mu:
+            held = mp.mpf("3.5") * e - (k / e if e > 0 else mp.inf)
+            cos = (mp.mpf("3.5") - slip / mu) / held if held > 0 else mp.mpf(-2)
+            begin = quarter + e * (mp.acos(cos) - quarter) if cos > -1 else end
+        if begin >= end:
+            return mu * (1 + e) / slip
+        u, speed = mu * k * mp.sin(phase(begin)), slip - mp.mpf("3.5") * mu * impulse(begin)
+
+    def deflection(t: mpf) -> mpf:
+        turned = ratio * (t - begin)
+        return u * mp.cos(turned) + speed / ratio * mp.sin(turned)
+
+    def excess(t: mpf) -> mpf:
+        return abs(deflection(t)) - mu * k * mp.sin(phase(t))
+
+    low, first = max(begin, quarter), max(begin, quarter)
+    for trial in range(1, 65):
+        high = first + (end - first) * trial / 64
+        if trial == 64 or excess(high) > 0:
+            break
+        low = high
+    while high - low > end * mp.mpf(10) ** (4 - mp.dps):
+        middle = (low + high) / 2
+        low, high = (low, middle) if excess(middle) > 0 else (middle, high)
+    turned = ratio * (high - begin)
+    left = speed * mp.cos(turned) - u * ratio * mp.sin(turned)
+    left -= mp.sign(deflection(high)) * mp.mpf("3.5") * mu * (1 + e - impulse(high))
+    return (slip - left) / (mp.mpf("3.5") * slip)
 
 
 def _across(normal: Vector) -> Vector:

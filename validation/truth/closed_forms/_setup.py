@@ -31,6 +31,7 @@ _CUSHION_FIELDS = (
     "cushion_tangential_restitution",
     "cushion_friction",
     "cushion_height",
+    "cushion_frequency_ratio",
 )
 
 
@@ -92,6 +93,7 @@ class Setup:
     cushion_tangential_restitution: mpf
     cushion_friction: mpf
     cushion_height: mpf
+    cushion_frequency_ratio: mpf
     length: mpf | None
     width: mpf | None
     cushions: tuple[str, ...]
@@ -215,6 +217,7 @@ def setup_of(scene: Scene, numbers: Mapping[Key, mpf], *, verify: bool) -> Setup
         cushion_tangential_restitution=of_cushions("cushion_tangential_restitution"),
         cushion_friction=of_cushions("cushion_friction"),
         cushion_height=of_cushions("cushion_height"),
+        cushion_frequency_ratio=of_cushions("cushion_frequency_ratio"),
         length=numbers.get(("length",)),
         width=numbers.get(("width",)),
         cushions=() if scene.table is None else scene.table.cushions,

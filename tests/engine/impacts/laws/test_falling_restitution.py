@@ -13,7 +13,7 @@ from ghostball.engine import simulate
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.model import Scene, Table
 
-LAWS = ("restitution", "frictional", "han2005", "mathavan2010")
+LAWS = ("restitution", "frictional", "han2005", "mathavan2010", "stronge2000")
 
 
 @given(st.floats(0.0, 1e6), st.floats(0.0, 1.0), st.floats(0.0, 1e3))

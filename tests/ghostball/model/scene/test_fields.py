@@ -70,7 +70,7 @@ CHOICES = {
     "motion": ("rolling", "sliding"),
     "impacts": ("simultaneous", "sequential"),
     "ball_impact": ("frictional", "mathavan2014"),
-    "cushion": ("mirror", "restitution", "frictional", "han2005", "mathavan2010"),
+    "cushion": ("mirror", "restitution", "frictional", "han2005", "mathavan2010", "stronge2000"),
 }
 """Every field of the physics that is a choice."""
 

@@ -68,10 +68,11 @@ class TestFieldsWithoutEffect:
     @pytest.mark.parametrize("preset", sorted(Physics.PRESETS))
     @pytest.mark.parametrize(("law", "field"), UNUSED)
     def test_a_field_that_the_cushion_law_ignores(self, law, field, preset):
+        value = 1.5 if field == "cushion_frequency_ratio" else 0.03
         with pytest.raises(SceneError) as caught:
-            Physics(preset=preset, cushion=law, **{field: 0.03})
+            Physics(preset=preset, cushion=law, **{field: value})
         message = str(caught.value)
-        assert f'`{field}` = 0.03 has no effect with `cushion` = "{law}"' in message
+        assert f'`{field}` = {value} has no effect with `cushion` = "{law}"' in message
         assert "or remove the field" in message
         for other in CUSHION_LAWS:
             assert (f'"{other.name}"' in message.split("Set ")[1]) == (field in other.uses)
@@ -104,5 +105,6 @@ class TestFieldsWithoutEffect:
         text += '[[balls]]\nid = "a"\nposition = [0, 0]\n'
         assert loading(text) == (
             'shot.toml:5: `cushion_friction` = 0.5 has no effect with `cushion` = "mirror". Set '
-            '`cushion` = "frictional", "han2005" or "mathavan2010", or remove the field.'
+            '`cushion` = "frictional", "han2005", "mathavan2010" or "stronge2000", or remove the '
+            "field."
         )

@@ -40,7 +40,7 @@ IMPACTS = {
         f"cushion {law} of balls that never slide": rule(
             MIDDLE, **ON_TABLE, cushion=law, mend=SLIDES
         )
-        for law in ("frictional", "han2005", "mathavan2010")
+        for law in ("frictional", "han2005", "mathavan2010", "stronge2000")
     },
     **{
         f"{field} {value} of balls that never slide": rule(*PAIR, **{field: value}, mend=SLIDES)
@@ -71,7 +71,7 @@ def with_cushion(law: str, height: float, *radii: float, mend: Any) -> Rule:
 JUST_BELOW = {"cushion_height": math.nextafter(2.0, 0.0) * R}
 HEIGHTS = {
     f"{name} with {law}": with_cushion(law, height, *radii, mend=mend)
-    for law in ("han2005", "mathavan2010")
+    for law in ("han2005", "mathavan2010", "stronge2000")
     for name, height, radii, mend in (
         ("a nose above a ball", 0.05, (R, 0.02, 0.03), {"cushion_height": 0.039}),
         ("a nose at the top of a ball", 2 * R, (R,), JUST_BELOW),
@@ -299,7 +299,7 @@ def without(name: str) -> Table:
 ACCEPTED = {
     **{
         f"{law} without a cushion, {kind}": ((MIDDLE,), {"table": table, "cushion": law})
-        for law in ("frictional", "han2005", "mathavan2010")
+        for law in ("frictional", "han2005", "mathavan2010", "stronge2000")
         for kind, table in (("no table", None), ("open", OPEN["table"]))
     },
     "friction of a ball alone": ((MIDDLE,), {"ball_friction": 0.05}),
