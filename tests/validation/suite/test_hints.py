@@ -220,6 +220,11 @@ WRONG = {
         with_physics(cushion_friction=times(0.97)),
         with_physics(cushion_height=times(0.97)),
     ],
+    Feature.STRONGE_CUSHION: [
+        with_physics(cushion=always("han2005"), cushion_frequency_ratio=always(1.8)),
+        with_physics(cushion_friction=times(0.97)),
+        with_physics(cushion_frequency_ratio=times(0.97)),
+    ],
     Feature.MATHAVAN_CUSHION: [
         with_physics(cushion=always("han2005")),
         with_physics(cushion_friction=times(0.97)),

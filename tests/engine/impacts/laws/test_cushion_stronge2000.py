@@ -89,14 +89,14 @@ def test_the_part_is_bounded_and_a_little_more_slip_changes_it_little(slip, fric
 
 def test_it_reverses_the_slip_that_a_rigid_cushion_ends():
     """Much friction: a rigid cushion ends the slip, and one that yields reverses it."""
-    cushion, impact = cushion_of(e=0.85, friction=0.6, height=R), impact_of(1.0, 0.5)
+    cushion, impact = cushion_of(e=0.85, friction=0.6, height=R), impact_of(1.0, 1.2)
     rigid, soft = (
         law(impact, cushion._replace(ratio=ratio))
         for law, ratio in ((han2005, 0.0), (stronge2000, 1.76))
     )
     assert soft.vn == rigid.vn == -0.85
     assert rigid.vt + R * rigid.wz == pytest.approx(0.0, abs=1e-15)
-    assert -0.5 < soft.vt + R * soft.wz < -0.1
+    assert -0.5 < soft.vt + R * soft.wz < -0.4
     assert energy(soft) < energy(impact)
 
 

@@ -11,7 +11,7 @@ from ghostball.engine.core.state import Laws
 from ghostball.engine.event_loop.play import laws_from
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
 from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
-from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
+from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAW_NAMES, CUSHION_LAWS
 
 NUMBERS = Laws._fields[:-1]
 NOTHING = Laws(*(0.0,) * len(NUMBERS), obstacles=np.empty(0, dtype=OBSTACLE))
@@ -22,7 +22,8 @@ def test_every_law_of_the_registry_is_called():
     cushions = np.zeros(len(CUSHION_LAWS), dtype=OBSTACLE)
     cushions["law"] = np.arange(len(CUSHION_LAWS))
     cushions["restitution"], cushions["tangential"] = 0.8, 0.7
-    cushions["friction"], cushions["height"] = 0.2, 0.036
+    cushions["friction"], cushions["height"] = 0.6, 0.036
+    cushions["ratio"][CUSHION_LAW_NAMES.index("stronge2000")] = 1.76
     matrix = cushions.view(np.float64).reshape(-1, OBSTACLE_COLUMNS)
     laws = NOTHING._replace(
         slides=1.0, ball_restitution=0.9, ball_friction=0.1,

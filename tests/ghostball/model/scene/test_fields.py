@@ -23,7 +23,7 @@ from ghostball.engine import simulate
 from ghostball.model import Ball, Physics, Scene, Strike, Table
 
 POSITIVE, NOT_NEGATIVE, FRACTION, REAL = "positive", "not negative", "fraction", "real"
-CUE_SPEED = "speed of a cue"
+CUE_SPEED, BETWEEN_1_AND_2 = "speed of a cue", "between 1 and 2"
 
 NUMBERS = {
     "": {"t_max": POSITIVE},
@@ -39,6 +39,7 @@ NUMBERS = {
         "cushion_tangential_restitution": FRACTION,
         "cushion_friction": NOT_NEGATIVE,
         "cushion_height": POSITIVE,
+        "cushion_frequency_ratio": BETWEEN_1_AND_2,
         "air_drag": NOT_NEGATIVE,
         "rolling_friction_quadratic": NOT_NEGATIVE,
         "table_restitution": FRACTION,
@@ -188,6 +189,11 @@ BEYOND = {
         *((value, "at least 1e-50") for value in (1e-51, 5e-324)),
     ],
     NOT_NEGATIVE: [(value, "at least 0") for value in (-1e-300, -1)],
+    BETWEEN_1_AND_2: [
+        (1.0, "must be greater than 1"),
+        (2.0, "must be less than 2"),
+        (-1.5, "must be greater than 1"),
+    ],
     FRACTION: [
         (-0.01, "at least 0"),
         *((value, "at most 1") for value in (math.nextafter(1.0, 2.0), 1.3, 2)),
@@ -206,7 +212,7 @@ LARGE = [1.1e50, 1e308, 10**60, 10**400]
 def wrong_numbers(rule: str) -> Iterator[tuple[Any, str, bool]]:
     """Yield what isn't a number of that kind, the rule that it breaks, whether TOML has it."""
     yield from ((value, broken, True) for value, broken in BEYOND[rule])
-    if rule not in (FRACTION, CUE_SPEED):
+    if rule not in (FRACTION, CUE_SPEED, BETWEEN_1_AND_2):
         yield from ((value, "at most 1e+50", True) for value in LARGE)
     yield from ((value, "finite number", True) for value in NO_NUMBERS)
     yield from ((value, "must be a number", True) for value in NO_FLOATS)
