@@ -107,7 +107,7 @@ def _json_values(found: TableAgreement) -> dict[str, Any]:
             "typical": one.typical if graded else None,
             "most": one.most if graded else None,
             "typical_difference": None if one.lacks else one.typical_difference,
-            "is_within_known": one.is_within_known if graded else None,
+            "is_within_known": one.is_within_known,
         }
         families.append(one.model_dump(mode="json") | off)
     return {"label": found.label, "typical": found.typical, "families": families}

@@ -82,4 +82,5 @@ def test_the_json_has_what_engines_make_of_real_tables(small_folder, invoke):
     assert (rebound["typical"], rebound["most"]) == (pytest.approx(3.0), pytest.approx(3.0))
     assert set(rebound["figures"][0]) == {"at", "value", "error", "played", "what"}
     assert (rolling["typical"], rolling["most"]) == (None, None)
+    assert (rebound["is_within_known"], rolling["is_within_known"]) == (False, None)
     assert rolling["lacks"] == "it rolls none"
