@@ -11,6 +11,8 @@ from ghostball.engine.library.entry import COMPILED
 if not COMPILED:
     pytest.skip("interpreted kernels need no compiler", allow_module_level=True)
 
+import numba
+
 from ghostball.engine.library import numba_doors, plain_numba
 
 
@@ -78,7 +80,8 @@ def test_a_missing_internal_of_numba_costs_time_but_no_bits(
 
 @pytest.mark.parametrize("doors", [True, False])
 def test_without_optimising_nothing_of_numbas_is_left(doors, interpreted_bits, monkeypatch):
-    monkeypatch.setattr("numba.config.OPT", 0)
+    # Not a plain 0: some passes of numba ask this object for `is_opt_max`.
+    monkeypatch.setattr("numba.config.OPT", type(numba.config.OPT)(0))
     monkeypatch.setattr(build, "_WAY", [numba_doors.Doors() if doors else plain_numba.Plain()])
     assert small_kernel.compiled_bits() == interpreted_bits
 
