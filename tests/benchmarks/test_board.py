@@ -17,7 +17,7 @@ def results(tmp_path):
     return Results.open(write_results(tmp_path / "small", ["stop"], LABELS[:3]))
 
 
-def test_a_run_gives_its_cases_and_what_is_committed_of_other_engines(results, monkeypatch):
+def test_a_board_has_the_cases_of_a_run_and_committed_cases_of_other_engines(results, monkeypatch):
     stored = BoardMeasurement(
         environment={"cpu": "a processor", "date": "2026-01-02T03:04:05"},
         cases=(

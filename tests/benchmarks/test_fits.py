@@ -45,7 +45,7 @@ def test_the_number_of_tables_stands_beside_that_of_a_whole_measurement():
     assert MEASURED.extent == f"5 tables were fitted; a whole measurement has {TABLES}."
 
 
-def test_what_became_of_the_laws_is_said():
+def test_the_results_of_law_searches_are_reported():
     said = MEASURED.law_searches
     assert "In 3 more fits it was fitted, too: 1 found only the true law; " in said
     assert "1 found several laws that can't be distinguished, " in said

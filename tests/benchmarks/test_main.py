@@ -47,7 +47,7 @@ def test_targets_are_tabled_and_written(bench, tmp_path):
     assert TargetsMeasurement.load(path).rounds == 2
 
 
-def test_racks_prints_its_figures_and_who_could_not(bench, tmp_path, monkeypatch):
+def test_racks_prints_its_figures_and_engines_that_failed(bench, tmp_path, monkeypatch):
     fakes = {
         "fake": TimedEngine("fake", "1.0", lambda _: 0.25),
         "gone": TimedEngine("gone", "", lambda _: 0.0, "get it"),

@@ -36,7 +36,7 @@ def test_it_reads_back_from_the_folder_of_the_machine(tmp_path, monkeypatch):
         TargetsMeasurement,
     ],
 )
-def test_what_is_committed_is_read_and_has_a_table(kind):
+def test_committed_measurements_are_read_and_have_a_table(kind):
     console = Console(width=200, record=True)
     console.print(committed(kind).table)
     assert "ghostball" in console.export_text() or kind is not RacksMeasurement

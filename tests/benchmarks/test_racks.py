@@ -157,7 +157,7 @@ def scene_of(positions, velocities):
     return Scene(name="one", table=POOL_TABLE, physics=random_rack(0).physics, balls=balls)
 
 
-def test_racks_stand_as_those_of_scenes():
+def test_racks_as_arrays_equal_racks_as_scenes():
     positions, velocities = starts_of(part=3, count=4)
     frozen = random_rack(1)
     assert np.array_equal(positions[1, 1:], frozen.positions[1:, :2])
@@ -167,7 +167,7 @@ def test_racks_stand_as_those_of_scenes():
     assert not np.any(velocities[:, 1:])
 
 
-def test_counts_are_of_all_breaks_and_as_scenes_have_them(monkeypatch):
+def test_counts_include_all_breaks_and_equal_those_of_scenes(monkeypatch):
     monkeypatch.setattr(breaks, "BATCH_SIZE", 3)
     measured = breaks.breaks(5)
     one_by_one = [
@@ -193,13 +193,13 @@ def test_the_command_shows_and_writes_them_and_stores_whole_ones_only(tmp_path):
 # Breaks that pocket a ball: a number is always the same break, and the counts include all breaks
 
 
-def test_a_number_is_a_break():
+def test_a_number_is_always_the_same_break():
     assert break_of(3) == break_of(3)
     assert break_of(3) != break_of(4)
     assert len(break_of(3).balls) == 16
 
 
-def test_counts_are_of_all_breaks():
+def test_counts_include_all_breaks():
     measured = made_balls(6)
     fell = []
     for number in range(6):

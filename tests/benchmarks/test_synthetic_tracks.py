@@ -35,7 +35,7 @@ def test_balls_at_rest_are_left_out_but_for_their_beginning():
     assert all(track.times[0] == 0.0 for balls in shots.values() for track in balls.values())
 
 
-def test_what_is_written_is_read_back(tmp_path):
+def test_written_tracks_are_read_back(tmp_path):
     shots = synthetic_tracks(PHYSICS, 3, 4)
     write_tracks(tmp_path / "tracks.csv", shots, "made up")
     again = read_tracks(tmp_path / "tracks.csv", POOL)

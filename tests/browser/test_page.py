@@ -48,7 +48,7 @@ def test_a_link_opens_a_scene_at_an_instant_with_its_engines(open_page):
     assert viewed(page, 0.25) == ["paper-discrete"]
 
 
-def test_a_copied_link_leads_back_to_what_was_seen(open_page):
+def test_a_copied_link_restores_the_view(open_page):
     page = open_page(CUT)
     replay = page.locator(f"[data-replay='replay-{CUT}']")
     replay.evaluate("one => one.ghostball.look({t: 0.125, engines: ['ghostball']})")
@@ -91,7 +91,7 @@ def test_tables_sort_by_accuracy_by_run_time_and_by_name(open_page):
     assert names == sorted(names)
 
 
-def test_what_scenes_are_called_never_runs(open_page):
+def test_names_of_scenes_never_run_as_scripts(open_page):
     page = open_page("hostile")
     assert page.evaluate("typeof pwned") == "undefined"
     assert HOSTILE in page.locator("#scene\\=hostile").inner_text()

@@ -163,7 +163,7 @@ def test_keys(open_page):
     assert not state(page, what="playing")
 
 
-def test_our_engine_and_one_other_are_shown_at_first_and_others_where_asked_for(open_page):
+def test_two_engines_are_shown_at_first_and_more_on_request(open_page):
     page = open_page(CUT)
     seek(page, 1.5)
     boxes = replay_of(page).locator(".gb-readout").get_by_role("checkbox")
@@ -178,7 +178,7 @@ def test_our_engine_and_one_other_are_shown_at_first_and_others_where_asked_for(
     assert picture(page) == before
 
 
-def test_what_stands_below_the_table_is_not_of_another_instant(open_page):
+def test_the_numbers_below_the_table_belong_to_the_shown_time(open_page):
     page = open_page(CUT)
     said = replay_of(page).get_by_role("status")
     said.filter(has_text="t = 0.0000 s").wait_for()
@@ -188,7 +188,7 @@ def test_what_stands_below_the_table_is_not_of_another_instant(open_page):
     said.filter(has_text=f"t = {state(page):.4f} s").wait_for()
 
 
-def test_the_readout_says_what_is_stored(open_page, results):
+def test_the_readout_shows_stored_values(open_page, results):
     page = open_page(CUT)
     motion = results.motion(results.case(CUT, "ghostball"))
     k = len(motion.times) // 2
@@ -237,7 +237,7 @@ def test_a_ball_that_is_lost_is_absent_and_said_so(open_page):
         ),
     ],
 )
-def test_what_cannot_be_replayed_says_so(open_page, change, words):
+def test_an_invalid_motion_is_reported(open_page, change, words):
     page = open_page()
     said = page.evaluate(
         f"""async () => {{

@@ -180,7 +180,7 @@ def test_no_name_in_a_record_leads_out_of_the_folder(valid, tmp_path, name, kind
 
 
 @pytest.mark.parametrize("text", [DEEP, '{"a":' * 100_000, "\x00", "9" * 10_000, '["' + DEEP])
-def test_what_is_graded_may_be_nested_as_deeply_as_one_likes(tmp_path, text):
+def test_a_deeply_nested_run_file_did_not_finish(tmp_path, text):
     # Python's JSON reader once raised an error that wasn't caught.
     (tmp_path / "runs.json").write_text(text)
     status, output = run("grade", tmp_path / "runs.json")

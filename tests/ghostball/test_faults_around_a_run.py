@@ -213,7 +213,7 @@ def numbers():
 
 
 @pytest.mark.slow
-def test_a_cluster_finds_what_one_machine_finds_though_a_worker_is_killed(here, tmp_path):
+def test_a_cluster_with_a_killed_worker_has_the_results_of_one_machine(here, tmp_path):
     asked = Asked("validate", ["ghostball", "faulty:slow=1.0", "faulty:does=crash"], count=2)
     status, _ = OnCluster(asked, tmp_path).run(lambda cluster: cluster.workers[0].kill())
     found = numbers()

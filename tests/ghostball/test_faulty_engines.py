@@ -67,7 +67,7 @@ def test_a_motion_that_cannot_be_sampled_is_the_engines_failure_of_that_case_alo
     assert re.search(r"\b[1-9]\d* checks passed, 0 failed, 1 case did not finish", result.output)
 
 
-def test_what_an_engine_prints_never_reaches_the_terminal_or_the_json(faulty):
+def test_output_of_an_engine_never_reaches_the_terminal_or_the_json(faulty):
     path = os.pathsep.join(filter(None, sys.path))
     done = subprocess.run(
         [sys.executable, "-m", "ghostball", *COMMANDS["run"], "faulty:does=print", "--format=json"],
@@ -86,7 +86,7 @@ def test_what_an_engine_prints_never_reaches_the_terminal_or_the_json(faulty):
 
 
 @pytest.mark.usefixtures("in_this_process", "without_run_figures")
-def test_what_an_engine_prints_is_in_the_report_and_said_once(faulty):
+def test_output_of_an_engine_is_in_the_report_and_shown_once(faulty):
     engines = ("-e", "ghostball", "-e", "faulty:does=print")
     result = run("validate", "stop", "half-ball-cut", *engines, "--format=junit")
     assert "engine faulty:does=print printed: \\x1b[31mfrom Python" in result.stderr

@@ -209,7 +209,7 @@ def test_an_engine_of_which_nothing_can_be_judged_passes_with_no_command(here, w
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_who_insists_on_a_wrong_engine_keeps_the_reason_and_fails_all_the_same(here):
+def test_accepting_a_wrong_engine_stores_the_reason_and_still_fails(here):
     scenes, engine = ROWS["friction"].scenes, ("-e", label("friction"))
     run("regress", *scenes, *engine)
     insists = ("--reason", "The cloth is new.", "--even-though-limits-fail")
@@ -287,7 +287,7 @@ def test_an_engine_that_crashes_or_hangs_did_not_finish_whatever_the_command(her
 
 
 @pytest.mark.parametrize("left", LEFT_BEHIND)
-def test_what_is_left_of_a_run_is_graded_as_one_that_did_not_finish(here, left):
+def test_incomplete_run_files_did_not_finish(here, left):
     found = LEFT_BEHIND[left]
     whole = run_elsewhere("right", "half-ball-cut")
     if isinstance(found, dict):

@@ -273,7 +273,7 @@ def test_criteria_for_all_scenes_choose_no_truth_and_name_engines_that_there_are
 PROJECT = f'[tool.ghostball]\nengines = ["{STEPPER.partition("=")[2]}"]\nscenes = ["stop"]\n'
 
 
-def test_what_a_project_says_holds(pytester):
+def test_settings_of_a_project_apply(pytester):
     pytester.makepyprojecttoml(PROJECT)
     found = outcomes(run(pytester, "--ghostball"))
     assert found

@@ -35,7 +35,7 @@ def test_runs_are_in_the_order_that_was_asked_for_and_drawn_ours_first(results):
         load_shot(results, "none")
 
 
-def test_nothing_is_known_of_a_shot_that_nobody_played(results):
+def test_a_shot_without_results_has_no_values(results):
     shot = Shot(load_shot(results, "stop").scene, (Run("pymunk", None, None),))
     assert (shot.drawn, shot.ours, shot.truth, shot.truth_positions) == ((), None, None, None)
     assert (shot.truth_counts, shot.end) == (None, "rest")

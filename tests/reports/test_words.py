@@ -41,7 +41,7 @@ from ghostball.validation.suite.spread import QUANTITIES, SceneSpread, Spread
 # Words and numbers are the same in every report.
 
 
-def test_one_is_no_plural():
+def test_plurals_of_counts():
     assert [many(count, "case") for count in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
 
 
@@ -169,7 +169,7 @@ def test_a_place_on_the_line_is_a_power_of_ten() -> None:
     assert len(axis) == start + WIDTH
 
 
-def test_nothing_and_too_much_are_no_trouble() -> None:
+def test_no_changes_and_too_many_changes_are_drawn() -> None:
     assert drawn([]) == ""
     many = [moved(f"s{k}", 0.0, 10.0**-k) for k in range(SHOTS + 3)]
     assert drawn(many).splitlines()[-1].endswith("; 3 more changed less")

@@ -26,14 +26,14 @@ MEASURED = ReboundsMeasurement(
 )
 
 
-def test_of_each_engine_the_nearest_is_drawn():
+def test_the_best_fit_of_each_engine_is_drawn():
     assert [(one.engine, one.falls) for one in best_of_each(MEASURED)] == [
         ("ghostball", True),
         ("pybullet", False),
     ]
 
 
-def test_curves_are_off_by_what_was_searched():
+def test_each_curve_has_the_fitted_coefficients():
     with style.drawing():
         (axes,) = draw_rebounds(MEASURED).axes
     rows = facts_of("cushion-carom").rows

@@ -30,7 +30,7 @@ def _unlaid(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("name", SECTION_FIGURES)
-def test_each_wish_has_a_picture_that_says_what_every_engine_makes_of_it(wishes, name):
+def test_each_section_has_a_picture_with_the_verdict_on_every_engine(wishes, name):
     figure = SECTION_FIGURES[name](wishes)
     said = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
     assert "ghostball" in said

@@ -198,7 +198,7 @@ class TestInARepository:
         assert passed.is_judged(0, "passed")
         assert {note.partition(" ")[0] for note in passed.notes} == {"::warning"}
 
-    def test_one_that_gets_worse_fails_with_its_scene(self, act):
+    def test_an_engine_that_gets_worse_fails_with_its_scene(self, act):
         ended = act("worse", fail_on="worse")
         assert ended.is_judged(1, "failed")
         assert ended.outputs["worst"] in ended.outputs["changed"].split()
@@ -212,16 +212,14 @@ class TestInARepository:
         ("change", "title", "said"),
         [("making energy", "fails a limit", ""), ("raising", "did not finish", "KeyError")],
     )
-    def test_one_that_makes_energy_or_raises_fails_by_limits_alone(self, act, change, title, said):
+    def test_an_engine_that_gains_energy_or_raises_fails_by_limits(self, act, change, title, said):
         ended = act(change, fail_on="limits")
         assert ended.is_judged(1, "failed")
         (first, *_) = (note for note in ended.notes if title in note)
         assert said in first
         assert ended.kept
 
-    def test_without_baselines_it_says_how_to_make_them_and_keeps_what_it_did(
-        self, act, repository
-    ):
+    def test_without_baselines_the_action_says_how_to_make_them(self, act, repository):
         shutil.rmtree(repository / "baselines")
         ended = act()
         assert ended.is_judged(4, "not-judged")

@@ -47,7 +47,7 @@ def test_along_an_axis_they_are_exact():
     assert unit(arb(0), -x, "which way") == (0, -1)
 
 
-def test_what_may_be_nothing_has_no_direction_and_a_length_from_0_on():
+def test_a_vector_that_may_be_0_has_no_direction():
     blurred = arb(0, 1e-20)
     assert length(blurred, blurred).contains(0)
     for x, y in ((blurred, blurred), (blurred, arb(0)), (arb(0), arb(0))):

@@ -111,7 +111,7 @@ def test_a_tie_near_a_third_ball_is_ambiguous():
     assert "whether the order matters" in certificate.reason
 
 
-def test_what_is_looked_at_for_an_event_does_not_grow_with_the_shot(monkeypatch):
+def test_searched_candidates_per_event_do_not_grow_with_the_shot(monkeypatch):
     """Count the searches: searching all earlier candidates once took hours for 31 415 events."""
     looks, whole = [], Candidate.is_void
     monkeypatch.setattr(

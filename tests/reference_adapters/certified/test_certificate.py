@@ -58,7 +58,7 @@ def test_a_certificate_reads_back_whole():
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}", "null", '{"schema": 1}'])
-def test_what_is_no_certificate_is_refused(text):
+def test_an_invalid_certificate_is_rejected(text):
     with pytest.raises(GhostballError, match="Recompute it"):
         Certificate.from_json(text)
 
@@ -69,7 +69,7 @@ def test_a_certificate_of_another_schema_is_refused():
         Certificate.from_json(json.dumps(data | {"schema": 0}))
 
 
-def test_segments_are_read_as_what_they_say_that_they_are():
+def test_segments_are_read_with_their_columns():
     """Segments of a ball in air have more columns and must not be read as other segments."""
     air = scene_of(ball((0.0, 0.0), (1.0, 0.1)), air_drag=0.1)
     flat = scene_of(ball((0.0, 0.0), (1.0, 0.1)))

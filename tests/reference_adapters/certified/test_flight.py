@@ -155,7 +155,7 @@ def test_bounces_that_are_not_followed_come_to_what_each_of_them_does(e, slip) -
     ("rise", "up", "what"),
     [(arb(0, 1e-9), 1.0, "on the table"), (arb(0), arb(0, 1e-9), "pushed onto the table")],
 )
-def test_what_the_table_does_is_not_guessed(rise, up, what) -> None:
+def test_an_undecided_reaction_of_the_table_is_an_error(rise, up, what) -> None:
     with working_precision(53):
         doubtful = state((1, 0), (0, 0, 0), 0)._replace(rise=rise, up=arb(up))
         with pytest.raises(UndecidedError, match=what):

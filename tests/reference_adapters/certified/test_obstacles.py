@@ -80,6 +80,6 @@ def test_a_ball_between_two_rails_in_one_line_is_in_contact_with_both_and_meets_
 
 @pytest.mark.parametrize("kind", ["polygon", "pockets", "posts"])
 @pytest.mark.parametrize("seed", range(3))
-def test_our_engine_does_what_is_proved(kind: str, seed: int):
+def test_our_engine_agrees_with_the_certificate(kind: str, seed: int):
     scene = random_scene(seed, **{**PROVABLE, "table": kind})
     assert broken(simulate(scene, record="trajectory"), truth=truth_of(scene)) == []

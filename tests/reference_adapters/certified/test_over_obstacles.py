@@ -61,6 +61,6 @@ def test_near_a_jaw_nothing_is_decided():
 
 @pytest.mark.parametrize("kind", ["polygon", "pockets", "posts"])
 @pytest.mark.parametrize("seed", range(6))
-def test_our_engine_does_what_is_proved(kind: str, seed: int):
+def test_our_engine_agrees_with_the_certificate(kind: str, seed: int):
     scene = random_scene(seed, **{**PROVABLE, "table": kind, "flight": ALOFT})
     assert broken(simulate(scene, record="trajectory"), truth=truth_of(scene)) == []

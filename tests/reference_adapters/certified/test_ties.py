@@ -145,7 +145,7 @@ def test_the_order_of_two_sides_matters_only_where_the_first_changes_what_the_se
     ],
     ids=["another instant", "two balls in an order", "two sides in an order"],
 )
-def test_what_is_not_at_once_is_ambiguous(scene):
+def test_impacts_that_are_not_simultaneous_are_ambiguous(scene):
     proof = certify(scene, cached=False)
     assert proof.ending == "ambiguous"
     assert proof.reason.startswith("can't determine what comes first")

@@ -52,7 +52,7 @@ def test_in_exact_steps_a_shot_is_right_to_nanometres(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", IN_DOUBLES)
-def test_what_the_cloth_does_is_that_of_the_other_adapters(name: str) -> None:
+def test_the_cloth_is_that_of_the_other_adapters(name: str) -> None:
     # Without contacts, only the closed form and rounding are involved, also between the ends.
     for scene in map(find_scene, ("sliding-swerve", "roll-distance", "stop")):
         result, truth = run_engine(make_engine(name), scene), simulate(scene, record="trajectory")
@@ -79,7 +79,7 @@ def test_bullets_of_planck_meet_where_they_touch() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_simultaneous_impacts_come_to(name: str) -> None:
+def test_results_of_simultaneous_impacts(name: str) -> None:
     # Findings: racks conserve energy; balls that touch without overlap aren't in contact, so a line
     # of balls has successive collisions.
     assert shares(name, frozen_line()) == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
@@ -137,7 +137,7 @@ def test_what_an_engine_prints_is_no_answer_and_what_it_throws_is(loops: Path) -
 
 @needs("planck")
 @pytest.mark.slow
-def test_an_engine_that_loops_ends_with_who_asked(loops: Path) -> None:
+def test_an_engine_that_loops_ends_with_its_caller(loops: Path) -> None:
     ask = (
         "import os, threading; from ghostball.reference_adapters.javascript import engine;"
         "from ghostball.validation.scenes.library import find_scene;"

@@ -98,7 +98,7 @@ def test_a_node_that_is_too_old_or_none_is_named(node: Node, version: str, says:
     assert says in str(PlanckEngine.unavailable())
 
 
-def test_a_package_that_is_not_there_is_named_with_what_brings_it(node: Node) -> None:
+def test_a_missing_package_is_named_with_its_installation(node: Node) -> None:
     node()
     for package in set(PACKAGES) - {"planck"}:
         assert f"`{package}` isn't in " in str(why_unavailable(package))

@@ -83,7 +83,7 @@ def test_a_sheet_shows_how_far_each_engine_is_from_ours_as_time_continues(result
         assert line.get_ydata() == pytest.approx(np.maximum(distance, 1e-5), abs=1e-12)
 
 
-def test_nothing_to_draw_is_none(results):
+def test_a_sheet_without_motion_is_none(results):
     shot = load_shot(results, "stop")
     still = Shot(shot.scene, tuple(Run(run.label, run.case, None) for run in shot.runs))
     assert draw_sheet(still) is None

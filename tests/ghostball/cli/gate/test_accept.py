@@ -11,7 +11,7 @@ from ghostball.validation.baselines import ComparedRun, load_baseline, load_regr
 from ghostball.validation.baselines.baseline import Baseline, baseline_path
 
 
-def test_what_breaks_limits_of_truth_is_refused_and_listed(accepted, planted):
+def test_results_that_fail_limits_are_rejected_and_listed(accepted, planted):
     # A bug must not be accepted silently.
     found = regress("--rerun")
     assert found.exit_code == 1
@@ -58,7 +58,7 @@ def test_the_gate_of_an_engine_of_ones_own_from_none_to_a_change_and_its_accepta
     assert cli("regress").exit_code == 0
 
 
-def test_what_validate_found_can_be_accepted(here):
+def test_results_of_validate_can_be_accepted(here):
     assert cli("regress", "cut.toml").exit_code == 4
     assert cli("accept", "--reason", "The first.").exit_code == 0
     path = baseline_path(here / "baselines" / "ghostball", "cut")

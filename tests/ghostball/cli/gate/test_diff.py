@@ -41,7 +41,7 @@ def test_the_same_run_twice_is_alike(here):
     assert result.stdout.startswith("6 of 6 cases unchanged: a -> a\n")
 
 
-def test_what_is_only_on_one_side_is_described(here):
+def test_scenes_of_only_one_side_are_described(here):
     result = cli("diff", "a", "b")
     assert result.exit_code == 0, result.output
     assert "3 of 6 cases unchanged" in result.stdout
@@ -84,7 +84,7 @@ def test_damaged_results_are_refused(runs, tmp_path):
     assert refused(cli("diff", runs / "a", tmp_path), "is truncated or damaged")
 
 
-def test_what_drops_a_class_or_fails_in_the_second_alone_fails(here):
+def test_a_worse_class_or_a_failure_only_in_the_second_run_fails(here):
     results = Results.open(here / "a")
     case = results.case("stop", "ghostball")
     held = Check("rest_error_max", 1e-16, "at_most", 1e-12, "m", passed=True, reason="by hand")

@@ -35,7 +35,7 @@ def test_no_baseline_then_accepted_then_passed(here):
     assert "accept" not in second.stderr
 
 
-def test_what_moved_is_reported_and_fails(accepted, planted):
+def test_changes_are_reported_and_fail(accepted, planted):
     result = regress("--rerun")
     assert result.exit_code == 1, result.output
     assert re.search(
@@ -115,7 +115,7 @@ def test_validate_compares_with_the_projects_baselines(ours):
     assert refused(cli("accept", "--reason", "None.", "--out", "out"), "no change to accept")
 
 
-def test_validate_says_what_moved_and_fails(ours, busier):
+def test_validate_reports_changes_and_fails(ours, busier):
     here, before = ours, contents(BASELINES / "ghostball")
     result = validate()
     assert result.exit_code == 1, result.output
@@ -128,7 +128,7 @@ def test_validate_says_what_moved_and_fails(ours, busier):
 # --- what fails -------------------------------------------------------------------------------
 
 
-def test_what_fails_is_asked_by_an_option_or_by_the_project(accepted, planted):
+def test_an_option_or_the_project_decides_which_changes_fail(accepted, planted):
     assert regress("--rerun", "--fail-on", "worse").exit_code == 1  # the result is worse
     settings = accepted / "pyproject.toml"
     settings.write_text('[tool.ghostball]\nfail_on = "wors"\n', "utf-8")
@@ -140,7 +140,7 @@ def test_what_fails_is_asked_by_an_option_or_by_the_project(accepted, planted):
     assert regress().exit_code == 1  # the planted nanometre also fails a limit
 
 
-def test_what_only_changed_may_pass(accepted, busier):
+def test_changes_without_larger_errors_may_pass(accepted, busier):
     assert regress("--rerun").exit_code == 1
     for asked in ("worse", "limits"):
         passed = regress("--fail-on", asked)

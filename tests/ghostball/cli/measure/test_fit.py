@@ -32,7 +32,7 @@ def tracks(tmp_path) -> Path:
     return path
 
 
-def test_the_example_is_what_its_physics_plays(tmp_path):
+def test_the_example_tracks_follow_from_the_example_physics(tmp_path):
     write_example(tmp_path / "again.csv")
     assert (tmp_path / "again.csv").read_text() == EXAMPLE.read_text(encoding="utf-8")
 

@@ -105,7 +105,7 @@ def test_a_run_that_contradicts_itself_is_judged_by_none_of_its_numbers(graded):
     assert "`rest_positions[0]` must be the position of ball" in shown
 
 
-def test_the_others_are_judged_where_a_run_is_refused(graded):
+def test_valid_runs_are_judged_if_another_run_is_rejected(graded):
     right, off = made_elsewhere("stop"), made_elsewhere("stop", off=0.1, engine="off")
     status, shown = graded(right | {"engine": "pymunk"}, right, off, right | {"scene": "no-such"})
     assert status == 2

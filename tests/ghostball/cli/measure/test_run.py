@@ -23,7 +23,7 @@ def shown(scene: Scene) -> str:
     return caught.get()
 
 
-def test_what_was_pocketed_is_named_by_ball_and_pocket() -> None:
+def test_pocketed_balls_are_printed_with_their_pockets() -> None:
     balls = [
         Ball(id="one", position=(1.27, 0.6), velocity=(0.0, -1.5)),
         Ball(id="two", position=(0.5, 0.5), velocity=(-2.0, -2.0)),
@@ -46,7 +46,7 @@ def test_only_our_engine_waits_for_our_kernels(cli, monkeypatch, engine, scenes)
     assert ([scene.name for scene in given], label) == (scenes, engine)
 
 
-def test_the_stroke_of_a_cue_is_told_with_what_it_gave() -> None:
+def test_a_cue_stroke_is_printed_with_its_result() -> None:
     strike = {"speed": 3, "direction": 0.5, "elevation": 0.1, "offset_left": -0.2}
     ball = {"id": "cue", "position": (0.6, 0.6), "strike": strike}
     scene = Scene.model_validate({"name": "struck", "physics": {"preset": "pool"}, "balls": [ball]})

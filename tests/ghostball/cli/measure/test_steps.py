@@ -19,7 +19,7 @@ def measured(cli, monkeypatch, tmp_path):
     return partial(cli, "engines", "--steps")
 
 
-def test_what_is_reached_is_tabled_written_and_drawn(measured, tmp_path):
+def test_reached_accuracies_are_printed_written_and_drawn(measured, tmp_path):
     engines = ("ghostball", "pymunk:contact_steps=exact")
     options = ("--repeats", 1, "-o", tmp_path / "out", "--plot", "steps.png")
     found = measured(*engines, "--scene", "half-ball-cut", *options)

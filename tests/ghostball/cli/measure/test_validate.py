@@ -81,7 +81,7 @@ def test_validate_writes_results_verdicts_and_junit(cli_with_processes, tmp_path
 
 
 @pytest.mark.usefixtures("without_run_figures")
-def test_a_second_run_reuses_what_is_unchanged_and_says_so(cli, tmp_path):
+def test_a_second_run_reuses_unchanged_cases_and_says_so(cli, tmp_path):
     command = ("validate", "stop", "-e", "ghostball", "-e", "paper-discrete", "--out", tmp_path)
     first = cli(*command)
     assert first.exit_code == 0, first.output
@@ -180,7 +180,7 @@ def test_a_pass_says_whether_its_outcome_was_judged(cli, tmp_path):
     assert "≈ passed, but no limit judges the final positions" in result.stdout
 
 
-def test_what_an_engine_raises_is_a_fault_of_that_engine(cli, tmp_path, monkeypatch):
+def test_an_exception_of_an_engine_is_a_fault_of_that_engine(cli, tmp_path, monkeypatch):
     def crash(self, scene, *, record="rest"):
         raise ZeroDivisionError("of the engine")
 
@@ -198,7 +198,7 @@ def test_what_an_engine_raises_is_a_fault_of_that_engine(cli, tmp_path, monkeypa
 
 
 @pytest.mark.compiled  # interpreted, our engine is too slow to be interrupted at a chosen time
-def test_ctrl_c_keeps_what_is_done_and_says_so(tmp_path):
+def test_ctrl_c_keeps_finished_cases_and_says_so(tmp_path):
     out = tmp_path / "out"
     names = ["stop", "break-7", "break-8"]
     command = [sys.executable, "-m", "ghostball", "validate", *names, "--out", str(out)]

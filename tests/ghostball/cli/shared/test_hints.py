@@ -70,7 +70,7 @@ def test_a_run_says_in_how_many_scenes_it_judged_the_end(tmp_path, monkeypatch, 
     sys.modules.pop("wide", None)
 
 
-def test_what_no_scene_tries_that_it_can_play_is_said(tmp_path, monkeypatch, in_this_process):
+def test_supported_features_that_no_scene_tested_are_listed(tmp_path, monkeypatch, in_this_process):
     # Each scene with this ball law also has a cushion, friction between balls, or a loss.
     lines = inspect.getsource(first_engine).splitlines(keepends=True)
     start, end = lines.index("@plays(\n"), lines.index(")\n")
@@ -101,7 +101,7 @@ def test_where_an_engine_raised_is_named(twice, tmp_path):
     assert "next: `ghostball run stop --engine raises:simulate`" in found.stdout
 
 
-def test_the_largest_error_that_passed_is_explained_and_what_shows_its_cause(in_this_process):
+def test_the_largest_error_that_passed_is_explained_with_a_command(in_this_process):
     # The first verdict on an engine must not consist only of ticks.
     engine = f"{first_engine.__name__}:simulate"
     found = validate("stop", "half-ball-cut", "-e", engine)

@@ -20,9 +20,7 @@ FAILED = [FailedPart(f"section {k}", "KeyError: 1", "Traceback: here") for k in 
 
 
 @pytest.mark.parametrize("failed", [[], FAILED])
-def test_what_could_not_be_made_is_said_with_its_traceback_once(
-    tmp_path, monkeypatch, capsys, failed
-):
+def test_failed_parts_are_reported_once_with_a_traceback(tmp_path, monkeypatch, capsys, failed):
     page = tmp_path / "report.html"
 
     def made(folder, **how):
@@ -62,7 +60,7 @@ def test_the_command_prints_and_writes_no_report(small_folder, invoke):
     assert not (small_folder / "report.html").exists()
 
 
-def test_one_document_holds_what_limits_judge_and_what_moved(small_folder, invoke):
+def test_one_document_has_checks_and_changes(small_folder, invoke):
     save_regressions([regression(worse())], small_folder)
     document = ElementTree.fromstring(invoke(small_folder, "--format", "junit").stdout.encode())
     names = {one.get("name") for one in document.iter("testcase")}
@@ -72,7 +70,7 @@ def test_one_document_holds_what_limits_judge_and_what_moved(small_folder, invok
     assert [one["outcome"] for one in plain["regressions"]] == ["failed"]
 
 
-def test_the_json_has_what_engines_make_of_real_tables(small_folder, invoke):
+def test_the_json_has_the_comparisons_with_real_tables(small_folder, invoke):
     assert json.loads(invoke(small_folder, "--format", "json").stdout)["real_tables"] == []
     keep_likenesses(small_folder, [likeness("ghostball", rebound=-3.0, rolling="it rolls none")])
     (one,) = json.loads(invoke(small_folder, "--format", "json").stdout)["real_tables"]

@@ -64,7 +64,7 @@ def test_an_output_that_is_closed_early_ends_as_with_other_tools(command):
         (KeyboardInterrupt(), 130, "Interrupted."),
     ],
 )
-def test_what_a_command_raises_has_a_status_and_only_a_bug_its_traceback(
+def test_each_exception_has_a_status_and_only_a_bug_a_traceback(
     cli, monkeypatch, raised, status, said
 ):
     def fail(name):

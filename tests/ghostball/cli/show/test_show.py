@@ -97,7 +97,7 @@ def test_the_example_fails_until_its_one_mistake_is_fixed(cli, here, in_this_pro
     assert " 0 failed" in again.stdout
 
 
-def test_what_a_project_has_stays(cli, here):
+def test_existing_files_of_a_project_stay(cli, here):
     (here / "pyproject.toml").write_text('[project]\nname = "mine"\n', "utf-8")
     started = cli("init", "-e", "pymunk")
     assert started.exit_code == 0
@@ -143,7 +143,7 @@ def test_results_that_cannot_be_read_are_one_line_and_stay(cli, tmp_path, damage
     assert path.read_bytes() == left
 
 
-def test_export_writes_what_was_found_for_anyone(cli, tmp_path):
+def test_export_writes_the_tables_of_results(cli, tmp_path):
     out = tmp_path / "out"
     cli("validate", "stop", "-e", "ghostball", "--out", out, "--no-report")
     result = cli("report", out, "--export", tmp_path / "there")
