@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,25 @@ class Batch:
         Final positions of the centres; if a scene has fewer than n balls, the other rows are NaN.
     ball_ball, ball_cushion, events : (k,) int64
         Numbers of ball-ball collisions, of cushion collisions, and of all events.
+    pocketed : (k, n) int64
+        Index of the pocket that each ball fell into, or -1.
+    pocketed_at : (k, n) float64 [s]
+        When each ball fell into its pocket; NaN if it didn't.
+    off_table : (k, n) bool
+        Whether each ball left the table other than into a pocket.
+    first_contact : (k, n) int64
+        The first ball that each ball hits, or -1; `first_contact[:, 0]` if ball 0 is the cue ball.
+        If a ball hits several balls at the same time, this is the one whose event comes first.
+    cushions_before : (k, n) int64
+        Number of cushion collisions of each ball before its first contact; all of its cushion
+        collisions if it hits no ball.
+    ball_cushions : (k, n) int64
+        Number of cushion collisions of each ball.
+
+    Notes
+    -----
+    The engine counts these outcomes while it simulates, so no events are recorded. If a scene has
+    fewer than n balls, its other balls have -1, NaN, False and 0.
     """
 
     status: NDArray[np.int8]
@@ -45,6 +65,12 @@ class Batch:
     ball_ball: NDArray[np.int64]
     ball_cushion: NDArray[np.int64]
     events: NDArray[np.int64]
+    pocketed: NDArray[np.int64]
+    pocketed_at: NDArray[np.float64]
+    off_table: NDArray[np.bool_]
+    first_contact: NDArray[np.int64]
+    cushions_before: NDArray[np.int64]
+    ball_cushions: NDArray[np.int64]
 
     def __repr__(self) -> str:
         """Return the number of shots and how they ended, on one line."""
@@ -55,6 +81,42 @@ class Batch:
     def complete(self) -> NDArray[np.bool_]:
         """Whether each run reached its natural end, (k,) bool."""
         return np.array([status.complete for status in STATUSES])[self.status]
+
+    def to_frame(self, cue: int = 0) -> Any:
+        """Return a polars data frame with one row per shot.
+
+        Parameters
+        ----------
+        cue : int
+            The cue ball, whose columns are `first_contact` and `cushions_before`.
+
+        Returns
+        -------
+        polars.DataFrame
+            The columns are the attributes; `status` is text such as "rest". Each column of one
+            value per ball is a fixed-size array. `.write_parquet(path)` writes the frame as
+            Parquet.
+
+        Raises
+        ------
+        GhostballError
+            If polars isn't installed, or if there is no ball `cue`.
+        """
+        try:
+            import polars  # noqa: PLC0415 - an optional dependency
+        except ImportError:
+            raise GhostballError(
+                "a data frame needs polars, which isn't installed. Install it with `pip install "
+                "'.[frames]'` in a clone of Ghostball"
+            ) from None
+        n = self.rest_positions.shape[1]
+        if not isinstance(cue, int) or isinstance(cue, bool) or not 0 <= cue < n:
+            raise GhostballError(f"`cue` must be the index of a ball, 0 to {n - 1}, got {cue!r}")
+        columns = {one.name: getattr(self, one.name) for one in fields(self)}
+        for name in ("first_contact", "cushions_before"):
+            columns[name] = columns[name][:, cue]
+        names = np.array([status.name.lower().replace("_", "-") for status in STATUSES])
+        return polars.DataFrame(columns | {"status": names[self.status].astype(object)})
 
 
 def simulate_many(
@@ -101,6 +163,7 @@ def batch_of(shots: Shots, smallest: NDArray[np.float64] | float) -> Batch:
     `smallest` [m]: the smallest radius in each shot, (k,), or one number for all.
     """
     resolved = position_rounding(1.0) * shots.clocks[:, st.FARTHEST] < smallest
+    k, n = shots.ends.shape[0], shots.ends.shape[2]
     codes = np.empty(max(STATUS) + 1, dtype=np.int8)
     for code, status in STATUS.items():
         codes[code] = STATUSES.index(status)
@@ -110,6 +173,35 @@ def batch_of(shots: Shots, smallest: NDArray[np.float64] | float) -> Batch:
         shots.clocks[:, st.END].copy(),
         shots.ends[:, 0],
         *(shots.counts[:, [st.BALL_BALL, st.BALL_CUSHION, st.EVENTS]].T.copy()),
+        *_outcomes_of(
+            shots.counts[:, st.COUNTERS :].reshape(k, n, st.OUTCOMES),
+            shots.clocks[:, st.CLOCKS :],
+        ),
+    )
+
+
+def _outcomes_of(
+    counts: NDArray[np.int64], exits: NDArray[np.float64]
+) -> tuple[
+    NDArray[np.int64],
+    NDArray[np.float64],
+    NDArray[np.bool_],
+    NDArray[np.int64],
+    NDArray[np.int64],
+    NDArray[np.int64],
+]:
+    """Return the outcomes of all balls in the order of the attributes of `Batch`.
+
+    `counts` (k, n, OUTCOMES): the counters of each ball; `exits` (k, n): time of its EXIT [s].
+    """
+    cushions, first, before, left = np.moveaxis(counts, 2, 0)
+    return (
+        np.where(left > 0, left - 1, -1),
+        np.where(left > 0, exits, np.nan),
+        left < 0,
+        first - 1,
+        np.where(first > 0, before, cushions),
+        cushions.copy(),
     )
 
 

@@ -287,8 +287,8 @@ class Log(NamedTuple):
     `counters`.
     """
 
-    clock: FloatArray  # (CLOCKS,)
-    counters: IntArray  # (COUNTERS,)
+    clock: FloatArray  # (CLOCKS + n,)
+    counters: IntArray  # (COUNTERS + OUTCOMES n,)
     time: FloatArray  # (m,) [s]
     what: IntArray  # (3, m): rows WHAT_KIND (EventKind), WHAT_A, WHAT_B
     ball: IntArray  # (k,)
@@ -345,13 +345,20 @@ ALOFT = 20  # balls that lie still on others
 ENDLESS = 21  # for RUN_ENDLESS: 1 plus the ball with it
 COUNTERS = 22
 
+# Outcomes of ball i: the counters from COUNTERS + OUTCOMES * i on; all are 0 at the start.
+CUSHIONS = 0  # cushion collisions
+FIRST_CONTACT = 1  # 1 plus the first ball that it hits; 0: none
+CUSHIONS_BEFORE = 2  # cushion collisions before FIRST_CONTACT
+EXIT = 3  # 1 plus the index of the pocket that it fell into; -1: it left the table; 0: neither
+OUTCOMES = 4
+
 # Indices of the array of times, float64 [s].
 NOW = 0
 LAST_EVENT = 1
 END = 2  # when the last ball came to rest, or the run stopped
 FARTHEST = 3  # largest coordinate of a ball at the end [m]
 STOOD_SINCE = 4  # time from which AT_ONCE counts events
-CLOCKS = 5
+CLOCKS = 5  # then for each ball the time of its EXIT
 
 OWN_NONE = 0
 OWN_REST = 1

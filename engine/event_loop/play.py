@@ -72,8 +72,9 @@ def play(
     `which` (m,) int64: the shots to simulate, as rows of the next four arrays.
     `starts` (k, m, START_COLUMNS) float64: the initial states of m balls in each shot, from ball
         `who` on. If k is 0, all shots have the initial state of the scene.
-    `clocks` (k, CLOCKS) float64.
-    `counts` (k, COUNTERS) int64: counters of each shot; STATUS is how it ended.
+    `clocks` (k, CLOCKS + n) float64: times of each shot, and when each ball left the table.
+    `counts` (k, COUNTERS + OUTCOMES n) int64: counters of each shot, and the outcomes of each ball;
+        STATUS is how it ended.
     `ends` (k, p, n, 3) float64: final positions of each shot; velocities if p > 1, angular
         velocities if p > 2.
     `time`, `what`, `ball`, `motion`: the `Log`, if there is only one shot; empty for no log.

@@ -62,6 +62,7 @@ def note_event(kind: int, a: int, b: int, t: float, log: Log) -> None:
     """Count an event, and log it if there is a log."""
     log.counters[st.EVENTS] += 1
     log.clock[st.LAST_EVENT] = t
+    _count_outcome(kind, a, b, t, log)
     if len(log.time) > 0:
         row = log.counters[st.LOGGED_EVENTS]
         log.time[row] = t
@@ -69,6 +70,28 @@ def note_event(kind: int, a: int, b: int, t: float, log: Log) -> None:
         log.what[st.WHAT_A, row] = a
         log.what[st.WHAT_B, row] = b
         log.counters[st.LOGGED_EVENTS] = row + 1
+
+
+@kernel
+def _count_outcome(kind: int, a: int, b: int, t: float, log: Log) -> None:
+    """Count an event in the outcomes of its balls; see `core.state`."""
+    row = st.COUNTERS + st.OUTCOMES * a
+    if kind == BALL_CUSHION_EVENT:
+        log.counters[row + st.CUSHIONS] += 1
+    elif kind == BALL_BALL_EVENT:
+        _count_contact(row, b, log)
+        _count_contact(st.COUNTERS + st.OUTCOMES * b, a, log)
+    elif kind in (POCKETED_EVENT, LEAVES_TABLE_EVENT):
+        log.counters[row + st.EXIT] = 1 + b if kind == POCKETED_EVENT else -1
+        log.clock[st.CLOCKS + a] = t
+
+
+@kernel(inline=True)
+def _count_contact(row: int, partner: int, log: Log) -> None:
+    """Keep the first ball that a ball hits, and how many cushion collisions it had before."""
+    if log.counters[row + st.FIRST_CONTACT] == 0:
+        log.counters[row + st.FIRST_CONTACT] = 1 + partner
+        log.counters[row + st.CUSHIONS_BEFORE] = log.counters[row + st.CUSHIONS]
 
 
 @kernel

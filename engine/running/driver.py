@@ -225,7 +225,7 @@ class KernelRun:
 
     def work(self) -> dict[str, int]:
         """Return machine-independent counters of the run; the last two only if they aren't 0."""
-        counters = self._counters.tolist()
+        counters = self._counters[: st.COUNTERS].tolist()
         work = {
             "events": counters[st.EVENTS],
             "bounds": counters[st.BOUNDS],

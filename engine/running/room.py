@@ -45,8 +45,8 @@ class Shots(NamedTuple):
     """The initial states of k shots of a scene, and their results."""
 
     starts: st.FloatArray  # (k, m, START_COLUMNS); k = 0: each shot starts as in the scene
-    clocks: st.FloatArray  # (k, CLOCKS)
-    counts: st.IntArray  # (k, COUNTERS)
+    clocks: st.FloatArray  # (k, CLOCKS + n)
+    counts: st.IntArray  # (k, COUNTERS + OUTCOMES n)
     ends: st.FloatArray  # (k, p, n, 3) the first p of: positions, velocities, angular velocities
 
 
@@ -54,8 +54,8 @@ def shots_of(k: int, n: int, arrays: int) -> Shots:
     """Return arrays for k shots of n balls, with the first `arrays` of the arrays in `ends`."""
     return Shots(
         _NO_STARTS,
-        np.zeros((k, st.CLOCKS)),
-        np.zeros((k, st.COUNTERS), dtype=np.int64),
+        np.zeros((k, st.CLOCKS + n)),
+        np.zeros((k, st.COUNTERS + st.OUTCOMES * n), dtype=np.int64),
         np.empty((k, arrays, n, 3)),
     )
 

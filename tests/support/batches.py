@@ -6,7 +6,7 @@ import numpy as np
 from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import STATUSES, Batch
-from ghostball.model import Result, Scene
+from ghostball.model import EventKind, Result, Scene
 
 
 def two_ball_shot(velocity=(2.0, 0.0), **cue) -> Scene:
@@ -24,3 +24,43 @@ def assert_same(batch: Batch, k: int, result: Result) -> None:
     assert batch.ball_cushion[k] == result.collision_counts["ball-cushion"]
     assert batch.events[k] == result.work["events"]
     assert STATUSES[batch.status[k]] is result.status
+
+
+OUTCOMES = (
+    "pocketed",
+    "pocketed_at",
+    "off_table",
+    "first_contact",
+    "cushions_before",
+    "ball_cushions",
+)
+"""The attributes of a batch that have a value for each ball, except the rest positions."""
+
+
+def outcomes_of(result: Result) -> dict[str, np.ndarray]:
+    """Return the outcomes of one shot by name, counted from its recorded events, each (n,)."""
+    n = len(result.scene.balls)
+    pocketed, first = np.full(n, -1), np.full(n, -1)
+    pocketed_at, off_table = np.full(n, np.nan), np.zeros(n, dtype=bool)
+    before, cushions = np.zeros(n, dtype=int), np.zeros(n, dtype=int)
+    for t, kind, a, b in result.events.tolist():
+        if kind == EventKind.BALL_CUSHION:
+            cushions[a] += 1
+            before[a] += first[a] < 0
+        elif kind == EventKind.BALL_BALL:
+            first[a] = b if first[a] < 0 else first[a]
+            first[b] = a if first[b] < 0 else first[b]
+        elif kind == EventKind.POCKETED:
+            pocketed[a], pocketed_at[a] = b, t
+        elif kind == EventKind.LEAVES_TABLE:
+            off_table[a] = True
+    return dict(
+        zip(OUTCOMES, (pocketed, pocketed_at, off_table, first, before, cushions), strict=True)
+    )
+
+
+def assert_same_outcomes(batch: Batch, k: int, result: Result) -> None:
+    """Assert that the outcomes of shot k of a batch are those of a shot with recorded events."""
+    n = len(result.scene.balls)
+    for name, expected in outcomes_of(result).items():
+        np.testing.assert_array_equal(getattr(batch, name)[k, :n], expected, err_msg=name)
