@@ -100,7 +100,7 @@ class Batch:
         Raises
         ------
         GhostballError
-            If polars isn't installed, or if there is no ball `cue`.
+            If polars isn't installed, if the batch has no shots, or if there is no ball `cue`.
         """
         try:
             import polars  # noqa: PLC0415 - an optional dependency
@@ -109,7 +109,9 @@ class Batch:
                 "a data frame needs polars, which isn't installed. Install it with `pip install "
                 "'.[frames]'` in a clone of Ghostball"
             ) from None
-        n = self.rest_positions.shape[1]
+        k, n = self.rest_positions.shape[:2]
+        if k == 0:
+            raise GhostballError("a data frame needs at least one shot, but this batch has none")
         if not isinstance(cue, int) or isinstance(cue, bool) or not 0 <= cue < n:
             raise GhostballError(f"`cue` must be the index of a ball, 0 to {n - 1}, got {cue!r}")
         columns = {one.name: getattr(self, one.name) for one in fields(self)}
@@ -168,40 +170,22 @@ def batch_of(shots: Shots, smallest: NDArray[np.float64] | float) -> Batch:
     for code, status in STATUS.items():
         codes[code] = STATUSES.index(status)
     failed = np.int8(STATUSES.index(Status.FAILED))
+    ball_ball, ball_cushion, events = shots.counts[:, [st.BALL_BALL, st.BALL_CUSHION, st.EVENTS]].T
+    outcomes = shots.counts[:, st.COUNTERS :].reshape(k, n, st.OUTCOMES)
+    cushions, first, before, left = np.moveaxis(outcomes, 2, 0)
     return Batch(
-        np.where(resolved, codes[shots.counts[:, st.STATUS]], failed),
-        shots.clocks[:, st.END].copy(),
-        shots.ends[:, 0],
-        *(shots.counts[:, [st.BALL_BALL, st.BALL_CUSHION, st.EVENTS]].T.copy()),
-        *_outcomes_of(
-            shots.counts[:, st.COUNTERS :].reshape(k, n, st.OUTCOMES),
-            shots.clocks[:, st.CLOCKS :],
-        ),
-    )
-
-
-def _outcomes_of(
-    counts: NDArray[np.int64], exits: NDArray[np.float64]
-) -> tuple[
-    NDArray[np.int64],
-    NDArray[np.float64],
-    NDArray[np.bool_],
-    NDArray[np.int64],
-    NDArray[np.int64],
-    NDArray[np.int64],
-]:
-    """Return the outcomes of all balls in the order of the attributes of `Batch`.
-
-    `counts` (k, n, OUTCOMES): the counters of each ball; `exits` (k, n): time of its EXIT [s].
-    """
-    cushions, first, before, left = np.moveaxis(counts, 2, 0)
-    return (
-        np.where(left > 0, left - 1, -1),
-        np.where(left > 0, exits, np.nan),
-        left < 0,
-        first - 1,
-        np.where(first > 0, before, cushions),
-        cushions.copy(),
+        status=np.where(resolved, codes[shots.counts[:, st.STATUS]], failed),
+        rest_times=shots.clocks[:, st.END].copy(),
+        rest_positions=shots.ends[:, 0],
+        ball_ball=ball_ball.copy(),
+        ball_cushion=ball_cushion.copy(),
+        events=events.copy(),
+        pocketed=np.where(left > 0, left - 1, -1),
+        pocketed_at=np.where(left > 0, shots.clocks[:, st.CLOCKS :], np.nan),
+        off_table=left < 0,
+        first_contact=first - 1,
+        cushions_before=np.where(first > 0, before, cushions),
+        ball_cushions=cushions.copy(),
     )
 
 

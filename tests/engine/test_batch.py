@@ -158,6 +158,11 @@ def test_a_frame_has_a_row_for_each_shot_and_goes_to_parquet(tmp_path):
         assert np.array_equal(again[name].to_numpy(), getattr(batch, name), equal_nan=True), name
 
 
+def test_a_batch_without_shots_has_no_frame():
+    with pytest.raises(GhostballError, match="needs at least one shot"):
+        simulate_many([]).to_frame()
+
+
 @pytest.mark.parametrize("cue", [-1, 10, 0.0, True])
 def test_a_frame_of_a_cue_ball_that_is_not_there_is_refused(cue):
     with pytest.raises(GhostballError, match="`cue` must be the index of a ball, 0 to 9"):
