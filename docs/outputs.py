@@ -61,7 +61,7 @@ _BLOCK = re.compile(
 )
 _DURATION = re.compile(r"\d[\d.]*\s?(?:ns|µs|ms|s|min)\b")
 _PROGRESS = re.compile(
-    r"^(?:compiling the engine's|running \(step|certifying scene) .*\n", re.MULTILINE
+    r"^(?:compiling(?: the engine's| \(step|:)|running \(step|certifying scene) .*\n", re.MULTILINE
 )
 """Lines that commands print only on a slow machine, or while the engine compiles."""
 _SPACE = re.compile(r"[ ─]+")
