@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.synthetic_tracks import EXAMPLE_PHYSICS
-from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Strike, Table
+from ghostball.model import POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Rack, Strike, Table
 from ghostball.model.features import Capability, Feature
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 from ghostball.model.scene import stroke_of
@@ -38,7 +38,7 @@ def scenes() -> str:
     return table(("scene", "what it tests", "tags"), rows)
 
 
-def fields(part: type[Ball | Physics | Strike | Table]) -> str:
+def fields(part: type[Ball | Physics | Rack | Strike | Table]) -> str:
     """Return the fields of a part of a scene: defaults and meaning."""
     rows = []
     for name, field in part.model_json_schema()["properties"].items():

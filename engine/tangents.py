@@ -5,16 +5,26 @@ The results of our engine and certified motions use this module.
 
 from __future__ import annotations
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ghostball.model import Events, ExactTrajectory, Scene
+from ghostball.model import Events, ExactTrajectory, Phase, Scene, UnsupportedSceneError
 from ghostball.model.trajectory import TangentMap
+from ghostball.model.trajectory.segment import PHASE
 
 
 def tangents_of(
     scene: Scene, trajectory: ExactTrajectory, events: Events, directions: ArrayLike | None
 ) -> TangentMap:
-    """Return the effects of small changes of a shot; see `model.trajectory.Tangents`."""
+    """Return the effects of small changes of a shot; see `model.trajectory.Tangents`.
+
+    Raises `UnsupportedSceneError` if balls pushed each other in impacts that last.
+    """
+    if any(np.any(rows[:, PHASE] == Phase.COMPRESSED) for rows in trajectory.segments):
+        raise UnsupportedSceneError(
+            "ghostball",
+            ('no tangent map of `impacts` = "compliant" where several balls push each other',),
+        )
     # Imported here, because most shots don't need these modules.
     from ghostball.engine.sensitivity import rounding_of, tangent_of  # noqa: PLC0415
 

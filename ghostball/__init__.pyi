@@ -12,6 +12,7 @@ from .model import (
     ExactTrajectory as ExactTrajectory,
     GhostballError as GhostballError,
     Physics as Physics,
+    Rack as Rack,
     Result as Result,
     SampledTrajectory as SampledTrajectory,
     Scene as Scene,
@@ -20,6 +21,7 @@ from .model import (
     Strike as Strike,
     Table as Table,
     UnsupportedSceneError as UnsupportedSceneError,
+    rack as rack,
 )
 from .model.features import Capability as Capability, Feature as Feature
 from .reference_adapters import (

@@ -28,6 +28,7 @@ from ghostball.engine.core.rows import (
     rows_of,
 )
 from ghostball.engine.core.state import (
+    COMPRESSED_COLUMNS,
     FREE,
     MOST_DIRECT,
     NOWHERE,
@@ -60,7 +61,8 @@ def no_contacts(n: int, m: int) -> tuple[BoolArray, IntArray]:
 
 def numbers_of_contacts(n: int, m: int) -> int:
     """Return how many float64 numbers n balls with m contacts need; those of `motion` are first."""
-    return n * (MEMBER_COLUMNS + _PATH + _SPIN) + m * (CONTACT_COLUMNS + _HISTORY) + _AT_ONCE
+    by_ball = MEMBER_COLUMNS + _PATH + _SPIN + COMPRESSED_COLUMNS
+    return n * by_ball + m * (CONTACT_COLUMNS + _HISTORY) + _AT_ONCE
 
 
 def contacts_in(marks: BoolArray, integers: IntArray, numbers: FloatArray) -> Contacts:
@@ -77,6 +79,7 @@ def contacts_in(marks: BoolArray, integers: IntArray, numbers: FloatArray) -> Co
     stage = compliances + 2 * MOST_DIRECT * COMPLIANCE_COLUMNS
     start = stage + MOST_DIRECT * STAGE_COLUMNS
     slopes = start + MOST_DIRECT * NUMBERS
+    compressed = slopes + MOST_DIRECT * STAGES * NUMBERS
     members: Any = numbers[:paths]
     contacts: Any = numbers[forces:history]
     sides: Any = numbers[compliances:stage]
@@ -108,6 +111,7 @@ def contacts_in(marks: BoolArray, integers: IntArray, numbers: FloatArray) -> Co
         states.view(STAGE) if COMPILED else rows_of(by_state, StageRow),
         by_state,
         numbers[start:slopes].reshape(MOST_DIRECT, NUMBERS),
-        numbers[slopes:].reshape(MOST_DIRECT, STAGES, NUMBERS),
+        numbers[slopes:compressed].reshape(MOST_DIRECT, STAGES, NUMBERS),
         integers[held + 6 * m :],
+        numbers[compressed:].reshape(n, COMPRESSED_COLUMNS),
     )

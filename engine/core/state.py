@@ -127,6 +127,7 @@ SLIDING = 1.0
 ROLLING = 2.0
 GONE = 3.0  # it has left the run, and nothing hits it
 FLYING = 4.0
+COMPRESSED = 5.0  # only in a log, for a ball whose own event is OWN_LEG
 
 
 class Laws(NamedTuple):
@@ -148,6 +149,9 @@ class Laws(NamedTuple):
     outer: int  # first row of `obstacles` that is outside the frame; so are all rows after it
     frame_x: float  # the frame is the rectangle from (0, 0) to here [m]; cushions lie on its sides
     frame_y: float
+    compliant: bool  # whether impacts last: see `impacts.compliant`
+    contact_modulus: float  # E* of Hertz's law for two balls [Pa]
+    contact_loss: float  # beta of `impacts.hertz`
     # Bodies that balls bounce off or fall into; `running.obstacle_rows` makes the rows. Python sees
     # matrix (k, OBSTACLE_COLUMNS), kernels (k,) of `ObstacleRow`.
     obstacles: Any
@@ -261,7 +265,10 @@ class Contacts(NamedTuple):
     start: FloatArray  # (MOST_DIRECT, NUMBERS) the state at the start of the step
     slopes: FloatArray  # (MOST_DIRECT, STAGES, NUMBERS) its rate of change at each stage
     turns: IntArray  # (1,) loop iterations, in the units of WORK, that WORK doesn't contain yet
+    compressed: FloatArray  # (n, COMPRESSED_COLUMNS) balls of clusters: `impacts.lasting_contacts`
 
+
+COMPRESSED_COLUMNS = 48
 
 NOWHERE = -1
 
@@ -343,7 +350,9 @@ STATUS = 18  # RUN_RESTED ...: the last return value of the loop
 AT_ONCE = 19  # events within `ONE_INSTANT` of STOOD_SINCE: see `event_loop.loop`
 ALOFT = 20  # balls that lie still on others
 ENDLESS = 21  # for RUN_ENDLESS: 1 plus the ball with it
-COUNTERS = 22
+CLUSTERS = 22  # clusters of balls that push each other: see `event_loop.compression`
+CLUSTER_LEGS = 23
+COUNTERS = 24
 
 # Outcomes of ball i: the counters from COUNTERS + OUTCOMES * i on; all are 0 at the start.
 CUSHIONS = 0  # cushion collisions
@@ -360,6 +369,7 @@ FARTHEST = 3  # largest coordinate of a ball at the end [m]
 STOOD_SINCE = 4  # time from which AT_ONCE counts events
 CLOCKS = 5  # then for each ball the time of its EXIT
 
+OWN_LEG = -1  # a leg of a cluster of balls that push each other ends; the ball's PHASE is GONE
 OWN_NONE = 0
 OWN_REST = 1
 OWN_ROLL = 2  # a slide ends

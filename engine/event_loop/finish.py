@@ -40,6 +40,8 @@ def finish(world: World, status: int, end: FloatArray) -> int:
     log.clock[st.END] = t
     broken = False
     for i in range(len(balls.own_kind)):
+        if balls.own_kind[i] == st.OWN_LEG:
+            balls.state[i].phase = st.SLIDING  # its angular velocity is its own
         advance(balls, i, t)
         log.clock[st.FARTHEST] = max(
             log.clock[st.FARTHEST], abs(balls.state[i].x), abs(balls.state[i].y)

@@ -161,5 +161,8 @@ def laws_from(numbers: FloatArray, obstacles: Any) -> Laws:
         int(numbers[13]),
         numbers[14],
         numbers[15],
+        numbers[16] != 0.0,
+        numbers[17],
+        numbers[18],
         obstacles,
     )

@@ -51,4 +51,6 @@ def _predict_marked(world: World) -> None:
         if contacts.island[i] != st.FREE:
             end_step(contacts, i)
             continue
+        if balls.own_kind[i] == st.OWN_LEG:
+            continue  # `event_loop.compression` has set its piece
         predict_motion(balls, i, world.laws)

@@ -115,7 +115,8 @@ def note_motion(world: World, i: int) -> None:
         log.motion[row, st.BX] = ball.bx
         log.motion[row, st.BY] = ball.by
         log.motion[row, st.BZ] = ball.bz
-        log.motion[row, st.PHASE] = ball.phase
+        in_leg = balls.own_kind[i] == st.OWN_LEG
+        log.motion[row, st.PHASE] = st.COMPRESSED if in_leg else ball.phase
         _note_height(balls.height, i, log.motion, row)
         _note_powers(balls.powers, i, log.motion, row)
         log.counters[st.LOGGED_MOTIONS] = row + 1

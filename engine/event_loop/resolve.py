@@ -10,6 +10,7 @@ from __future__ import annotations
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, Laws, World
+from ghostball.engine.event_loop.compression import begin_cluster, end_leg
 from ghostball.engine.event_loop.in_flight import (
     bounces_have_ended,
     bounces_in_space,
@@ -19,6 +20,7 @@ from ghostball.engine.event_loop.in_flight import (
     note_held,
     resolve_flight,
 )
+from ghostball.engine.event_loop.obstacle_names import name_of_obstacle
 from ghostball.engine.event_loop.record import (
     BALL_BALL_EVENT,
     BALL_CUSHION_EVENT,
@@ -150,6 +152,8 @@ def _resolve_own(world: World, i: int, t: float) -> int:
         held = _resolve_cushion(world, i, cushion, t)
         mark(balls, i)
         return held
+    elif kind == st.OWN_LEG:
+        end_leg(world, t)
     else:
         end_step(contacts, i)
     return 0
@@ -173,7 +177,7 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> int:
     log.counters[st.BALL_CUSHION] += bounces
     for turn in range(bounces):
         off = cushion if turn % 2 == 0 else other
-        note_event(BALL_CUSHION_EVENT, i, _name(balls, laws, i, off), t, log)
+        note_event(BALL_CUSHION_EVENT, i, name_of_obstacle(balls, laws, i, off), t, log)
     if other < 0 and not bounces_in_space(balls.height, world, i, cushion):
         bounce(balls, i, cushion, laws)
     balls.state[i].impacts += 1.0
@@ -194,35 +198,6 @@ def _bounce_in_corner(
     nx, ny, _ = facing(laws, other, ball.x, ball.y)
     at_once = nx * ball.vx + ny * ball.vy < 0.0
     return bounce_in_corner(balls, i, cushion, other, laws, at_once)
-
-
-@kernel(inline=True)
-def _name(balls: Balls, laws: Laws, i: int, k: int) -> int:
-    """Return the number that events use for an obstacle that ball i hits."""
-    if laws.obstacles[k].kind != st.SEGMENT:
-        return _index(laws, k)
-    return _name_of_segment(laws, k, balls.state[i].x, balls.state[i].y)
-
-
-@kernel
-def _name_of_segment(laws: Laws, k: int, x: float, y: float) -> int:
-    """Return the number of a segment or, at its start, of the segment that ends there, if any.
-
-    Their common corner is a point; rounding decides which of the two the ball hits.
-    """
-    x0, y0 = laws.obstacles[k].x, laws.obstacles[k].y
-    dx, dy = laws.obstacles[k].nx - x0, laws.obstacles[k].ny - y0
-    if (x - x0) * dx + (y - y0) * dy <= 0.0:
-        for other in range(len(laws.obstacles)):
-            row = laws.obstacles[other]
-            if row.kind == st.SEGMENT and row.nx == x0 and row.ny == y0:
-                return _index(laws, other)
-    return _index(laws, k)
-
-
-@kernel(inline=True)
-def _index(laws: Laws, k: int) -> int:
-    return int(laws.obstacles[k].index)
 
 
 @kernel(inline=True)
@@ -320,6 +295,8 @@ def _resolve_contacts(world: World, event: Event) -> int:
     for c in range(count):
         balls.state[balls.touching[c, st.FIRST]].impacts += 1.0
         balls.state[balls.touching[c, st.SECOND]].impacts += 1.0
+    if world.laws.compliant:
+        left = begin_cluster(world, left, t)
     if left == 1:
         collide_pair(balls.height, world, balls.touching[0, st.FIRST], balls.touching[0, st.SECOND])
     else:

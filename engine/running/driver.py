@@ -70,6 +70,15 @@ def _elastic_laws(physics: Physics) -> list[str]:
     return found
 
 
+_RARE_WORK = {
+    "contact_pieces": st.CONTACT_PIECES,
+    "balls_gone": st.BALLS_GONE,
+    "compliant_impacts": st.CLUSTERS,
+    "compliant_legs": st.CLUSTER_LEGS,
+}
+"""Counters that a result has only if they aren't 0."""
+
+
 class KernelRun:
     """One run of the kernel on one scene.
 
@@ -224,7 +233,7 @@ class KernelRun:
         }
 
     def work(self) -> dict[str, int]:
-        """Return machine-independent counters of the run; the last two only if they aren't 0."""
+        """Return machine-independent counters of the run; the last ones only if not 0."""
         counters = self._counters[: st.COUNTERS].tolist()
         work = {
             "events": counters[st.EVENTS],
@@ -236,7 +245,7 @@ class KernelRun:
             "contact_steps": counters[st.CONTACT_STEPS],
             "unsolved_contact_steps": counters[st.UNSOLVED_STEPS],
         }
-        for name, column in (("contact_pieces", st.CONTACT_PIECES), ("balls_gone", st.BALLS_GONE)):
+        for name, column in _RARE_WORK.items():
             if counters[column]:
                 work[name] = counters[column]
         return work

@@ -27,6 +27,7 @@ from ghostball.engine.core.state import (
     Laws,
     Pairs,
 )
+from ghostball.engine.impacts.hertz import loss_of
 from ghostball.engine.library.entry import Last
 from ghostball.engine.running.obstacle_rows import obstacles_of, outer_of
 from ghostball.engine.running.skips import Skip, is_uniform, uses_cells
@@ -40,6 +41,10 @@ from ghostball.model.trajectory.polynomial import PER_POWER
 
 _CELL_ROOM = 2.0**-20
 """Relative excess of a cell's side over the largest diameter: a margin for rounding."""
+
+_COMPLIANT_CELL_ROOM = 0.25
+"""The same where impacts last: what is nearer than a leg of a cluster reaches must be found."""
+
 
 _CLOTH_OF_CELL = 0.03
 """Smallest area of a cell, relative to the area of cloth per ball.
@@ -275,7 +280,7 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
     return Laws(
         slides=physics.motion == "sliding",
         uniform=is_uniform(scene) and Skip.ADVANCEMENT not in off,
-        simultaneous=physics.impacts == "simultaneous",
+        simultaneous=physics.impacts != "sequential",
         ball_law=BALL_LAW_NAMES.index(physics.ball_impact),
         ball_restitution=float(physics.ball_restitution),
         ball_friction=0.0 if speed_dependent else float(physics.ball_friction),
@@ -289,8 +294,16 @@ def laws_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Laws:
         outer=outer_of(scene, len(obstacles), off),
         frame_x=0.0 if scene.table is None else scene.table.length,
         frame_y=0.0 if scene.table is None else scene.table.width,
+        compliant=physics.impacts == "compliant",
+        contact_modulus=contact_modulus(physics),
+        contact_loss=loss_of(physics.ball_restitution) if physics.impacts == "compliant" else 0.0,
         obstacles=obstacles,
     )
+
+
+def contact_modulus(physics: Physics) -> float:
+    """Return E* [Pa] of Hertz's law for the contact of two balls of the scene's material."""
+    return physics.ball_youngs_modulus / (2.0 * (1.0 - physics.ball_poissons_ratio**2))
 
 
 @lru_cache(maxsize=8)
@@ -315,7 +328,8 @@ def cells_of(scene: Scene) -> Cells:
     if scene.table is not None and scene.table.cushions:
         low, high = np.zeros(2), np.array([scene.table.length, scene.table.width])
     extent = np.maximum(high - low, 2.0 * float(np.max(scene.radii)))
-    side = 2.0 * float(np.max(scene.radii)) * (1.0 + _CELL_ROOM)
+    room = _COMPLIANT_CELL_ROOM if scene.physics.impacts == "compliant" else _CELL_ROOM
+    side = 2.0 * float(np.max(scene.radii)) * (1.0 + room)
     cloth = _CLOTH_OF_CELL * float(np.prod(extent)) / n
     side = max(side, math.sqrt(cloth), float(np.max(extent)) / (2.0 * n))
     size = np.maximum(np.floor(extent / side).astype(np.int64), 1)

@@ -36,6 +36,7 @@ from ghostball.model.scene import (
     Hole,
     Obstacle,
     Physics,
+    Rack,
     Scene,
     Segment,
     Side,
@@ -43,6 +44,7 @@ from ghostball.model.scene import (
     Table,
     partner_index,
     partner_name,
+    rack,
     rolling_angular_velocity,
 )
 from ghostball.model.trajectory import (
@@ -78,6 +80,7 @@ __all__ = [
     "Obstacle",
     "Phase",
     "Physics",
+    "Rack",
     "Record",
     "Result",
     "SampledTrajectory",
@@ -97,5 +100,6 @@ __all__ = [
     "initial_state",
     "partner_index",
     "partner_name",
+    "rack",
     "rolling_angular_velocity",
 ]

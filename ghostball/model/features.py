@@ -50,6 +50,7 @@ class Feature(enum.Enum):
     AIR_DRAG = "air drag"
     QUADRATIC_ROLLING = "rolling friction with a quadratic term"
     FLIGHT = "airborne balls"
+    COMPLIANT = "impacts that last"
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,7 @@ def scene_features(scene: Scene) -> tuple[Feature, ...]:
         Feature.AIR_DRAG: physics.air_drag > 0.0,
         Feature.QUADRATIC_ROLLING: physics.rolling_friction_quadratic > 0.0,
         Feature.FLIGHT: physics.airborne,
+        Feature.COMPLIANT: physics.impacts == "compliant" and several,
     }
     if several:
         needed |= _features_of_law(BALL_LAWS, physics.ball_impact)

@@ -45,6 +45,9 @@ CAPABILITIES: Capabilities = {
     Feature.AIR_DRAG: EXACT,
     Feature.QUADRATIC_ROLLING: EXACT,
     Feature.FLIGHT: EXACT,  # until a ball comes to lie on a different ball, where the proof ends
+    Feature.COMPLIANT: Capability(
+        "none", "contacts that last are a numerical integration, without a closed form"
+    ),
 }
 """Capabilities of certificates; every feature is listed, so a new one is unsupported by default."""
 

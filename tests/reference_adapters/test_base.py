@@ -145,6 +145,7 @@ SCENES = {
     Feature.AIR_DRAG: collision(air_drag=0.004),
     Feature.QUADRATIC_ROLLING: collision(rolling_friction_quadratic=0.004),
     Feature.FLIGHT: collision(airborne=True, **SLIDING),
+    Feature.COMPLIANT: collision(impacts="compliant"),
 }
 
 

@@ -35,6 +35,7 @@ FEATURE_OPTIONS = {
     Feature.STRONGE_CUSHION: (("cushion", "stronge2000"),),
     Feature.AIR_DRAG: (("air", "yes"),),
     Feature.QUADRATIC_ROLLING: (("quadratic", "yes"),),
+    Feature.COMPLIANT: (("impacts", "compliant"),),
     Feature.FLIGHT: tuple(("flight", how) for how in ("low", "jump", "drop", "on-top")),
 }
 """Options of the generator for each feature; a new feature needs an entry."""

@@ -139,7 +139,12 @@ class RunGrowth:
         self.t_end = result.rest_time
 
     def sizes(self, times: ArrayLike) -> FloatArray:
-        """Return the displacement by a relative error of 1 at the start and each event."""
+        """Return the displacement by a relative error of 1 at the start and each event.
+
+        inf if balls pushed each other in impacts that last: there is no tangent map of those.
+        """
+        if self.result.work.get("compliant_impacts", 0) > 0:
+            return np.full((np.size(times), len(self.result.scene.balls)), np.inf)
         return self.result.sensitivity(times)
 
     @cached_property

@@ -19,6 +19,7 @@ from ghostball.model import (
     ExactTrajectory,
     GhostballError,
     Hole,
+    Phase,
     Result,
     SampledTrajectory,
     Samples,
@@ -112,7 +113,19 @@ def energy_times(result: Result) -> FloatArray:
     """Return the times of `energy_series` for an exact motion, (k,) float64 [s], increasing."""
     events = events_of(result)["t"]
     limit = UNIFORM_TIMES + 2 * len(events)
-    return union_times(result.rest_time, events, uniform=UNIFORM_TIMES, limit=limit, before=True)
+    times = union_times(result.rest_time, events, uniform=UNIFORM_TIMES, limit=limit, before=True)
+    return _uncompressed(result, times)
+
+
+def _uncompressed(result: Result, times: FloatArray) -> FloatArray:
+    """Return the times at which no balls push each other in impacts that last, (k,) [s].
+
+    At the other times balls overlap by as much as they yield, and the contacts have energy.
+    """
+    if result.work.get("compliant_impacts", 0) == 0:
+        return times
+    free: FloatArray = times[~np.any(result.phases(times) == Phase.COMPRESSED, axis=1)]
+    return free
 
 
 def largest_overlap(result: Result) -> float:
@@ -144,6 +157,7 @@ def _largest_overlaps(result: Result) -> tuple[float, float]:
             uniform=DENSE_TIMES,
             limit=2 * DENSE_TIMES,
         )
+        times = _uncompressed(result, times)
     else:
         times = frames.times
     here = times[:, np.newaxis] < times_gone(result) if _may_go(scene) else None

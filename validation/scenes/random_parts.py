@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from ghostball.model import CUSHIONS, POOL_BALL_MASS, POOL_BALL_RADIUS, Ball, Physics, Table
 from ghostball.model.impact_laws import any_integrated
+from ghostball.model.scene.physics import LEAST_RESTITUTION
 
 Options = Mapping[str, str]
 Draft = dict[str, Any]
@@ -86,11 +87,14 @@ def physics_of(chance: random.Random, options: Options, sizes: list[Draft]) -> D
         "rolling_friction": chance.choice((0.005, 0.01, 0.02, chance.uniform(0.003, 0.1))),
         "impacts": options["impacts"],
         "ball_impact": options["ball-law"],
-        "ball_restitution": {
-            "elastic": 1.0,
-            "lossy": chance.choice((0.95, chance.uniform(0.2, 0.99))),
-            "none": 0.0,
-        }[options["restitution"]],
+        "ball_restitution": max(
+            LEAST_RESTITUTION if options["impacts"] == "compliant" else 0.0,
+            {
+                "elastic": 1.0,
+                "lossy": chance.choice((0.95, chance.uniform(0.2, 0.99))),
+                "none": 0.0,
+            }[options["restitution"]],
+        ),
         "ball_friction": {
             "none": 0.0,
             "constant": chance.choice((0.06, chance.uniform(0.01, 0.3))),

@@ -42,7 +42,7 @@ ASPECTS: Final[Mapping[str, Mapping[str, int]]] = {
     "restitution": {"elastic": 2, "lossy": 3, "none": 1},
     "friction": {"none": 2, "constant": 2, "alciatore": 1},
     "ball-law": {"frictional": 4, "mathavan2014": 1},
-    "impacts": {"simultaneous": 3, "sequential": 1},
+    "impacts": {"simultaneous": 3, "sequential": 1, "compliant": 0},
     "masses": {"equal": 2, "unequal": 1},
     "radii": {"equal": 2, "unequal": 1},
     "table": {
@@ -116,6 +116,16 @@ _EXCLUSIONS: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = 
     ),
     # Laws that integrate over an impact need balls on the cloth.
     (_all("flight", "no"), _INTEGRATED),
+    # Impacts that last are between balls on the cloth, and lose no more than half of the speed.
+    (
+        (("impacts", "compliant"),),
+        (
+            *_all("flight", "no"),
+            ("ball-law", "mathavan2014"),
+            ("count", "one"),
+            ("restitution", "none"),
+        ),
+    ),
     # A law of cushions needs cushions, and cushions need a law.
     ((("table", "none"),), _all("cushion", "none")),
     (_all("table", "none"), (("cushion", "none"),)),

@@ -57,6 +57,7 @@ SCENES_OF_FEATURE: Mapping[Feature, tuple[str, ...]] = {
     Feature.AIR_DRAG: ("air-drag", "air-drag-sliding"),
     Feature.QUADRATIC_ROLLING: ("cloth-quadratic", "cloth-quadratic-sliding"),
     Feature.FLIGHT: ("flight-lands",),
+    Feature.COMPLIANT: (),
 }
 """Shipped scenes that test each feature alone, or with only the features that it needs.
 
@@ -77,6 +78,7 @@ _BALL_PAIR_FEATURES = {Feature[law.feature] for law in BALL_LAWS if law.feature}
     Feature.SPEED_DEPENDENT_FRICTION,
     Feature.UNEQUAL_MASSES,
     Feature.UNEQUAL_RADII,
+    Feature.COMPLIANT,
 }
 
 

@@ -16,6 +16,7 @@ from ghostball.model.scene.obstacles import (
     partner_name,
 )
 from ghostball.model.scene.physics import Physics
+from ghostball.model.scene.rack import Rack, rack
 from ghostball.model.scene.scene import Scene, check_whole, json_schema
 from ghostball.model.scene.sides import CUSHIONS, INWARD, CushionName, Side
 from ghostball.model.scene.strike import Strike, Stroke, stroke_of
@@ -33,6 +34,7 @@ __all__ = [
     "Hole",
     "Obstacle",
     "Physics",
+    "Rack",
     "Scene",
     "Segment",
     "Side",
@@ -43,6 +45,7 @@ __all__ = [
     "json_schema",
     "partner_index",
     "partner_name",
+    "rack",
     "rolling_angular_velocity",
     "stroke_of",
 ]

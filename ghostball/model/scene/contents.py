@@ -17,6 +17,7 @@ from ghostball.model.scene.ball import POOL_BALL, Ball, rolling_angular_velocity
 from ghostball.model.scene.fields import Positive, SceneName, Text, problem, whole_number
 from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.physics import Physics
+from ghostball.model.scene.rack import Rack, add_rack
 from ghostball.model.scene.table import Table
 
 ROLLING_ULPS = 4.0
@@ -35,6 +36,9 @@ class SceneContents(ScenePart):
     t_max: Positive | None = None
     physics: Physics = Field(default_factory=Physics)
     table: Table | None = None
+    rack: Rack | None = Field(
+        default=None, exclude=True, description="balls to be added to the listed ones"
+    )
     balls: Annotated[tuple[Ball, ...], Field(min_length=1)]
 
     @model_validator(mode="before")
@@ -56,6 +60,18 @@ class SceneContents(ScenePart):
             _check_sizes(balls, f'the table "{preset}"', f'the physics "{physics}"')
             return data | {"balls": balls}
         return data | {"balls": [_with_fields(ball, usual) for ball in balls]}
+
+    def _rack_up(self) -> None:
+        """Add the balls of the rack to the listed ones; the scene then has no rack any more."""
+        if self.rack is None:
+            return
+        table = None if self.table is None else self.table.preset
+        size = usual_ball(table, self.physics.preset)
+        first = {"radius": self.balls[0].radius, "mass": self.balls[0].mass}
+        balls = add_rack(self.rack, self.table, self.balls, size or first)
+        # The scene is frozen, but still under construction here.
+        object.__setattr__(self, "balls", balls)
+        object.__setattr__(self, "rack", None)
 
     @property
     def positions(self) -> FloatArray:

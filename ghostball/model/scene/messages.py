@@ -30,6 +30,7 @@ _RULES = {
     "float_type": "must be a number",
     "float_parsing": "must be a number",
     "string_type": "must be text in quotes",
+    "int_type": "must be a whole number",
     "bool_type": "must be true or false",
     "tuple_type": "must be a list",
     "too_short": "must have at least {min_length} item(s)",

@@ -6,7 +6,7 @@ Rules that also involve the balls or the table are in `scene.law_rules`.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
     Field,
@@ -29,10 +29,21 @@ from ghostball.model.scene.fields import (
 )
 from ghostball.model.scene.part import ScenePart
 
+YOUNGS_MODULUS = 5.84e9
+POISSONS_RATIO = 0.34
+"""Elastic constants [Pa, 1] of phenolic balls: Marlow (1995), in Alciatore's technical proof
+B.29."""
+
+LEAST_RESTITUTION = 0.5
+"""Least `ball_restitution` with impacts that last: below 0.485 the force of a contact would have to
+pull, see `engine/impacts/hertz.py`."""
+
 _ADDED_FIELDS = (
     "rolling_friction_quadratic",
     "cushion_restitution_loss",
     "cushion_frequency_ratio",
+    "ball_youngs_modulus",
+    "ball_poissons_ratio",
 )
 
 
@@ -115,10 +126,19 @@ class Physics(ScenePart):
     spinning_friction_rate: NonNegative = Field(
         default=10.0, description="deceleration of vertical spin [rad/s^2]"
     )
-    impacts: Literal["simultaneous", "sequential"] = Field(
+    impacts: Literal["simultaneous", "sequential", "compliant"] = Field(
         default="simultaneous",
-        description='how simultaneous impacts are resolved: "simultaneous" (independent of ball '
-        'order) or "sequential"',
+        description='how impacts of several balls are resolved: "simultaneous" (independent of '
+        'ball order) or "sequential", both at one instant, or "compliant": contacts last, and '
+        "balls that are near each other push each other at the same time",
+    )
+    ball_youngs_modulus: Annotated[Positive, Field(ge=1e6, le=1e13)] = Field(
+        default=YOUNGS_MODULUS,
+        description="Young's modulus of the balls' material (`impacts` = \"compliant\") [Pa]",
+    )
+    ball_poissons_ratio: Annotated[NonNegative, Field(le=0.5)] = Field(
+        default=POISSONS_RATIO,
+        description="Poisson's ratio of the balls' material (`impacts` = \"compliant\") [1]",
     )
     ball_impact: BallLaw = Field(
         default="frictional", description="impact law for two balls, see impacts/laws/"
@@ -224,6 +244,7 @@ def _check_laws(physics: Physics) -> None:
                 "the field",
                 at=(field,),
             )
+    _check_compliant(physics)
     _check_airborne(physics)
     landing = physics.table_restitution
     if not physics.airborne and landing not in _preset_values(physics, "table_restitution"):
@@ -232,6 +253,45 @@ def _check_laws(physics: Physics) -> None:
             f"`table_restitution` = {landing} has no effect with `airborne` = false: balls never "
             "land. Set `airborne` = true, or remove the field",
             at=("table_restitution",),
+        )
+
+
+def _check_compliant(physics: Physics) -> None:
+    """Check the fields of impacts that last, and that no other choice excludes these impacts."""
+    if physics.impacts != "compliant":
+        for field in ("ball_youngs_modulus", "ball_poissons_ratio"):
+            value = getattr(physics, field)
+            if value not in _preset_values(physics, field):
+                raise problem(
+                    "no_effect",
+                    f'`{field}` = {value} has no effect with `impacts` = "{physics.impacts}". Set '
+                    '`impacts` = "compliant", or remove the field',
+                    at=(field,),
+                )
+        return
+    if physics.ball_restitution < LEAST_RESTITUTION:
+        raise problem(
+            "beyond_law",
+            f"`ball_restitution` must be at least {LEAST_RESTITUTION} if `impacts` = "
+            f'"compliant", got {physics.ball_restitution}: a contact that lasts can\'t lose more '
+            'without pulling. Raise it, or set `impacts` = "simultaneous"',
+            at=("ball_restitution",),
+        )
+    if physics.airborne:
+        raise problem(
+            "not_airborne",
+            '`impacts` must be "simultaneous" or "sequential" if `airborne` = true, got '
+            '"compliant": impacts that last keep balls on the cloth. Set `impacts` = '
+            '"simultaneous", or `airborne` = false',
+            at=("impacts",),
+        )
+    if entry_of(BALL_LAWS, physics.ball_impact).integrated:
+        raise problem(
+            "beyond_law",
+            f"`ball_impact` must be {choice(law.name for law in BALL_LAWS if not law.integrated)} "
+            f'if `impacts` = "compliant", got "{physics.ball_impact}": impacts that last have no '
+            'friction of the cloth. Set another law, or `impacts` = "simultaneous"',
+            at=("ball_impact",),
         )
 
 

@@ -42,6 +42,9 @@ class Scene(SceneContents):
     table : Table or None
         None: an unbounded cloth.
     physics : Physics
+    rack : Rack or None
+        Only when a scene is made: its balls are added after those in `balls`. A scene itself has
+        all balls in `balls`, and None here.
     t_max : float or None
         Time at which the simulation stops [s]; None: when all balls are at rest.
     """
@@ -184,6 +187,7 @@ class Scene(SceneContents):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        self._rack_up()
         apply_table_reaction(self)
         check_scene(self)
         return self

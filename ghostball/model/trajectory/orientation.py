@@ -56,7 +56,8 @@ def pieces_of(
     start = segments[:, segment.EPOCH]
     duration = np.append(start[1:], t_end) - start
     flies = segments[:, segment.PHASE] == Phase.FLYING
-    sliding = ((segments[:, segment.PHASE] == Phase.SLIDING) | flies)[:, np.newaxis]
+    slides = np.isin(segments[:, segment.PHASE], (Phase.SLIDING, Phase.COMPRESSED))
+    sliding = (slides | flies)[:, np.newaxis]
     # For a rolling ball, the angular velocity is k x v / R, and changes with v.
     v, a = segments[:, segment.VX : segment.VY + 1], segments[:, segment.AX : segment.AY + 1]
     turned = np.array([-1.0, 1.0]) / radius

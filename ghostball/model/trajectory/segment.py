@@ -32,3 +32,6 @@ class Phase(enum.IntEnum):
     """The ball was pocketed or left the table; its position stays the last one."""
     FLYING = 4
     """The ball is in the air; its angular velocity is constant."""
+    COMPRESSED = 5
+    """The ball belongs to a group of balls that push each other (`impacts = "compliant"`): its
+    velocity is the mean over a part of the contact, and the energy of the contacts isn't in it."""

@@ -124,7 +124,7 @@ class ExactTrajectory:
                 velocities[:, i, :2] += np.column_stack((vx, vy))
             spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
             flies = now[:, segment.PHASE] == Phase.FLYING
-            slides = (now[:, segment.PHASE] == Phase.SLIDING) | flies
+            slides = np.isin(now[:, segment.PHASE], (Phase.SLIDING, Phase.COMPRESSED)) | flies
             w, b = now[slides, _SPIN], now[slides, _SPIN_RATE]
             spins[slides, i, :2] = w + s[slides] * b
             if count > 0:

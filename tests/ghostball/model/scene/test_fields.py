@@ -24,6 +24,7 @@ from ghostball.model import Ball, Physics, Scene, Strike, Table
 
 POSITIVE, NOT_NEGATIVE, FRACTION, REAL = "positive", "not negative", "fraction", "real"
 CUE_SPEED, BETWEEN_1_AND_2 = "speed of a cue", "between 1 and 2"
+MODULUS, POISSON = "Young's modulus", "Poisson's ratio"
 
 NUMBERS = {
     "": {"t_max": POSITIVE},
@@ -42,6 +43,8 @@ NUMBERS = {
         "cushion_frequency_ratio": BETWEEN_1_AND_2,
         "air_drag": NOT_NEGATIVE,
         "rolling_friction_quadratic": NOT_NEGATIVE,
+        "ball_youngs_modulus": MODULUS,
+        "ball_poissons_ratio": POISSON,
         "table_restitution": FRACTION,
     },
     "table": {"length": POSITIVE, "width": POSITIVE},
@@ -69,7 +72,7 @@ NUMBERS = {
 CHOICES = {
     "preset": ("paper", "pool"),
     "motion": ("rolling", "sliding"),
-    "impacts": ("simultaneous", "sequential"),
+    "impacts": ("simultaneous", "sequential", "compliant"),
     "ball_impact": ("frictional", "mathavan2014"),
     "cushion": ("mirror", "restitution", "frictional", "han2005", "mathavan2010", "stronge2000"),
 }
@@ -100,7 +103,8 @@ def test_every_field_is_spoilt():
     # Shapes of tables are spoilt in test_table.py, and in test_table_rules.py.
     shapes = {"preset", "vertices", "pockets", "posts"}
     assert set(Table.model_fields) == {*NUMBERS["table"], "cushions", *shapes}
-    texts = {"schema_version", "name", "title", "tags", "physics", "table", "balls"}
+    # Racks are spoilt in test_rack.py.
+    texts = {"schema_version", "name", "title", "tags", "physics", "table", "rack", "balls"}
     assert set(Scene.model_fields) == {*NUMBERS[""], *texts}
 
 
@@ -200,6 +204,8 @@ BEYOND = {
     ],
     REAL: [(value, "at least -1e+50") for value in (-1.1e50, -1e300)],
     CUE_SPEED: [(0.0, "greater than 0"), (1e-51, "at least 1e-50"), (1.1e49, "at most 1e+49")],
+    MODULUS: [(1e3, "at least 1e+06"), (2e13, "at most 1e+13")],
+    POISSON: [(-0.1, "at least 0"), (0.51, "at most 0.5")],
 }
 """Numbers beyond their bounds, and the rule that they break."""
 
@@ -212,7 +218,7 @@ LARGE = [1.1e50, 1e308, 10**60, 10**400]
 def wrong_numbers(rule: str) -> Iterator[tuple[Any, str, bool]]:
     """Yield what isn't a number of that kind, the rule that it breaks, whether TOML has it."""
     yield from ((value, broken, True) for value, broken in BEYOND[rule])
-    if rule not in (FRACTION, CUE_SPEED, BETWEEN_1_AND_2):
+    if rule not in (FRACTION, CUE_SPEED, BETWEEN_1_AND_2, MODULUS, POISSON):
         yield from ((value, "at most 1e+50", True) for value in LARGE)
     yield from ((value, "finite number", True) for value in NO_NUMBERS)
     yield from ((value, "must be a number", True) for value in NO_FLOATS)

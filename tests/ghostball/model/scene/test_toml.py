@@ -175,7 +175,7 @@ def test_the_json_schema_lists_what_may_be_chosen_and_explains_every_field():
     physics, a_ball = defined["Physics"]["properties"], defined["Ball"]["properties"]
     assert physics["cushion"]["enum"] == list(CUSHION_LAW_NAMES)
     assert physics["ball_impact"]["enum"] == list(BALL_LAW_NAMES)
-    assert physics["impacts"]["enum"] == ["simultaneous", "sequential"]
+    assert physics["impacts"]["enum"] == ["simultaneous", "sequential", "compliant"]
     unexplained = {name for name, field in (physics | a_ball).items() if "description" not in field}
     assert unexplained <= {"preset"}
     own = {"rolling_friction", "sliding_friction", "spinning_friction_rate"}

@@ -92,6 +92,7 @@ def slip_of(samples: Samples) -> np.ndarray:
 
 def test_the_phases_are_those_of_the_kernels():
     kernels = [state.RESTING, state.SLIDING, state.ROLLING, state.GONE, state.FLYING]
+    kernels.append(state.COMPRESSED)
     assert [float(phase) for phase in Phase] == kernels
 
 
