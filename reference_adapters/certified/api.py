@@ -42,6 +42,9 @@ CAPABILITIES: Capabilities = {
     Feature.FRICTIONAL_CUSHION: EXACT,
     Feature.HAN_CUSHION: EXACT,
     Feature.MATHAVAN_CUSHION: _INTEGRATED,
+    Feature.STRONGE_CUSHION: Capability(
+        "none", "the instant at which the cushion lets the ball slip has no closed form"
+    ),
     Feature.AIR_DRAG: EXACT,
     Feature.QUADRATIC_ROLLING: EXACT,
     Feature.FLIGHT: EXACT,  # until a ball comes to lie on a different ball, where the proof ends

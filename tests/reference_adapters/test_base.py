@@ -142,6 +142,7 @@ SCENES = {
     Feature.FRICTIONAL_CUSHION: cushion_shot("frictional", **SLIDING),
     Feature.HAN_CUSHION: cushion_shot("han2005", **SLIDING),
     Feature.MATHAVAN_CUSHION: cushion_shot("mathavan2010", **SLIDING),
+    Feature.STRONGE_CUSHION: cushion_shot("stronge2000", **SLIDING),
     Feature.AIR_DRAG: collision(air_drag=0.004),
     Feature.QUADRATIC_ROLLING: collision(rolling_friction_quadratic=0.004),
     Feature.FLIGHT: collision(airborne=True, **SLIDING),

@@ -87,8 +87,8 @@ def _refuse(scene: Scene) -> None:
         raise ValueError("a ball that doesn't bounce off a cushion stays in contact with it")
     if physics.ball_impact != "frictional":
         raise ValueError(f"the oracle has no integrated ball law: {physics.ball_impact}")
-    if cushioned and physics.cushion == "mathavan2010":
-        raise ValueError("the oracle has no integrated cushion law: mathavan2010")
+    if cushioned and physics.cushion in ("mathavan2010", "stronge2000"):
+        raise ValueError(f"the oracle has no such cushion law: {physics.cushion}")
     if physics.air_drag > 0.0 or physics.rolling_friction_quadratic > 0.0 or physics.airborne:
         raise ValueError("the oracle knows no air and no flight")
 

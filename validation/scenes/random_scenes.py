@@ -196,7 +196,9 @@ _STRIDE: Final = 719
 
 PROVABLE: Final[Mapping[str, Wanted]] = {
     "ball_law": "frictional",
-    "cushion": tuple(law for law in ASPECTS["cushion"] if law not in ("mathavan2010", "falling")),
+    "cushion": tuple(
+        law for law in ASPECTS["cushion"] if law not in ("mathavan2010", "stronge2000", "falling")
+    ),
     "count": ("one", "few"),
     "layout": "apart",
     "along_rail": "no",

@@ -64,6 +64,7 @@ POOL = scene_of(
     [
         ({"motion": "sliding", "ball_impact": "mathavan2014", "ball_friction": 0.05}, "Mathavan"),
         ({"motion": "sliding", "cushion": "mathavan2010"}, "Mathavan 2010"),
+        ({"motion": "sliding", "cushion": "stronge2000"}, "Stronge 2000"),
         ({"motion": "sliding", "airborne": True, "air_drag": 0.004}, "airborne balls"),
     ],
 )
