@@ -123,20 +123,3 @@ def test_one_that_is_hit_where_it_lies_wakes() -> None:
     assert rests["t"][0] < collisions["t"][0]
     speeds = np.linalg.norm(result.sample(collisions["t"][:1]).velocities[0], axis=1)
     assert speeds[0] > 0.1
-    after = collisions["t"][0] + 1e-3 * np.arange(1, 4)
-    heights = result.sample(after).positions[:, 0, 2]
-    assert np.diff(heights, 2) == pytest.approx([-G * 1e-6], rel=1e-6)
-
-
-@pytest.mark.parametrize("heavy", [0.05, 0.01])
-def test_a_ball_that_pushes_balls_apart_slowly_is_not_held(heavy: float) -> None:
-    """Fails if a ball is held before the balls below have moved.
-
-    The balls below are so heavy that they accelerate by 0.1 m/s^2; with a lighter ball, rolling
-    friction holds them.
-    """
-    below = [ball((x, 0.0, R), mass=0.5) for x in (-R, R)]
-    height = R + math.sqrt(3.0) * R
-    result = simulate(scene_of(*below, ball((0.0, 0.0, height), mass=heavy), **FLIES))
-    assert result.status is Status.REST
-    assert (result.rest_positions[2, 2] < 1.001 * R) == (heavy == 0.05)
