@@ -87,8 +87,8 @@ HELD = 10  # 1: it lies still on other balls, and is held there
 STILL_X = 11  # position near which it has stayed, within a tolerance [m]
 STILL_Y = 12
 STILL_RISE = 13
-STILL_IMPACTS = 14  # number of its slow impacts near this position
-STILL_SINCE = 15  # time since which it has stayed there [s]
+STILL_SINCE = 14  # time since which it has stayed there [s]
+LOADED = 15  # time until which it counts as loaded by a ball that bounces on it [s]
 HEIGHT_COLUMNS = 16
 
 SERIES_TERMS = 26

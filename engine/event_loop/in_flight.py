@@ -1,6 +1,8 @@
 """Events in scenes with flight: balls land, hit noses, leave the table, or come to rest on others.
 
-`impacts` computes the effects of the impacts.
+`impacts` computes the effects of the impacts. A bounce is the slow impact of a ball that lies on
+another ball; see `impacts.slow_impacts`. The lower ball shares the kick of a bounce with all balls
+that it touches: those contacts are listed here, and a contact step begins with them.
 """
 
 from __future__ import annotations
@@ -18,7 +20,10 @@ from ghostball.engine.event_loop.record import (
 )
 from ghostball.engine.impacts.impact import collide_balls
 from ghostball.engine.impacts.in_space import bounce_off_nose, collide_in_space, fastest_nose
+from ghostball.engine.impacts.lying_still import let_go, list_touching, load, share_load
 from ghostball.engine.impacts.on_table import end_bounces, land
+from ghostball.engine.impacts.slow_impacts import lies_on
+from ghostball.engine.motion.flight import one_is_loaded
 from ghostball.engine.motion.next_piece import leave, mark
 from ghostball.engine.motion.obstacles import hole_at
 
@@ -63,7 +68,7 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
         nose = nose_of(height, balls, laws, i, kind - st.OWN_CUSHION)
         log.counters[st.BALL_CUSHION] += 1
         note_event(BALL_CUSHION_EVENT, i, int(laws.obstacles[nose].index), t, log)
-        bounce_off_nose(height, world, i, nose)
+        bounce_off_nose(height, balls, i, nose, laws)
         balls.state[i].impacts += 1.0
         _note_held(height, world, i, t)
     else:
@@ -98,6 +103,8 @@ def collide_pair(height: FloatArray | None, world: World, i: int, j: int) -> Non
         collide_balls(balls, i, j, laws)
         return
     if laws.airborne:
+        let_go(height, balls, i)
+        let_go(height, balls, j)
         collide_in_space(height, world, i, j)
     else:
         collide_balls(balls, i, j, laws)
@@ -112,7 +119,9 @@ def nose_of(height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion
 
 
 @kernel(inline=True)
-def bounces_in_space(height: FloatArray | None, world: World, i: int, cushion: int) -> bool:
+def bounces_in_space(
+    height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int
+) -> bool:
     """Bounce ball i off one nose, if balls may fly; return whether this was done.
 
     In a corner, the first bounce may lift the ball away from the second cushion. If it doesn't, the
@@ -120,10 +129,44 @@ def bounces_in_space(height: FloatArray | None, world: World, i: int, cushion: i
     """
     if height is None:
         return False
-    if not world.laws.airborne:
+    if not laws.airborne:
         return False
-    bounce_off_nose(height, world, i, cushion)
+    bounce_off_nose(height, balls, i, cushion, laws)
     return True
+
+
+@kernel(inline=True)
+def is_slow_impact(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> bool:
+    """Whether the first pair of `balls.touching`, at t [s], is one ball on another."""
+    if height is None:
+        return False
+    return lies_on(
+        height, balls, balls.touching[0, st.FIRST], balls.touching[0, st.SECOND], laws, t
+    )
+
+
+@kernel(inline=True)
+def list_below(height: FloatArray | None, world: World, t: float) -> int:
+    """List what the first pair of `balls.touching` pushes together by its bounce; say how many."""
+    balls = world.balls
+    if height is None:
+        return 0
+    a, b = int(balls.touching[0, st.FIRST]), int(balls.touching[0, st.SECOND])
+    load(height, balls, world.laws, a, b, t)
+    count = list_touching(world, a, t, 0, True)
+    count = list_touching(world, b, t, count, True)
+    share_loads(height, balls, count, t)
+    return count
+
+
+@kernel(inline=True)
+def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -> None:
+    """Note that what loads a ball at t [s] loads all that it touches in `balls.touching`."""
+    if height is not None:
+        for c in range(count):
+            i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
+            if j >= 0 and one_is_loaded(height, i, j, t):
+                share_load(height, i, j)
 
 
 @kernel(inline=True)

@@ -16,9 +16,12 @@ from ghostball.engine.event_loop.in_flight import (
     bounces_in_space,
     collide_pair,
     fall_into,
+    is_slow_impact,
+    list_below,
     nose_of,
     note_held,
     resolve_flight,
+    share_loads,
 )
 from ghostball.engine.event_loop.obstacle_names import name_of_obstacle
 from ghostball.engine.event_loop.record import (
@@ -178,7 +181,7 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> int:
     for turn in range(bounces):
         off = cushion if turn % 2 == 0 else other
         note_event(BALL_CUSHION_EVENT, i, name_of_obstacle(balls, laws, i, off), t, log)
-    if other < 0 and not bounces_in_space(balls.height, world, i, cushion):
+    if other < 0 and not bounces_in_space(balls.height, balls, laws, i, cushion):
         bounce(balls, i, cushion, laws)
     balls.state[i].impacts += 1.0
     if jams:
@@ -280,8 +283,11 @@ def _resolve_contacts(world: World, event: Event) -> int:
     """
     balls, log = world.balls, world.log
     count, t = event.pairs, event.t
+    is_slow = event.verdict != LASTING and count == 1
+    is_slow = is_slow and is_slow_impact(balls.height, balls, world.laws, t)
     log.counters[st.ADVANCEMENTS] += event.judged
     if event.verdict == LASTING:
+        share_loads(balls.height, balls, count, t)
         return count
     for c in range(count):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
@@ -302,7 +308,7 @@ def _resolve_contacts(world: World, event: Event) -> int:
     else:
         _collide_groups(world, left)
     note_held(balls.height, world, count, t)
-    return 0
+    return list_below(balls.height, world, t) if is_slow else 0
 
 
 @kernel

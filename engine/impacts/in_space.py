@@ -22,9 +22,9 @@ from ghostball.engine.impacts.impact import bounce, collide_balls, has_collapsed
 from ghostball.engine.impacts.laws.compliant_contact import compliant_share
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
-from ghostball.engine.impacts.lying_still import capture_speed, hold, is_held, let_go, lies_still
+from ghostball.engine.impacts.lying_still import bounces_on, capture_speed, hold, is_wedged, settle
 from ghostball.engine.impacts.on_table import STICKING, respond_by_table, set_free
-from ghostball.engine.impacts.slow_impacts import part_slowly
+from ghostball.engine.impacts.slow_impacts import part_from_nose, part_slowly
 from ghostball.engine.motion.geometry import reduced_mass
 from ghostball.engine.motion.obstacles import above_nose, facing
 
@@ -45,17 +45,15 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
     vx, vy, vz = a.vx - b.vx, a.vy - b.vy, height[i, st.UP_SPEED] - height[j, st.UP_SPEED]
     speed = vx * nx + vy * ny + vz * nz
     slow = capture_speed(laws, 0.5 * (a.radius + b.radius))
-    if free and speed <= slow and is_held(height, balls, i, j, laws):
+    if free and speed <= slow and settle(height, balls, i, j, laws):
         return
-    let_go(height, balls, i)
-    let_go(height, balls, j)
     collapsed = laws.ball_restitution < 1.0 and (
         has_collapsed(balls, i, laws) or has_collapsed(balls, j, laws)
     )
     if speed <= slow and not (free and collapsed):
         if free:
             overlap = a.radius + b.radius - distance
-            part_slowly(height, world, i, j, nx, ny, nz, distance, overlap)
+            part_slowly(height, world, i, j, nx, ny, nz, overlap)
         else:
             collide_balls(balls, i, j, laws)
         return
@@ -117,7 +115,7 @@ def fastest_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -
 
 
 @kernel
-def bounce_off_nose(height: FloatArray, world: World, i: int, k: int) -> None:
+def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws) -> None:
     """Bounce ball i off the nose of obstacle k; then the table responds.
 
     If the law of the cushion has a factor on the velocity along the cushion, this factor is
@@ -127,7 +125,6 @@ def bounce_off_nose(height: FloatArray, world: World, i: int, k: int) -> None:
     Contract: the ball is advanced to the time of the impact, and approaches the nose within
     rounding.
     """
-    balls, laws = world.balls, world.laws
     free = balls.state[i].phase == st.FLYING
     if not free:
         nx, ny, _ = facing(laws, k, balls.state[i].x, balls.state[i].y)
@@ -144,11 +141,10 @@ def bounce_off_nose(height: FloatArray, world: World, i: int, k: int) -> None:
     speed = abs(ball.vx * nx + ball.vy * ny + height[i, st.UP_SPEED] * nz)
     slow = capture_speed(laws, ball.radius)
     if free and speed <= slow:
-        if lies_still(height, balls, i, laws):
+        if bounces_on(height, balls, i, laws) and is_wedged(height, balls, i, laws):
             hold(height, balls, i)
-        else:
-            overlap = ball.radius - distance
-            part_slowly(height, world, i, -1, nx, ny, nz, distance, overlap)
+            return
+        part_from_nose(height, balls, i, laws, nx, ny, nz, speed, ball.radius - distance)
         return
     returned = restitution_at(speed, cushion.restitution, cushion.loss) * speed
     normal = speed + max(returned, slow if free else 0.0)

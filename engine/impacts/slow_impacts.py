@@ -1,13 +1,14 @@
-"""Slow impacts of a ball in flight: the bounces of a ball that lies on other balls or on noses.
+"""Slow impacts of a ball in flight: what lies on others bounces there, until it falls off or rests.
 
-An impact is slow if its rebound would rise less than `CAPTURE_HEIGHT`. Slow impacts are elastic and
-have no friction: if each bounce took energy, a ball would bounce ever faster before it slides off.
-A ball on the table that is loaded from above doesn't move downwards, and stays at a cushion behind
-it. Otherwise, the ball above would push it to and fro by a nanometre between bounces, and the
-cushion would take energy from each bounce, until the balls overlap.
+An impact is slow whose rebound would rise less than `CAPTURE_HEIGHT`. It takes no energy and knows
+no friction: else a ball that lies on others would bounce ever faster before it slides off. One on
+the table that is loaded from above doesn't move downwards then, by the joint law.
 
-If bounces have become lower because the lower ball yields, they are raised again. The energy is
-taken from the slip, like the work of friction, so the total energy of both balls stays the same.
+What other balls take from such bounces comes back from the slip, so that they stay as high as that:
+lower ones are more, of a motion that is the same. The balls below are loaded meanwhile: what a
+bounce kicks them by is ended together with all the balls that they touch, by inelastic impulses, as
+friction ends bounces on the cloth (`resting_contact`), and so are impacts of loaded balls that are
+as slow. They would go through all balls of a rack, one by one, for each of the bounces.
 """
 
 from __future__ import annotations
@@ -17,24 +18,41 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws, World
-from ghostball.engine.core.tolerances import CAPTURE_HEIGHT, LOWEST_BOUNCE
-from ghostball.engine.impacts.lying_still import capture_speed
+from ghostball.engine.core.tolerances import LOWEST_BOUNCE
+from ghostball.engine.impacts.lying_still import capture_speed, hold, is_held, lies_still
 from ghostball.engine.impacts.on_table import respond_by_table, set_free
-from ghostball.engine.motion.geometry import list_near, rolls_on
-from ghostball.engine.motion.obstacles import facing, nose_reach
-from ghostball.engine.motion.position import pair_reach, relative_motion
+from ghostball.engine.motion.flight import motion_in_space
+from ghostball.engine.motion.geometry import (
+    blocking_ball,
+    obstacle_in_contact,
+    rolls_on,
+)
+from ghostball.engine.motion.obstacles import facing
 
-_LEAST_LEAN = 2.0**-20
-"""Smallest sideways component of the normal of a ball that falls slowly on the top of another ball.
-With a smaller component, rounding would decide where the ball falls, or falling would take seconds.
-"""
+_ASIDE = 2.0**-20
+"""How much the normal of a ball that is exactly above another, to which it falls slowly, is taken
+to lean at least: nothing else would decide where it falls, or it would take seconds to."""
 
-_PART_OF_SLIP = 2.0**-8
-"""Largest part of the energy of a slip that a bounce takes; a bounce that needs more takes none.
+_OF_SLIP = 2.0**-8
+"""Most of the energy of a slip that a bounce takes; a bounce that would need more takes none. A
+ball that begins to fall off another one is e times as fast after some 200 such bounces: what each
+took of a slower slip, though little, kept it on top."""
 
-A ball that starts to fall off another ball becomes e times as fast in about 200 such bounces. When
-each bounce took energy from a slower slip, too, the ball stayed on top.
-"""
+
+@kernel
+def lies_on(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws, t: float) -> bool:
+    """Whether the impact of balls i and j at t [s] is a bounce of one that lies on the other."""
+    a, b = balls.state[i], balls.state[j]
+    if (a.phase == st.FLYING) == (b.phase == st.FLYING):
+        return False
+    rx, ry, rz, vx, vy, vz, ax, ay, az = motion_in_space(height, balls, i, j, t)
+    distance = math.sqrt(rx * rx + ry * ry + rz * rz)
+    speed = -(vx * rx + vy * ry + vz * rz) / distance
+    if speed > capture_speed(laws, 0.5 * (a.radius + b.radius)):
+        return False
+    # One that clips another's top at speed isn't loaded by it.
+    across = vx * vx + vy * vy + vz * vz - speed * speed
+    return bool(rx * ax + ry * ay + rz * az + across < 0.0)
 
 
 @kernel
@@ -46,232 +64,226 @@ def part_slowly(
     nx: float,
     ny: float,
     nz: float,
-    distance: float,
     overlap: float,
 ) -> None:
-    """Separate ball i and ball j, or a nose if j is -1, at their approach speed.
+    """Let two balls, of which one flies, part as fast as they approach, without friction.
 
-    The normal (nx, ny, nz) points from ball i to the other centre, or to the nose, `distance` [m]
-    away. A ball exactly above another ball falls off along x. Then the table responds.
+    One on the table that is loaded from above moves across only, and along a cushion that it
+    touches: it continues rolling if it rolls. A ball exactly above another falls off along x. Then
+    the table responds. One that lies still is held instead, and the other left alone.
 
-    Contract: both balls are advanced to the time of the impact and approach each other.
+    Where they overlap by `overlap` [m], and would come less than half out again, they part fast
+    enough to come out, and higher by `LOWEST_BOUNCE`; where one lies on the other, as fast as a
+    slow impact may be. What is missing for that comes from the slip. The impulse along it acts as a
+    friction does, and no energy comes in. One on the cloth that is pushed into others moves as
+    heavily as all of them: they take its part of the impulse as the bounce ends, and would else
+    press it back, with more overlap at each bounce.
     """
     balls, laws = world.balls, world.laws
-    k_i, u_i, x_i, y_i = _mobility(height, world, i, -nx, -ny, -nz)
-    k_j, u_j, x_j, y_j = _mobility(height, world, j, nx, ny, nz)
-    ax, ay, az = _velocity(height, balls, i, k_i, u_i, x_i, y_i)
-    bx, by, bz = _velocity(height, balls, j, k_j, u_j, x_j, y_j)
-    vx, vy, vz = ax - bx, ay - by, az - bz
+    if is_held(height, balls, i, j, laws):
+        return
+    vx, vy = balls.state[i].vx - balls.state[j].vx, balls.state[i].vy - balls.state[j].vy
+    vz = height[i, st.UP_SPEED] - height[j, st.UP_SPEED]
     level = math.sqrt(nx * nx + ny * ny)
-    if level < _LEAST_LEAN and j >= 0:
-        lean_x = _LEAST_LEAN * (nx / level) if level > 0.0 else math.copysign(_LEAST_LEAN, nz)
-        lean_y = _LEAST_LEAN * (ny / level) if level > 0.0 else 0.0
-        if vx * lean_x + vy * lean_y + vz * nz > 0.0:
-            nx, ny = lean_x, lean_y
+    if level < _ASIDE:
+        lean_x = _ASIDE * (nx / level) if level > 0.0 else math.copysign(_ASIDE, nz)
+        lean_y = _ASIDE * (ny / level) if level > 0.0 else 0.0
+        lean_z = math.copysign(math.sqrt(1.0 - _ASIDE * _ASIDE), nz)
+        approach = vx * lean_x + vy * lean_y + vz * lean_z
+        if approach > 0.0:
+            nx, ny, nz = lean_x, lean_y, lean_z
+    held = True
+    with_i, with_j = 1.0, 1.0
+    xx, xy, yy, zz, vx, vy = _joint_compliance(
+        height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
+    )
+    if not vx * nx + vy * ny + vz * nz > 0.0:
+        held = False  # that it comes off its cushion is all of the approach
+        xx, xy, yy, zz, vx, vy = _joint_compliance(
+            height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
+        )
     speed = vx * nx + vy * ny + vz * nz
-    cx, cy, cz = _given(k_i, u_i, x_i, y_i, nx, ny, nz)
-    more_x, more_y, more_z = _given(k_j, u_j, x_j, y_j, nx, ny, nz)
-    cx, cy, cz = cx + more_x, cy + more_y, cz + more_z
-    compliance = cx * nx + cy * ny + cz * nz
-    px, py, pz, lost = 0.0, 0.0, 0.0, 0.0
-    if compliance > 0.0 and speed > 0.0:
-        across = max(vx * vx + vy * vy + vz * vz - speed * speed, 0.0)
-        # Use the slip up or down the slope only: with the rest of the slip, a ball falls off a
-        # ridge.
-        sx, sy, sz, slip = 0.0, 0.0, 0.0, 0.0
-        level = math.sqrt(nx * nx + ny * ny)
-        if level > 0.0:
-            sx, sy, sz = -nz * nx / level, -nz * ny / level, level
-            slip = vx * sx + vy * sy + vz * sz
-        if slip < 0.0:
-            slip, sx, sy, sz = -slip, -sx, -sy, -sz
-        fall = height[j, st.FALL] if j >= 0 else 0.0
-        loaded = (fall - height[i, st.FALL]) * nz > across / distance
-        lacking = _lacking_square(laws, distance, overlap, speed, slip, loaded) / compliance
-        if lacking > 0.0 and slip > 0.0:
-            dx, dy, dz = _given(k_i, u_i, x_i, y_i, sx, sy, sz)
-            more_x, more_y, more_z = _given(k_j, u_j, x_j, y_j, sx, sy, sz)
-            dx, dy, dz = dx + more_x, dy + more_y, dz + more_z
-            yields = dx * sx + dy * sy + dz * sz
-            if yields > 0.0:
-                rub = min(0.5 * lacking / slip, slip / yields)
-                lost = rub * (slip - 0.5 * rub * yields)
-                speed -= rub * (dx * nx + dy * ny + dz * nz)
-                px, py, pz = rub * sx, rub * sy, rub * sz
-        push = (speed + math.sqrt(speed * speed + 2.0 * compliance * lost)) / compliance
-        px, py, pz = px + push * nx, py + push * ny, pz + push * nz
-    _push(height, balls, i, k_i, u_i, x_i, y_i, -px, -py, -pz)
-    if j >= 0:
-        _push(height, balls, j, k_j, u_j, x_j, y_j, px, py, pz)
-    respond_by_table(height, balls, i, laws)
-    if j >= 0:
+    if overlap > 2.0 * LOWEST_BOUNCE * (balls.state[i].radius + balls.state[j].radius):
+        with_i = _mass_behind(world, i, -nx, -ny)
+        with_j = _mass_behind(world, j, nx, ny)
+        xx, xy, yy, zz, vx, vy = _joint_compliance(
+            height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
+        )
+    compliance = xx * nx * nx + 2.0 * xy * nx * ny + yy * ny * ny + zz * nz * nz
+    if compliance == 0.0:
+        respond_by_table(height, balls, i, laws)
         respond_by_table(height, balls, j, laws)
-
-
-@kernel(inline=True)
-def _lacking_square(
-    laws: Laws, reach: float, overlap: float, speed: float, slip: float, loaded: bool
-) -> float:
-    """Return by how much the square of the rebound speed must be increased [m^2/s^2].
-
-    Balls that overlap by `overlap` [m], and whose rebound would remove less than half of the
-    overlap, separate fast enough to remove it and to rise by `LOWEST_BOUNCE`. A ball that loads
-    another ball keeps the speed of the highest slow bounce. The result is 0 if the slip can't
-    provide the energy.
-    """
-    square, given = speed * speed, _PART_OF_SLIP * slip * slip
-    if square < laws.gravity * overlap:
-        lacking = 2.0 * laws.gravity * (overlap + LOWEST_BOUNCE * reach) - square
-        deep = overlap > 2.0 * LOWEST_BOUNCE * reach
-        return lacking if deep or lacking <= given else 0.0
-    slow: float = capture_speed(laws, 0.5 * reach)
-    lacking = slow * slow - square
-    return lacking if loaded and lacking <= given else 0.0
-
-
-@kernel
-def _mobility(
-    height: FloatArray, world: World, k: int, nx: float, ny: float, nz: float
-) -> tuple[float, float, float, float]:
-    """Return the response of ball k to an impulse along a normal.
-
-    The results are the mobilities in the plane and upwards [1/kg], and a horizontal unit vector
-    (bx, by) along which the ball doesn't move; or 0. A ball on the table that is loaded from above
-    doesn't move downwards; nor to or from a cushion that holds the ball, directly or through a row
-    of balls. In a corner, between a cushion and a row, or if k is -1, nothing moves.
-    """
-    if k < 0:
-        return 0.0, 0.0, 0.0, 0.0
-    balls = world.balls
-    ball = balls.state[k]
-    over = 1.0 / ball.mass
-    if height[k, st.RISE] > 0.0 or height[k, st.UP_SPEED] > 0.0 or nz >= 0.0:
-        return over, over, 0.0, 0.0
-    if rolls_on(balls, k):
-        over /= 1.4
-    touched, bx, by = _held_behind(world, k, nx, ny)
-    if touched == 1:
-        along = nx * bx + ny * by
-        more, _, _ = _held_behind(world, k, nx - along * bx, ny - along * by)
-        touched += more
-    return (over, 0.0, bx, by) if touched < 2 else (0.0, 0.0, 0.0, 0.0)
+        return
+    px, py, pz, returned = 0.0, 0.0, 0.0, speed
+    reach = balls.state[i].radius + balls.state[j].radius
+    across = vx * vx + vy * vy + vz * vz - speed * speed
+    loaded = (height[j, st.FALL] - height[i, st.FALL]) * nz > across / reach
+    missing = _missing(laws, reach, overlap, speed, loaded) / compliance
+    if missing > 0.0:
+        # An impulse P gives the relative velocity v the change -Y P, Y the compliance of both, and
+        # the energy -P.v + P.Y P / 2. With P = part d and n.Y d = 0 the normal speed stays, and the
+        # energy given is -part q + part^2 r / 2.
+        dx, dy, dz = vx - speed * nx, vy - speed * ny, vz - speed * nz
+        tilt = ((xx * nx + xy * ny) * dx + (xy * nx + yy * ny) * dy + zz * nz * dz) / compliance
+        dx, dy, dz = dx - tilt * nx, dy - tilt * ny, dz - tilt * nz
+        q = dx * vx + dy * vy + dz * vz
+        r = xx * dx * dx + 2.0 * xy * dx * dy + yy * dy * dy + zz * dz * dz
+        if r > 0.0 and q != 0.0:
+            taken = _from_slip(missing, q * q / r, _is_sunk(laws, overlap, speed))
+            part = taken / (q + math.copysign(math.sqrt(max(q * q - r * taken, 0.0)), q))
+            px, py, pz = part * dx, part * dy, part * dz
+            returned = math.sqrt(speed * speed + taken * compliance)
+    push = (speed + returned) / compliance
+    px, py, pz = px + push * nx, py + push * ny, pz + push * nz
+    for k, sign in ((i, -1.0), (j, 1.0)):
+        xx, xy, yy, zz, _, _ = _compliance(
+            height, balls, k, laws, held, 1.0, sign * nx, sign * ny, sign * nz
+        )
+        if xx != 0.0 or yy != 0.0:
+            ball = balls.state[k]
+            if zz == 0.0 and rolls_on(balls, k):
+                ball.phase = st.ROLLING
+            else:
+                set_free(balls, k)
+            ball.vx += sign * (xx * px + xy * py)
+            ball.vy += sign * (xy * px + yy * py)
+            height[k, st.UP_SPEED] += sign * zz * pz
+    respond_by_table(height, balls, i, laws)
+    respond_by_table(height, balls, j, laws)
 
 
 @kernel
-def _held_behind(world: World, k: int, nx: float, ny: float) -> tuple[int, float, float]:
-    """Return how many cushions hold ball k against a push, and the unit vector from the last one.
-
-    The push acts along the horizontal vector (nx, ny). If a cushion holds the ball through a row of
-    balls, the vector is that from the row.
-    """
+def _mass_behind(world: World, k: int, nx: float, ny: float) -> float:
+    """Return the mass of ball k and of a line of balls that it is pushed into, over its own."""
     balls = world.balls
-    size = math.sqrt(nx * nx + ny * ny)
-    if size < _LEAST_LEAN:
-        return 0, 0.0, 0.0
-    nx, ny = nx / size, ny / size
-    touched, bx, by = _cushion_behind(world, k, nx, ny)
-    last, rx, ry = k, 0.0, 0.0
-    for _ in range(len(balls.own_kind) if touched == 0 else 0):
-        behind, x, y = _ball_behind(world, last, nx, ny)
+    mass: float = balls.state[k].mass
+    last = k
+    for _ in range(len(balls.own_kind)):
+        balls.counters[st.WORK] += len(balls.own_kind)
+        if balls.state[last].phase == st.FLYING:
+            break
+        behind = blocking_ball(world, last, nx, ny, balls.state[k].epoch)
         if behind < 0:
             break
-        if last == k:
-            rx, ry = x, y
+        mass += balls.state[behind].mass
         last = behind
-        held, _, _ = _cushion_behind(world, last, nx, ny)
-        if held > 0:
-            return 1, rx, ry
-    return touched, bx, by
-
-
-@kernel
-def _ball_behind(world: World, k: int, nx: float, ny: float) -> tuple[int, float, float]:
-    """Return the ball behind ball k in the direction (nx, ny), or -1; and the unit vector from it.
-
-    Of all balls that ball k touches or nearly touches, this is the ball that ball k is pressed
-    against most by a push along the unit vector (nx, ny).
-    """
-    balls = world.balls
-    first, most, bx, by = -1, _LEAST_LEAN, 0.0, 0.0
-    for c in range(list_near(balls, world.cells, k)):
-        balls.counters[st.WORK] += 1
-        j = int(balls.near[c])
-        if balls.state[j].phase in (st.FLYING, st.GONE):
-            continue
-        rx, ry, vx, vy, _, _ = relative_motion(balls, j, k, balls.state[k].epoch)
-        distance = math.sqrt(rx * rx + ry * ry)
-        rx, ry = rx / distance, ry / distance
-        near = distance <= (1.0 + 2.0 * CAPTURE_HEIGHT) * pair_reach(balls, j, k)
-        slow = abs(rx * vx + ry * vy) <= capture_speed(world.laws, balls.state[k].radius)
-        if near and slow and -(rx * nx + ry * ny) > most:
-            first, most, bx, by = j, -(rx * nx + ry * ny), rx, ry
-    return first, bx, by
-
-
-@kernel
-def _cushion_behind(world: World, k: int, nx: float, ny: float) -> tuple[int, float, float]:
-    """Return how many cushions behind ball k it nearly touches, and the normal of the last one.
-
-    A push along the unit vector (nx, ny) presses ball k against these cushions.
-    """
-    balls, laws = world.balls, world.laws
-    ball, touched, bx, by = balls.state[k], 0, 0.0, 0.0
-    slow = capture_speed(laws, ball.radius)
-    balls.counters[st.WORK] += len(laws.obstacles)
-    for row in range(len(laws.obstacles)):
-        inward_x, inward_y, away = facing(laws, row, ball.x, ball.y)
-        pressed = nx * inward_x + ny * inward_y < -_LEAST_LEAN
-        if not pressed or laws.obstacles[row].law == st.TAKES_OUT:
-            continue
-        near = away - nose_reach(balls, k, laws, row) <= 4.0 * CAPTURE_HEIGHT * ball.radius
-        if near and abs(inward_x * ball.vx + inward_y * ball.vy) <= slow:
-            touched, bx, by = touched + 1, inward_x, inward_y
-    return touched, bx, by
+    own: float = balls.state[k].mass
+    return mass / own
 
 
 @kernel(inline=True)
-def _velocity(
-    height: FloatArray, balls: Balls, k: int, level: float, up: float, bx: float, by: float
-) -> tuple[float, float, float]:
-    """Return the velocity of ball k in the directions in which it can move [m/s]."""
-    if level == 0.0:
-        return 0.0, 0.0, 0.0
-    ball = balls.state[k]
-    held = ball.vx * bx + ball.vy * by
-    return ball.vx - held * bx, ball.vy - held * by, height[k, st.UP_SPEED] if up > 0.0 else 0.0
+def _is_sunk(laws: Laws, overlap: float, speed: float) -> bool:
+    """Whether what overlaps by `overlap` [m] comes less than half out again at `speed` [m/s]."""
+    return speed * speed < laws.gravity * overlap
 
 
 @kernel(inline=True)
-def _given(
-    level: float, up: float, bx: float, by: float, px: float, py: float, pz: float
-) -> tuple[float, float, float]:
-    """Return the change of velocity of a ball with this mobility by an impulse (px, py, pz)."""
-    held = px * bx + py * by
-    return level * (px - held * bx), level * (py - held * by), up * pz
+def _from_slip(missing: float, slip: float, sunk: bool) -> float:
+    """Return what a rebound takes from the square of a slip [m^2/s^2].
+
+    All of it, where it has sunk; else what is missing, or nothing where that is more than a part
+    of `_OF_SLIP`.
+    """
+    if sunk:
+        return min(missing, slip)
+    return missing if missing <= _OF_SLIP * slip else 0.0
+
+
+@kernel(inline=True)
+def _missing(laws: Laws, reach: float, overlap: float, speed: float, loaded: bool) -> float:
+    """Return by how much the square of a rebound's speed [m^2/s^2] is less than it should be."""
+    if _is_sunk(laws, overlap, speed):
+        return 2.0 * laws.gravity * (overlap + LOWEST_BOUNCE * reach) - speed * speed
+    if not loaded:
+        return 0.0
+    slow: float = capture_speed(laws, 0.5 * reach)
+    return slow * slow - speed * speed
+
+
+@kernel(inline=True)
+def _joint_compliance(
+    height: FloatArray,
+    balls: Balls,
+    i: int,
+    j: int,
+    laws: Laws,
+    held: bool,
+    with_i: float,
+    with_j: float,
+    nx: float,
+    ny: float,
+    nz: float,
+) -> tuple[float, float, float, float, float, float]:
+    """Return what `_compliance` does, of ball i and ball j together: sums, and what is between."""
+    xx, xy, yy, zz, vx, vy = _compliance(height, balls, i, laws, held, with_i, -nx, -ny, -nz)
+    more_xx, more_xy, more_yy, more_zz, ux, uy = _compliance(
+        height, balls, j, laws, held, with_j, nx, ny, nz
+    )
+    return xx + more_xx, xy + more_xy, yy + more_yy, zz + more_zz, vx - ux, vy - uy
 
 
 @kernel
-def _push(
+def _compliance(
     height: FloatArray,
     balls: Balls,
     k: int,
-    level: float,
-    up: float,
-    bx: float,
-    by: float,
-    px: float,
-    py: float,
-    pz: float,
-) -> None:
-    """Apply an impulse (px, py, pz) to ball k; a ball that rolls on the cloth continues to roll."""
+    laws: Laws,
+    held: bool,
+    heavier: float,
+    nx: float,
+    ny: float,
+    nz: float,
+) -> tuple[float, float, float, float, float, float]:
+    """Return which velocity an impulse along a normal gives ball k, and which it has meanwhile.
+
+    Of the matrix xx, xy, yy and zz [1/kg], of the velocity x and y [m/s]; as if it were so many
+    times heavier. One on the table that is
+    loaded from above doesn't move downwards, nor, where cushions have `held` it, into one that it
+    touches; in a corner it moves not at all.
+    """
     ball = balls.state[k]
-    vx, vy, _ = _velocity(height, balls, k, level, up, bx, by)
-    dx, dy, dz = _given(level, up, bx, by, px, py, pz)
-    if ball.vx == vx + dx and ball.vy == vy + dy and dz == 0.0:
+    over = 1.0 / (heavier * ball.mass)
+    if height[k, st.RISE] > 0.0 or height[k, st.UP_SPEED] > 0.0 or nz >= 0.0:
+        return over, 0.0, over, over, ball.vx, ball.vy
+    if rolls_on(balls, k):
+        over /= 1.4
+    touched, bx, by = 0, 0.0, 0.0
+    for row in range(len(laws.obstacles) if held else 0):
+        inward_x, inward_y, _ = facing(laws, row, ball.x, ball.y)
+        if nx * inward_x + ny * inward_y < 0.0 and obstacle_in_contact(balls, k, laws, row):
+            touched, bx, by = touched + 1, inward_x, inward_y
+    if touched == 0:
+        return over, 0.0, over, 0.0, ball.vx, ball.vy
+    if touched > 1:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    along = bx * ball.vy - by * ball.vx
+    return over * by * by, -over * bx * by, over * bx * bx, 0.0, -by * along, bx * along
+
+
+@kernel
+def part_from_nose(
+    height: FloatArray,
+    balls: Balls,
+    i: int,
+    laws: Laws,
+    nx: float,
+    ny: float,
+    nz: float,
+    speed: float,
+    overlap: float,
+) -> None:
+    """Let ball i, which flies, part from a nose as fast as it approaches: as `part_slowly`."""
+    ball = balls.state[i]
+    if lies_still(height, balls, i, laws, ball.radius):
+        hold(height, balls, i)
         return
-    if up == 0.0 and rolls_on(balls, k):
-        ball.phase = st.ROLLING
-    else:
-        set_free(balls, k)
-    ball.vx, ball.vy = vx + dx, vy + dy
-    height[k, st.UP_SPEED] += dz
+    sx, sy, sz = ball.vx - speed * nx, ball.vy - speed * ny, height[i, st.UP_SPEED] - speed * nz
+    slip = sx * sx + sy * sy + sz * sz
+    loaded = -height[i, st.FALL] * nz > slip / ball.radius
+    missing = _missing(laws, 2.0 * ball.radius, overlap, speed, loaded)
+    taken = _from_slip(max(missing, 0.0), slip, _is_sunk(laws, overlap, speed))
+    left = math.sqrt((slip - taken) / slip) if slip > 0.0 else 1.0
+    returned = math.sqrt(speed * speed + taken)
+    ball.vx, ball.vy = left * sx - returned * nx, left * sy - returned * ny
+    height[i, st.UP_SPEED] = left * sz - returned * nz
+    respond_by_table(height, balls, i, laws)

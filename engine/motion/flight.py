@@ -126,6 +126,12 @@ def motion_in_space(
     )
 
 
+@kernel(inline=True)
+def one_is_loaded(height: FloatArray | None, i: int, j: int, t: float) -> bool:
+    """Return whether a flying ball has lain on one of two balls just before the time t [s]."""
+    return False if height is None else bool(max(height[i, st.LOADED], height[j, st.LOADED]) > t)
+
+
 @kernel
 def is_near(height: FloatArray, balls: Balls, i: int, j: int, t: float) -> bool:
     """Return whether the gap of balls i and j at t [s] is at most that of a negligible bounce."""

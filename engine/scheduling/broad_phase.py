@@ -84,7 +84,7 @@ def _later_bound(world: World, i: int, j: int, bound: float, t: float, end: floa
             return bound
         counters[st.ADVANCEMENTS] += 1
         counters[st.WORK] += 1
-        verdict, later, _ = touch(world.balls, i, j, bound, 0.0)
+        verdict, later, _ = touch(world.balls, world.laws, i, j, bound, 0.0)
         if verdict != NOT_YET:
             return bound
         bound = later if later <= end else math.inf

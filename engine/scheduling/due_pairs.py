@@ -78,7 +78,7 @@ def _judge_one(world: World, i: int, j: int, t: float) -> Event:
     end = min(meets_until(balls, i), meets_until(balls, j))
     verdict, bound, speed = NOT_YET, t, 0.0
     while True:
-        verdict, bound, speed = touch(balls, i, j, t, 0.0)
+        verdict, bound, speed = touch(balls, laws, i, j, t, 0.0)
         if verdict != NOT_YET:
             break
         counters[st.ADVANCEMENTS] += 1
@@ -124,7 +124,7 @@ def _judge_several(world: World, t: float) -> Event:
                 continue
             if is_pair_listed(balls, last - lasting, last, i, j):
                 continue
-            verdict, bound, speed = touch(balls, i, j, t, 0.0)
+            verdict, bound, speed = touch(balls, laws, i, j, t, 0.0)
             if verdict == NOT_YET:
                 world.log.counters[st.ADVANCEMENTS] += 1
                 world.log.counters[st.WORK] += 1
@@ -190,7 +190,7 @@ def _join_ties(world: World, t: float, until: float, listed: int) -> int:
                 bound = bound_of(world, i, j, t)
                 if not t < bound <= until:
                     continue
-                verdict, _, _ = touch(balls, i, j, t, tie_rounding(balls, i, j, t))
+                verdict, _, _ = touch(balls, world.laws, i, j, t, tie_rounding(balls, i, j, t))
                 if verdict == IMPACT:
                     if not has_room(world, count, 0):
                         return count

@@ -18,6 +18,7 @@ from ghostball.engine.motion.flight import (
     jerk_up,
     motion_in_space,
     one_flies,
+    one_is_loaded,
     soonest_crossing,
     time_to_impact,
 )
@@ -169,7 +170,9 @@ def holds(contacts: Contacts, i: int, j: int) -> bool:
 
 
 @kernel(inline=True)
-def touch(balls: Balls, i: int, j: int, t: float, tolerance: float) -> tuple[int, float, float]:
+def touch(
+    balls: Balls, laws: Laws, i: int, j: int, t: float, tolerance: float
+) -> tuple[int, float, float]:
     """Check a pair at time t: return a verdict, the next bound [s] and the approach speed [m/s].
 
     A gap of at most `tolerance` [m] counts as closed.
@@ -199,6 +202,8 @@ def touch(balls: Balls, i: int, j: int, t: float, tolerance: float) -> tuple[int
         closing = _stopping(balls, i) + _stopping(balls, j) - opening
         height = capture_height(balls, i, j)
         bounce = (pulled or struck) and negligible_bounce(rate, closing, height)
+        if one_is_loaded(balls.height, i, j, t):
+            bounce = bounce or negligible_bounce(rate, laws.gravity, height)
         return (LASTING if bounce else IMPACT), t, -rate
     if rate > noise and progress:
         return NOT_YET, t + s, 0.0

@@ -79,29 +79,3 @@ def test_bounces_are_kept_up_by_the_slip() -> None:
         for j in range(i)
     )
     assert distance > 2.0 * R * (1.0 - 4.0 * LOWEST_BOUNCE)
-
-
-def test_a_ball_exactly_above_another_one_leans_along_x() -> None:
-    scene = scene_of(ball((0.0, 0.0)), ball((0.0, 0.0, 3.0 * R + 1e-7)), **FLIES)
-    result = simulate(scene, record="trajectory", max_events=1)
-    (below, above) = result.final_state.velocities[0]
-    assert above[2] > 0.0
-    assert above[0] > 0.0 > below[0]
-    assert above[1] == below[1] == 0.0
-
-
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_a_ball_that_a_cushion_holds_by_a_row_is_not_pushed(count: int) -> None:
-    """Breaks where each bounce pushes the row into the cushion, and loses energy there."""
-    reach = math.sqrt(H * (2.0 * R - H))
-    row = [ball((reach + 2.0 * R * k, 0.35)) for k in range(count)]
-    x, height = reach + 2.0 * R * (count - 1) + 0.5 * R, R + math.sqrt(3.75) * R
-    scene = scene_of(
-        *row, ball((x, 0.35, height + 1e-7)), table=Table(length=1.2, width=0.7), **FLIES
-    )
-    result = simulate(scene, record="trajectory", max_events=1)
-    velocities = result.final_state.velocities[0]
-    assert not np.any(velocities[:count])
-    assert velocities[count, 0] > 0.0
-    energy = energies_around_events(result)
-    assert abs(energy[1] / energy[0] - 1.0) < 1e-14
