@@ -37,7 +37,7 @@ endif
 	test-boundscheck lint docs docs-outputs lint-and-docs check wheel gallery peers peers-js clean
 
 help:  ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-18s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-20s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 venv: $(READY)  ## create the environment .venv and install everything
 
@@ -83,7 +83,7 @@ with_coverage = $(if $(COVERAGE),COVERAGE_FILE=.coverage.$(1) $(PYTEST) $(COVER)
 # pytest would wait for each other.
 COMPILE := $(BIN)/python tests/support/compile_kernels.py $(JOBS)
 
-kernels: $(READY)
+kernels: $(READY)  ## compile the kernels that the tests need
 	$(COMPILE)
 
 # Without COVERAGE, the data of an older run are deleted, because `coverage` would combine them.

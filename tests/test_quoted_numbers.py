@@ -139,7 +139,7 @@ QUOTED = {
     "rebounds": (
         "README.md",
         r"Ghostball's engine reproduces .* to ([\d.]+) standard errors, pymunk to ([\d.]+) and "
-        r"pybullet to ([\d.]+)\.",
+        r"pybullet to ([\d.]+);",
         of_rebounds,
     ),
     "closed forms": (
