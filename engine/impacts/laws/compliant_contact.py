@@ -24,6 +24,9 @@ _RATE = 3.5
 
 _QUARTER_TURN = 1.5707963267948966
 
+_LEAST_SLIP = 1e-280
+"""Slip below which products lose digits to underflow; the part of the slip is the same there."""
+
 _TRIALS = 16
 """Number of intervals of the restitution that are searched for the end of sticking."""
 
@@ -46,6 +49,7 @@ def compliant_share(slip: float, friction: float, restitution: float, ratio: flo
     """
     if not slip > 0.0 or not friction > 0.0:
         return 0.0
+    slip = max(slip, _LEAST_SLIP)
     e, flexibility = restitution, _RATE / (ratio * ratio)  # of the second spring, over the first
     force, relative = friction * flexibility, slip / friction
     slides = (1.0 + e) * friction / slip

@@ -50,8 +50,7 @@ class Rack(ScenePart):
     Presets. In both, every ball is uneven by as much as its gaps allow.
 
     "template" (a thin sheet with holes, in which the balls settle): gaps of 0 to 30 um, mean 15.
-        Assumed: nobody has published measured gaps. With this value breaks make balls as often as
-        counted breaks do; see `docs/physics.md`.
+        Assumed: nobody has published measured gaps.
     "wooden" (a triangle of wood or plastic): gaps of 0 to 0.1 mm, mean 0.05 mm. Assumed.
     """
 

@@ -206,7 +206,7 @@ def test_what_failed_runs_again_until_it_does_not(
 
 
 def test_only_an_end_that_comes_again_is_reused(tmp_path: Path) -> None:
-    stands = ResultsWriter(tmp_path).stands
+    stands = ResultsWriter(tmp_path).is_repeatable
     case = record(status="rest")
     assert stands(case)
     assert stands(replace(case, status="t-max"))
