@@ -60,7 +60,7 @@ smallest double again. In a corner on a cloth without friction, each inelastic i
 """
 
 SLIP_ROUNDING = 4.0 * EPS
-"""Slip that counts as rounding, relative to the speeds of which it is the difference."""
+"""Slip that counts as rounding, divided by the speeds whose difference is the slip."""
 
 SLIDE_ERROR = 2.0**-42
 """Error of the velocity that a piece of a turning slide in air may have, relative to the speeds.

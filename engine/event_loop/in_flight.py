@@ -180,6 +180,6 @@ def note_held(height: FloatArray | None, world: World, count: int, t: float) -> 
 
 @kernel(inline=True)
 def _note_held(height: FloatArray, world: World, i: int, t: float) -> None:
-    """Log that ball i came to rest on others, if it did."""
+    """If ball i is held on other balls, log that the ball came to rest."""
     if world.balls.state[i].phase == st.FLYING and height[i, st.HELD] == 1.0:
         note_rest(world, i, t)

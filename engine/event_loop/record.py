@@ -49,7 +49,7 @@ def note_ends(world: World, k: int, t: float) -> None:
 
 @kernel
 def note_rest(world: World, k: int, t: float) -> None:
-    """Log that ball k came to rest, unless it only crept in a contact step since its last rest."""
+    """Log that ball k came to rest, unless only contact steps have moved the ball since."""
     in_island = world.contacts.island[k] != st.FREE
     if not (in_island and world.balls.state[k].moved == 0.0):
         note_event(ROLL_TO_REST_EVENT, k, -1, t, world.log)

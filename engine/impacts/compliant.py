@@ -1,10 +1,10 @@
 """Impacts that last: balls that push each other at the same time, integrated over their contacts.
 
 A contact of two pool balls lasts 0.2 to 0.3 ms and closes up to 0.9 mm, so the gaps of a rack close
-while its first contact still lasts. Impacts that follow each other, or that act at one instant, are
-then the wrong picture. Here the balls of such a cluster move by the forces of their contacts: along
-the normal by `impacts.hertz`, across the normal by Coulomb's friction mu F s / sqrt(s^2 + s0^2),
-s the slip. The limit s0 is 0.0075 of the fastest approach, or as much as the step needs to stay
+while its first contact still lasts. Impacts at one instant, or one after another, are a poor model
+there. Here the balls of a cluster move by the forces of their contacts: along the normal by
+`impacts.hertz`, across the normal by Coulomb's friction mu F s / sqrt(s^2 + s0^2), where s is the
+slip. The limit s0 is 0.0075 of the fastest approach, or as much as the step needs to stay
 stable. Contacts turn the balls, and don't lift them: the cloth takes an upward impulse.
 
 The motion is integrated by the classical Runge-Kutta method, with `STEPS` steps for the duration of
@@ -12,12 +12,13 @@ the fastest impact. The force isn't smooth where a contact begins, so steps end 
 a beginning contact is taken again, up to the instant at which the balls touch. A leg of the motion
 lasts until then, at most `LEG_STEPS` steps. `event_loop.compression` starts legs, and records them.
 
-What contacts do to a ball while they last is a thousand times more than what the cloth does. So the
-cloth acts only in legs in which nothing touches the ball. A ball that reaches an obstacle bounces
-off by the obstacle's law at the end of a leg; if the others push it there again, it stays there.
+Contacts push a ball a thousand times as hard as the cloth does. So the cloth acts only in legs in
+which nothing touches the ball. A ball that reaches an obstacle bounces
+off by the obstacle's law at the end of a leg. If other balls push the ball back, the ball stays at
+the obstacle.
 
-Sums over the contacts of a ball are in the order of the contacts. So mirrored shots are the same to
-the last bit, and shots with other numbers of balls to rounding.
+Forces on a ball are added in the order of its contacts. So a mirrored shot has the same bits, and a
+shot with renumbered balls has the same numbers to rounding.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ def _files() -> Iterator[tuple[str, Path]]:
 
 
 def manifest(files: dict[str, str]) -> dict[str, Any]:
-    """Return the manifest of libraries made here: what they are for, and their files.
+    """Return the manifest of libraries made here: table version, system, sources, and file names.
 
     `files`: the file name of each library by `key_of`.
     """

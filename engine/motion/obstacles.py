@@ -56,8 +56,8 @@ def _facing_nearest(laws: Laws, k: int, x: float, y: float) -> tuple[float, floa
         dy = laws.obstacles[k].ny - laws.obstacles[k].y
         along, square = rx * dx + ry * dy, dx * dx + dy * dy
         if along >= 0.0 and along <= square:
-            # Use the same normal for every place. The rounded direction from the nearest point
-            # would let friction along the segment drive a ball into the segment, or off it.
+            # The normal is the same along the whole segment. The rounded direction from the nearest
+            # point would let friction along the segment drive a ball into the segment, or off it.
             nx, ny, away = _across(rx, ry, dx, dy)
             return nx, ny, away - laws.obstacles[k].radius
         if along > 0.0:

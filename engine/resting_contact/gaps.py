@@ -68,8 +68,8 @@ def gap_after(world: World, c: int, s: float) -> float:
     """Return contact c's gap [m] in s seconds, like `normal_after`; GAP is the present gap.
 
     The change of the gap is computed from the displacements of the balls, not from their positions.
-    Over a short step, the rounding of positions was larger than the effect of the forces, and
-    different for every force that was tried.
+    Over a short step, the rounding of positions would be larger than the effect of the forces, and
+    would differ between two forces that the solver tries.
     """
     laws, contacts = world.laws, world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]

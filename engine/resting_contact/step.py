@@ -98,7 +98,7 @@ def start_steps(world: World, listed: int, t: float) -> None:
     bring another island in contact, so islands are handled in the order of positions, not of
     indices.
 
-    Contract: as for `_start_step`, for every ball that is marked or listed.
+    Contract: every ball that is marked or listed fulfils the contract of `_start_step`.
     """
     balls, contacts = world.balls, world.contacts
     for c in range(listed):

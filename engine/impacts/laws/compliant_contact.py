@@ -31,7 +31,7 @@ _TRIALS = 16
 """Number of intervals of the restitution that are searched for the end of sticking."""
 
 _HALVINGS = 52
-"""Number of halvings of such an interval: to the last bit of its length."""
+"""Number of times that an interval of the search is halved: 2^-52 of its length is left."""
 
 
 @kernel
