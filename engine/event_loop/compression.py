@@ -238,12 +238,20 @@ def _set_piece(world: World, k: int, t: float, end: float) -> None:
 
 @kernel
 def _note_meeting(world: World, a: int, b: int) -> None:
-    """Note that balls a and b begin to touch at the end of the leg."""
+    """Note that balls a and b begin to touch at the end of the leg.
+
+    The row of a ball has room for a few balls. If both rows are full, set NO_ROOM: no collision is
+    left out of the counts.
+    """
     rows = world.contacts.compressed
+    if rows[a, MEETS] == MOST_MEETINGS:
+        a, b = b, a
     meets = int(rows[a, MEETS])
-    if meets < MOST_MEETINGS:
-        rows[a, MEETS + 1 + meets] = b
-        rows[a, MEETS] = meets + 1
+    if meets == MOST_MEETINGS:
+        world.balls.counters[st.NO_ROOM] = 1
+        return
+    rows[a, MEETS + 1 + meets] = b
+    rows[a, MEETS] = meets + 1
 
 
 @kernel
@@ -384,11 +392,3 @@ def _meet_obstacle(world: World, k: int, t: float) -> None:
         row[PHASE], ball.phase = ball.phase, st.GONE
         row[FROM + 4], row[FROM + 5], row[FROM + 6] = ball.wx, ball.wy, ball.wz
     row[FROM + 2], row[FROM + 3] = ball.vx, ball.vy
-
-
-@kernel
-def _is_member(world: World, members: int, k: int) -> bool:
-    for m in range(members):  # noqa: SIM110 - the compiler takes no generator
-        if world.contacts.member[m] == k:
-            return True
-    return False

@@ -32,6 +32,8 @@ class LawEntry(NamedTuple):
 
     Such laws are compiled only if a scene uses one.
     """
+    fitted: bool = True
+    """Whether tracks of balls can determine the coefficients of the law."""
 
 
 BALL_LAWS = (
@@ -97,6 +99,9 @@ CUSHION_LAWS = (
         "restitution and friction at a nose that yields along the slip (Stronge 2000)",
         feature="STRONGE_CUSHION",
         turns=True,
+        # Rolling balls slip during the whole contact with a cushion of usual friction. The results
+        # are then those of "han2005" for any ratio of the frequencies.
+        fitted=False,
     ),
 )
 

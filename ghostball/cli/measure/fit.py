@@ -64,11 +64,7 @@ def run(asked: FitOptions) -> ExitStatus:
             f"must be one of {', '.join(presets)}, in which balls slide; got {preset!r}",
             param_hint="--preset",
         )
-    laws = [
-        one.name
-        for one in CUSHION_LAWS
-        if one.uses and "cushion_frequency_ratio" not in one.uses  # see `fields.cushion_laws`
-    ]
+    laws = [one.name for one in CUSHION_LAWS if one.uses and one.fitted]
     if law is not None and law not in laws:
         raise typer.BadParameter(
             f"must be one of {', '.join(laws)}, got {law!r}", param_hint="--law"

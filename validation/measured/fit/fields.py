@@ -105,15 +105,9 @@ def lacking(engine: ReferenceEngine, preset: str) -> dict[str, Any]:
 
 
 def cushion_laws(engine: ReferenceEngine) -> list[LawEntry]:
-    """Return the cushion laws of an engine that can be fitted, the simplest first.
-
-    "stronge2000" isn't fitted: rolling balls slip during the whole contact with a cushion of usual
-    friction, and then its results are those of "han2005".
-    """
+    """Return the cushion laws of an engine that can be fitted, the simplest first."""
     return [
         law
         for law in CUSHION_LAWS
-        if law.uses
-        and "cushion_frequency_ratio" not in law.uses
-        and has_feature(engine.capabilities, Feature[law.feature or ""])
+        if law.uses and law.fitted and has_feature(engine.capabilities, Feature[law.feature or ""])
     ]
