@@ -1,14 +1,15 @@
 """Clusters of balls that push each other: when one begins, its legs, and when it ends.
 
 Two balls that collide form a cluster if a third ball is near: nearer to one of them than `_NEAR`
-times the depth of their impact. Impacts that are farther apart are over before the next one begins
-(to 1e-6 of the speed). `impacts.compliant` integrates a leg of the cluster's motion; between its
-legs, the balls and obstacles near the cluster are gathered again. The cluster ends when no two of
-its balls touch; then the event loop goes on from that state.
+times the depth of their impact. With a larger gap, the first impact is over before the next one
+begins. `impacts.compliant` integrates a leg of the cluster's motion; between its legs, the balls
+and obstacles near the cluster are gathered again. The cluster ends when no two of its balls touch;
+then the event loop goes on from that state.
 
-A ball of a cluster moves, in the log, along a straight line from its place at the start of a leg to
-its place at the end. Nothing else sees it meanwhile: everything that could meet it during the leg
-is part of the cluster. Each contact that begins is an event of two balls, at the end of the leg.
+In the log, a ball of a cluster moves along a straight line from its position at the start of a leg
+to its position at the end. The schedulers ignore the ball during the leg, because all balls and
+obstacles that it could meet are part of the cluster. Each contact that begins is an event of two
+balls, at the end of the leg.
 """
 
 from __future__ import annotations
@@ -57,8 +58,10 @@ from ghostball.engine.motion.position import (
 from ghostball.engine.resting_contact.islands import release
 
 _NEAR = 1.5
-"""Gap to a third ball, in depths of the impact, above which the impacts are separate: two studies
-of three balls in a row found that their speeds then differ by less than 1e-6."""
+"""Gap to a third ball, in depths of the impact, above which the impacts are separate.
+
+`tests/engine/impacts/test_compliant.py` compares three balls in a row with SciPy's integration.
+"""
 
 _REACH = CONTACT_TIME * LEG_STEPS / STEPS
 """Duration of the longest leg, in units of the depth of an impact over its speed."""
@@ -94,7 +97,7 @@ def begin_cluster(world: World, count: int, t: float) -> int:
 
 @kernel
 def _has_third(world: World, a: int, b: int, t: float) -> bool:
-    """Return whether a third ball is so near to balls a and b that their impact overlaps others."""
+    """Return whether a third ball is near balls a and b, so that several contacts last at once."""
     balls = world.balls
     depth = _depth(world, a, b, _approach_speed(world, a, b))
     for i in (a, b):
@@ -368,7 +371,7 @@ def _set_state(world: World, k: int, t: float) -> None:
 def _meet_obstacle(world: World, k: int, t: float) -> None:
     """Let ball k bounce off the obstacle that it reaches, or fall into it.
 
-    If it has bounced off the obstacle before, in the same cluster, the others hold it there.
+    If ball k has bounced off the obstacle before, in the same cluster, other balls hold it there.
     """
     balls, laws = world.balls, world.laws
     row, ball = world.contacts.compressed[k], balls.state[k]
