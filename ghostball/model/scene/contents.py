@@ -16,7 +16,7 @@ from ghostball.model.rounding import EPS
 from ghostball.model.scene.ball import POOL_BALL, Ball, rolling_angular_velocity
 from ghostball.model.scene.fields import Positive, SceneName, Text, problem, whole_number
 from ghostball.model.scene.part import ScenePart
-from ghostball.model.scene.physics import Physics
+from ghostball.model.scene.physics import Physics, usual_physics
 from ghostball.model.scene.rack import Rack, add_rack
 from ghostball.model.scene.table import Table
 
@@ -34,7 +34,7 @@ class SceneContents(ScenePart):
     title: Text = ""
     tags: tuple[Text, ...] = ()
     t_max: Positive | None = None
-    physics: Physics = Field(default_factory=Physics)
+    physics: Physics = Field(default_factory=usual_physics)
     table: Table | None = None
     rack: Rack | None = Field(
         default=None, exclude=True, description="balls to be added to the listed ones"

@@ -6,6 +6,7 @@ Rules that also involve the balls or the table are in `scene.law_rules`.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -217,6 +218,12 @@ class Physics(ScenePart):
     def _no_field_without_effect(self) -> Self:
         _check_laws(self)
         return self
+
+
+@cache
+def usual_physics() -> Physics:
+    """Return the physics of a scene that gives none, made once: physics is frozen."""
+    return Physics()
 
 
 def _check_laws(physics: Physics) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -13,6 +13,7 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
+from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from ghostball.model.scene.ball import CAROM_BALL, POOL_BALL, SNOOKER_BALL
 from ghostball.model.scene.fields import LARGEST, SMALLEST, Positive, Real, problem
@@ -171,6 +172,14 @@ class Table(ScenePart):
         default=(), description="round obstacles that stand on the table"
     )
 
+    @classmethod
+    def _once_checked(cls, value: Any, check: ValidatorFunctionWrapHandler) -> Self:
+        """Return the table that a preset names, made once: its pockets take longer than a scene."""
+        if isinstance(value, str) and value in cls.PRESETS:
+            named: Self = _preset_table(cls, value)
+            return named
+        return super()._once_checked(value, check)
+
     @model_validator(mode="before")
     @classmethod
     def _complete(cls, data: Any) -> Any:
@@ -319,6 +328,12 @@ class Table(ScenePart):
         """The pockets of the table; None also if neither corner nor side pockets are given."""
         pockets = self.pockets
         return None if pockets is None or pockets.corner is pockets.side is None else pockets
+
+
+@cache
+def _preset_table(kind: type[Table], name: str) -> Any:
+    """Return the table that a preset names; scenes may share the table, because it is frozen."""
+    return kind.model_validate({"preset": name})
 
 
 @lru_cache(maxsize=32)
