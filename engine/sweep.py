@@ -21,7 +21,7 @@ def simulate_sweep(
     speeds: ArrayLike,
     angles: ArrayLike,
     *,
-    ball: int = 0,
+    ball: int | str = 0,
     threads: int | None = None,
     max_events: int = MAX_EVENTS,
     max_work: int = MAX_WORK,
@@ -37,8 +37,8 @@ def simulate_sweep(
     speeds : (k,) float64 [m/s], or one number for all; more than 0
         Speeds of the ball over the cloth.
     angles : (k,) float64 [rad], or one number for all; from the x axis, counterclockwise
-    ball : int
-        Index of the ball that is shot.
+    ball : int or str
+        Index or id of the ball that is shot.
     threads, max_events, max_work
         As for `simulate_many`.
 
@@ -55,11 +55,12 @@ def simulate_sweep(
     """
     workers = workers_of(threads)
     check_request(scene, "rest", max_events, max_work)
+    who = scene.index_of(ball, "ball")
+    shot = scene.balls[who]
     with np.errstate(over="ignore", invalid="ignore"):  # the rules reject infinite numbers
-        velocity, spin = _cue_motions(scene, speeds, angles, ball)
-    shot = scene.balls[ball]
+        velocity, spin = _cue_motions(shot, speeds, angles)
     given = Given(
-        ball,
+        who,
         np.broadcast_to(np.array(shot.position), velocity.shape)[:, None],
         velocity[:, None],
         spin[:, None],
@@ -69,12 +70,9 @@ def simulate_sweep(
 
 
 def _cue_motions(
-    scene: Scene, speeds: ArrayLike, angles: ArrayLike, ball: int
+    shot: Ball, speeds: ArrayLike, angles: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return velocities (k, 3) and angular velocities (k, 3) of the ball that is shot."""
-    n = len(scene.balls)
-    if not isinstance(ball, int) or isinstance(ball, bool) or not 0 <= ball < n:
-        raise GhostballError(f"`ball` must be the index of a ball, 0 to {n - 1}, got {ball!r}")
     speed, angle = _numbers("speeds", speeds), _numbers("angles", angles)
     if len(speed) != len(angle) and 1 not in (len(speed), len(angle)):
         raise GhostballError(
@@ -87,7 +85,6 @@ def _cue_motions(
     cosine, sine = cosines_and_sines(angle)
     velocity = np.zeros((len(speed), 3))
     velocity[:, 0], velocity[:, 1] = speed * cosine, speed * sine
-    shot = scene.balls[ball]
     along, over_cloth = _direction(shot)
     if over_cloth == 0.0 and shot.velocity[2] != 0.0:
         raise GhostballError(

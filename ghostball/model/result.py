@@ -17,6 +17,7 @@ from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.errors import EngineFailedError, GhostballError
 from ghostball.model.events import LEAVING_KINDS, OBSTACLE_KINDS, EventKind, Events, Status
 from ghostball.model.hashes import bits_hash
+from ghostball.model.outcomes import Outcomes, outcomes_of
 from ghostball.model.scene.continuation import fields_at, gone_by_place
 from ghostball.model.scene.obstacles import partner_name
 from ghostball.model.scene.scene import Scene, made_after
@@ -102,6 +103,31 @@ class Result:
         Determined from the events, or, in a result without events, from the rest positions.
         """
         return self._gone_by(math.inf, self.rest_positions)
+
+    def outcomes(self, cue: int | str = 0) -> Outcomes:
+        """Return which balls were pocketed, and where; the first contact; and cushion collisions.
+
+        Parameters
+        ----------
+        cue : int or str
+            Index or id of the cue ball, for `first_contact` and `cushions_before`.
+
+        Returns
+        -------
+        Outcomes
+            The names are those of the arrays in `Batch`.
+
+        Raises
+        ------
+        GhostballError
+            If the run recorded no events, or if there is no ball `cue`.
+        """
+        if self.events is None:
+            raise GhostballError(
+                f"no events were recorded: engine `{self.engine}` ran without "
+                'record="events". Call simulate(scene, record="events")'
+            )
+        return outcomes_of(self.events, len(self.scene.balls), self.scene.index_of(cue, "cue"))
 
     def at(self, t: float, *, name: str | None = None) -> Scene:
         """Return the scene at time `t`: simulating this scene continues the shot.

@@ -105,7 +105,7 @@ def flying_shots(seed: int, count: int) -> list[Scene]:
     ]
 
 
-@pytest.mark.parametrize("count", [20, pytest.param(2000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [20, pytest.param(500, marks=pytest.mark.compiled)])
 @pytest.mark.parametrize("shots", [pool_shots, flying_shots])
 def test_outcomes_are_those_of_recorded_events(shots, count):
     scenes = shots(count, count)

@@ -60,7 +60,15 @@ def outcomes_of(result: Result) -> dict[str, np.ndarray]:
 
 
 def assert_same_outcomes(batch: Batch, k: int, result: Result) -> None:
-    """Assert that the outcomes of shot k of a batch are those of a shot with recorded events."""
-    n = len(result.scene.balls)
+    """Assert that the outcomes of shot k of a batch are those of a shot with recorded events.
+
+    The result's own outcomes must be the same.
+    """
+    n, cue = len(result.scene.balls), k % len(result.scene.balls)
+    of_result = result.outcomes(cue)
     for name, expected in outcomes_of(result).items():
+        of_cue = name in {"first_contact", "cushions_before"}
         np.testing.assert_array_equal(getattr(batch, name)[k, :n], expected, err_msg=name)
+        np.testing.assert_array_equal(
+            getattr(of_result, name), expected[cue] if of_cue else expected, err_msg=name
+        )

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from ghostball.model.arrays import BoolArray, FloatArray
+from ghostball.model.errors import GhostballError
 from ghostball.model.rounding import EPS
 from ghostball.model.scene.ball import POOL_BALL, Ball, rolling_angular_velocity
 from ghostball.model.scene.fields import Positive, SceneName, Text, problem, whole_number
@@ -72,6 +73,21 @@ class SceneContents(ScenePart):
         # The scene is frozen, but still under construction here.
         object.__setattr__(self, "balls", balls)
         object.__setattr__(self, "rack", None)
+
+    def index_of(self, ball: int | str, argument: str) -> int:
+        """Return the index of a ball that is given by its index or id.
+
+        Raises `GhostballError`, which names the `argument`, if there is no such ball.
+        """
+        n = len(self.balls)
+        if type(ball) is int and 0 <= ball < n:
+            return ball
+        for i, one in enumerate(self.balls):
+            if one.id == ball:
+                return i
+        raise GhostballError(
+            f"`{argument}` must be the index of a ball, 0 to {n - 1}, or its id, got {ball!r}"
+        )
 
     @property
     def positions(self) -> FloatArray:

@@ -14,6 +14,7 @@ from ghostball.engine import simulate, simulate_many
 from ghostball.model import (
     EVENT_DTYPE,
     Ball,
+    EventKind,
     GhostballError,
     Phase,
     Result,
@@ -186,3 +187,41 @@ def test_its_repr_is_one_screen_at_most_and_says_what_happened():
 def test_the_repr_of_a_run_that_stopped_says_why():
     said = repr(result_with(status=Status.FAILED, reason="it fell"))
     assert "status=FAILED, reason='it fell'" in said
+
+
+# Outcomes
+
+
+def test_outcomes_are_counted_from_events():
+    events = [
+        (0.1, EventKind.BALL_CUSHION, 2, 1),
+        (0.2, EventKind.BALL_CUSHION, 2, 0),
+        (0.3, EventKind.BALL_BALL, 0, 1),
+        (0.4, EventKind.BALL_BALL, 1, 2),
+        (0.5, EventKind.BALL_CUSHION, 2, 3),
+        (0.6, EventKind.POCKETED, 1, 4),
+        (0.7, EventKind.LEAVES_TABLE, 0, 2),
+    ]
+    scene = scene_of(*(ball((0.1 + 0.1 * i, 0.2)) for i in range(4)))
+    result = result_of(scene, events=np.array(events, dtype=EVENT_DTYPE))
+    found = result.outcomes(cue="b2")
+    assert found.pocketed.tolist() == [-1, 4, -1, -1]
+    assert np.array_equal(found.pocketed_at, [np.nan, 0.6, np.nan, np.nan], equal_nan=True)
+    assert found.off_table.tolist() == [True, False, False, False]
+    assert found.ball_cushions.tolist() == [0, 0, 3, 0]
+    assert (found.first_contact, found.cushions_before) == (1, 2)
+    for cue, first in enumerate((1, 0, 1, -1)):
+        assert result.outcomes(cue).first_contact == first
+
+
+def test_a_cue_ball_that_hits_nothing_has_all_of_its_cushion_collisions_before():
+    events = np.array([(0.1, EventKind.BALL_CUSHION, 0, 1)] * 3, dtype=EVENT_DTYPE)
+    assert result_with(events=events).outcomes().cushions_before == 3
+
+
+def test_outcomes_need_events_and_a_cue_ball_of_the_scene():
+    with pytest.raises(GhostballError, match=r'no events .* simulate\(scene, record="events"\)'):
+        result_with(events=None).outcomes()
+    for wrong in (2, -1, True, 0.0, "cue"):
+        with pytest.raises(GhostballError, match="`cue` must be the index of a ball, 0 to 1, or"):
+            result_with().outcomes(wrong)
