@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,12 @@ from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.running.room import STATUS, Limits, Shots, shots_of
 from ghostball.engine.running.threads import run_tasks, tasks_of_each
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
-from ghostball.model import Scene
+from ghostball.engine.strokes import DrawnStrokes
+from ghostball.model import Scene, SceneError
 from ghostball.model.errors import GhostballError
 from ghostball.model.events import Status
 from ghostball.model.rounding import position_rounding
+from ghostball.model.scene.messages import refusal
 
 STATUSES = tuple(Status)
 """Meaning of the numbers in `Batch.status`, which are indices of this tuple."""
@@ -52,6 +54,9 @@ class Batch:
         collisions if it hits no ball.
     ball_cushions : (k, n) int64
         Number of cushion collisions of each ball.
+    scenes : tuple of k Scene, or of one scene for all shots
+    strokes : DrawnStrokes or None
+        The strokes that were played, with their noise, if strokes were given.
 
     Notes
     -----
@@ -71,6 +76,8 @@ class Batch:
     first_contact: NDArray[np.int64]
     cushions_before: NDArray[np.int64]
     ball_cushions: NDArray[np.int64]
+    scenes: tuple[Scene, ...] = field(repr=False)
+    strokes: DrawnStrokes | None = None
 
     def __repr__(self) -> str:
         """Return the number of shots and how they ended, on one line."""
@@ -82,20 +89,68 @@ class Batch:
         """Whether each run reached its natural end, (k,) bool."""
         return np.array([status.complete for status in STATUSES])[self.status]
 
-    def to_frame(self, cue: int = 0) -> Any:
+    @property
+    def gone(self) -> NDArray[np.bool_]:
+        """Whether each ball was pocketed or left the table, (k, n) bool."""
+        return (self.pocketed >= 0) | self.off_table
+
+    def scene(
+        self,
+        i: int,
+        *,
+        name: str | None = None,
+        changes: Mapping[str, Mapping[str, Any]] | None = None,
+        **fields: Any,
+    ) -> Scene:
+        """Make the scene of the next shot after shot i, as `Scene.after` does.
+
+        Parameters
+        ----------
+        i : int
+            Index of the shot, from 0.
+        name, changes, **fields
+            As for `Scene.after`.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        GhostballError
+            If there is no shot i.
+        SceneError
+            As `Scene.after`; for example if a ball isn't at rest.
+        """
+        k = len(self.status)
+        if not isinstance(i, int | np.integer) or isinstance(i, bool) or not 0 <= i < k:
+            raise GhostballError(
+                f"`i` must be the index of a shot, 0 to {k - 1}, got {i!r}"
+                if k
+                else "a batch without shots has no next scene"
+            )
+        scene = self.scenes[i if len(self.scenes) > 1 else 0]
+        n, status = len(scene.balls), STATUSES[self.status[i]]
+        ended = _EndedShot("ghostball", scene, status, self.rest_positions[i, :n], self.gone[i, :n])
+        try:
+            return Scene.after(ended, name=name, changes=changes, **fields)
+        except SceneError as error:
+            raise refusal(f"shot {i}: {error}") from None
+
+    def to_frame(self, cue: int | str = 0) -> Any:
         """Return a polars data frame with one row per shot.
 
         Parameters
         ----------
-        cue : int
-            The cue ball, whose columns are `first_contact` and `cushions_before`.
+        cue : int or str
+            Index or id of the cue ball, whose columns are `first_contact` and `cushions_before`.
 
         Returns
         -------
         polars.DataFrame
             The columns are the attributes; `status` is text such as "rest". Each column of one
-            value per ball is a fixed-size array. `.write_parquet(path)` writes the frame as
-            Parquet.
+            value per ball is a fixed-size array. If strokes were given, their fields and `draws`
+            are columns, too. `.write_parquet(path)` writes the frame as Parquet.
 
         Raises
         ------
@@ -109,16 +164,28 @@ class Batch:
                 "a data frame needs polars, which isn't installed. Install it with `pip install "
                 "'.[frames]'` in a clone of Ghostball"
             ) from None
-        k, n = self.rest_positions.shape[:2]
+        k = len(self.status)
         if k == 0:
             raise GhostballError("a data frame needs at least one shot, but this batch has none")
-        if not isinstance(cue, int) or isinstance(cue, bool) or not 0 <= cue < n:
-            raise GhostballError(f"`cue` must be the index of a ball, 0 to {n - 1}, got {cue!r}")
-        columns = {one.name: getattr(self, one.name) for one in fields(self)}
+        who = np.array([scene.index_of(cue, "cue") for scene in self.scenes])
+        skipped = ("scenes", "strokes")
+        columns = {name: value for name, value in vars(self).items() if name not in skipped}
         for name in ("first_contact", "cushions_before"):
-            columns[name] = columns[name][:, cue]
+            columns[name] = columns[name][np.arange(k), who]
+        if self.strokes is not None:
+            columns |= {**self.strokes.aims._asdict(), "draws": self.strokes.draws}
         names = np.array([status.name.lower().replace("_", "-") for status in STATUSES])
         return polars.DataFrame(columns | {"status": names[self.status].astype(object)})
+
+
+class _EndedShot(NamedTuple):
+    """A shot of a batch, for `Scene.after`."""
+
+    engine: str
+    scene: Scene
+    status: Status
+    rest_positions: NDArray[np.float64]
+    gone: NDArray[np.bool_]
 
 
 def simulate_many(
@@ -156,13 +223,19 @@ def simulate_many(
     shots = shots_of(len(scenes), max((layout.count for layout in layouts), default=0), 1)
     shots.ends[:] = np.nan
     run_tasks(tasks_of_each(layouts, workers), shots, Limits(max_events, max_work), workers)
-    return batch_of(shots, np.array([layout.smallest_radius for layout in layouts]))
+    return batch_of(shots, np.array([layout.smallest_radius for layout in layouts]), scenes)
 
 
-def batch_of(shots: Shots, smallest: NDArray[np.float64] | float) -> Batch:
+def batch_of(
+    shots: Shots,
+    smallest: NDArray[np.float64] | float,
+    scenes: tuple[Scene, ...],
+    strokes: DrawnStrokes | None = None,
+) -> Batch:
     """Return the results of shots that have been simulated.
 
     `smallest` [m]: the smallest radius in each shot, (k,), or one number for all.
+    `scenes`, `strokes`: as in `Batch`.
     """
     resolved = position_rounding(1.0) * shots.clocks[:, st.FARTHEST] < smallest
     k, n = shots.ends.shape[0], shots.ends.shape[2]
@@ -186,6 +259,8 @@ def batch_of(shots: Shots, smallest: NDArray[np.float64] | float) -> Batch:
         first_contact=first - 1,
         cushions_before=np.where(first > 0, before, cushions),
         ball_cushions=cushions.copy(),
+        scenes=scenes,
+        strokes=strokes,
     )
 
 

@@ -14,10 +14,11 @@ from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.running.room import Limits, Shots, shots_of
 from ghostball.engine.running.threads import rows_of_starts, run_tasks, tasks_of
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
+from ghostball.engine.strokes import DrawnStrokes, Strokes
 from ghostball.model import Scene, rolling_angular_velocity
 from ghostball.model.errors import GhostballError
 from ghostball.model.scene.fields import LARGEST
-from ghostball.model.scene.initial_states import InitialStates
+from ghostball.model.scene.initial_states import InitialStates, struck_motions
 from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.motion_rules import check_motions
 from ghostball.model.scene.rules import check_places
@@ -64,6 +65,7 @@ def simulate_starts(
     velocities: ArrayLike | None = None,
     angular_velocities: ArrayLike | None = None,
     *,
+    strokes: Strokes | None = None,
     threads: int | None = None,
     max_events: int = MAX_EVENTS,
     max_work: int = MAX_WORK,
@@ -81,6 +83,9 @@ def simulate_starts(
     angular_velocities : (k, n, 3) float64 [rad/s], or (n, 3) for all shots
         None: if `velocities` are given, those of rolling without slip; otherwise those of the
         scene.
+    strokes : Strokes, optional
+        The strokes of a cue at one ball, instead of its motion in the scene; `velocities` and
+        `angular_velocities` must then be None.
     threads, max_events, max_work
         As for `simulate_many`.
 
@@ -98,12 +103,34 @@ def simulate_starts(
     """
     workers = workers_of(threads)
     check_request(scene, "rest", max_events, max_work)
-    given = _given(scene, positions, velocities, angular_velocities)
-    return play_starts(scene, given, Limits(max_events, max_work), workers)
+    drawn = None
+    if strokes is None:
+        given = _given(scene, positions, velocities, angular_velocities)
+    elif not isinstance(strokes, Strokes):
+        raise GhostballError(
+            f"`strokes` must be Strokes, got {type(strokes).__name__}. Give "
+            "Strokes(speed=..., direction=...)"
+        )
+    elif velocities is not None or angular_velocities is not None:
+        raise GhostballError(
+            "`velocities` and `angular_velocities` must not be given with `strokes`: the cue sets "
+            "the ball in motion. Remove them, or the strokes"
+        )
+    else:
+        given, drawn = _struck(scene, positions, strokes)
+    return play_starts(scene, given, Limits(max_events, max_work), workers, drawn)
 
 
-def play_starts(scene: Scene, given: Given, limits: Limits, threads: int) -> Batch:
+def play_starts(
+    scene: Scene,
+    given: Given,
+    limits: Limits,
+    threads: int,
+    strokes: DrawnStrokes | None = None,
+) -> Batch:
     """Simulate a scene from each of k initial states, after checking all of them.
+
+    `strokes`: those that give the initial states, for the batch.
 
     Raises `SceneError` if a scene with one of these initial states would be invalid.
     """
@@ -123,7 +150,7 @@ def play_starts(scene: Scene, given: Given, limits: Limits, threads: int) -> Bat
         of_part = Shots(starts, shots.clocks[part], shots.counts[part], shots.ends[part])
         shares = tasks_of(layout, len(starts), threads)
         run_tasks(shares, of_part, limits, threads, who=given.who)
-    return batch_of(shots, layout.smallest_radius)
+    return batch_of(shots, layout.smallest_radius, (scene,), strokes)
 
 
 def _given(
@@ -158,6 +185,32 @@ def _given(
             heights = np.broadcast_to(above[None, :, None], (k, n, 1))
             whole[index] = np.concatenate((whole[index], heights), axis=2)
     return Given(0, whole[0], whole[1], whole[2] if len(whole) > 2 else None, turned)
+
+
+def _struck(
+    scene: Scene, positions: ArrayLike | None, strokes: Strokes
+) -> tuple[Given, DrawnStrokes]:
+    """Return the initial states of all shots of a ball that is struck, and the strokes."""
+    base = _given(scene, positions, None, None)
+    drawn = strokes.drawn(scene, len(base.positions))
+    who, k, radius = drawn.ball, len(drawn.speed), scene.balls[drawn.ball].radius
+    velocity, spin = struck_motions(scene, who, drawn.cue, drawn.aims)
+    heights = base.positions[:, who, 2]
+    for j in np.flatnonzero(heights != radius)[:1]:
+        raise refusal(
+            f"`balls[{who}].position` in shot {j} must have z = {radius} m, the radius, because a "
+            f"ball with a stroke must lie on the cloth; got {heights[j]} m. Remove z"
+        )
+    if positions is None:  # only the motion of this ball differs from the scene
+        place = np.broadcast_to(base.positions[:, who, None], (k, 1, 3))
+        return Given(who, place, velocity[:, None], spin[:, None], np.ones(1, np.bool_)), drawn
+    shape = (k, len(scene.balls), 3)
+    velocities = np.broadcast_to(base.velocities, shape).copy()
+    spins = np.zeros(shape) if base.spins is None else np.broadcast_to(base.spins, shape).copy()
+    velocities[:, who], spins[:, who] = velocity, spin
+    given = base.given.copy()
+    given[who] = True
+    return Given(0, np.broadcast_to(base.positions, shape), velocities, spins, given), drawn
 
 
 def _array(

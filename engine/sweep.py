@@ -11,6 +11,7 @@ from ghostball.engine.batch import Batch, workers_of
 from ghostball.engine.running.room import Limits
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.engine.starts import Given, play_starts
+from ghostball.engine.strokes import numbers_of
 from ghostball.model import Ball, Scene, rolling_angular_velocity
 from ghostball.model.errors import GhostballError
 from ghostball.model.sines import cosines_and_sines
@@ -73,7 +74,7 @@ def _cue_motions(
     shot: Ball, speeds: ArrayLike, angles: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return velocities (k, 3) and angular velocities (k, 3) of the ball that is shot."""
-    speed, angle = _numbers("speeds", speeds), _numbers("angles", angles)
+    speed, angle = numbers_of("speeds", speeds), numbers_of("angles", angles)
     if len(speed) != len(angle) and 1 not in (len(speed), len(angle)):
         raise GhostballError(
             f"`speeds` and `angles` must have the same length, or one of them length 1, got "
@@ -119,17 +120,3 @@ def _direction(shot: Ball) -> tuple[tuple[float, float], float]:
         return (1.0, 0.0), 0.0
     length = math.sqrt((x / scale) ** 2 + (y / scale) ** 2)
     return (x / scale / length, y / scale / length), scale * length
-
-
-def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Return `values` as a checked array (k,)."""
-    try:
-        array = np.atleast_1d(np.asarray(values, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise GhostballError(f"`{name}` must be numbers, got {values!r}") from None
-    if array.ndim != 1:
-        raise GhostballError(f"`{name}` must be one-dimensional, got shape {array.shape}")
-    wrong = array[~np.isfinite(array)]
-    if len(wrong):
-        raise GhostballError(f"`{name}` must be finite, got {wrong[0]}")
-    return array

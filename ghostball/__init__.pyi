@@ -1,5 +1,6 @@
 from .engine import (
     Batch as Batch,
+    Strokes as Strokes,
     simulate as simulate,
     simulate_many as simulate_many,
     simulate_starts as simulate_starts,

@@ -9,7 +9,14 @@ import numpy as np
 from ghostball.model.arrays import BoolArray, FloatArray, IntArray
 from ghostball.model.scene.ball import fill_in_motion, rolling_angular_velocity
 from ghostball.model.scene.contents import SceneContents
-from ghostball.model.scene.strike import bounced, stroke_of
+from ghostball.model.scene.strike import (
+    Aims,
+    Strike,
+    aims_of,
+    bounced,
+    strokes_of,
+    vector,
+)
 
 
 class InitialStates(NamedTuple):
@@ -38,14 +45,27 @@ def apply_table_reaction(scene: SceneContents) -> None:
     """
     if not scene.physics.airborne:
         return
-    restitution = scene.physics.table_restitution
-    for ball, friction in zip(scene.balls, scene.sliding_frictions.tolist(), strict=True):
-        if ball.strike is None:
-            continue
-        velocity, spin, _ = stroke_of(ball.strike, ball.radius, ball.mass)
-        if velocity[2] < 0.0:
-            velocity, spin = bounced(velocity, spin, ball.radius, friction, restitution)
-        fill_in_motion(ball, velocity, spin)
+    for i, ball in enumerate(scene.balls):
+        if ball.strike is not None:
+            velocity, spin = struck_motions(scene, i, ball.strike, aims_of(ball.strike))
+            fill_in_motion(ball, vector(velocity[0]), vector(spin[0]))
+
+
+def struck_motions(
+    scene: SceneContents, i: int, cue: Strike, aims: Aims
+) -> tuple[FloatArray, FloatArray]:
+    """Return the initial velocities of ball i of a scene after each of k strokes of a cue.
+
+    Returns velocities (k, 3) [m/s] and angular velocities (k, 3) [rad/s], after the reaction of the
+    table.
+    """
+    ball = scene.balls[i]
+    velocity, spin, _ = strokes_of(cue, aims, ball.radius, ball.mass)
+    if scene.physics.airborne:
+        friction = float(scene.sliding_frictions[i])
+        return bounced(velocity, spin, ball.radius, friction, scene.physics.table_restitution)
+    velocity[:, 2] = 0.0
+    return velocity, spin
 
 
 def initial_states_of(scene: SceneContents) -> InitialStates:

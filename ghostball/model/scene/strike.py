@@ -1,4 +1,4 @@
-"""The stroke of a cue: its fields, and the velocities that it gives a ball.
+"""The stroke of a cue: its fields, and the velocities that one or many strokes give a ball.
 
 The tip hits the ball at one point without slip and transfers one impulse J at one instant. In the
 cue's frame, d is along its motion, l to the left and p upwards, perpendicular to the cue. The point
@@ -28,8 +28,10 @@ from typing import Annotated, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.model.scene.fields import (
     LARGEST,
+    SMALLEST,
     Fraction,
     NonNegative,
     Positive,
@@ -41,7 +43,10 @@ from ghostball.model.scene.part import ScenePart
 from ghostball.model.sines import cosines_and_sines
 
 Vector = tuple[float, float, float]
-"""Components along x, y and up, or along d, l and p."""
+"""Components along x, y and up."""
+
+Components = tuple[FloatArray, FloatArray, FloatArray]
+"""Components of k vectors along x, y and up, or along d, l and p, (k,) each."""
 
 FASTEST_CUE = LARGEST / 10.0
 """Largest speed of a cue [m/s]. The ball leaves the cue at no more than twice this speed, with a
@@ -121,7 +126,7 @@ class Strike(ScenePart):
         left, up = self.offset_left, self.offset_up
         offset = math.sqrt(left * left + up * up)
         point = f"offset_left {left:g} and offset_up {up:g}"
-        most = self.tip_friction / math.sqrt(1.0 + self.tip_friction**2)
+        most = _largest_offset(self.tip_friction)
         if offset >= 1.0:
             raise problem(
                 "beside",
@@ -169,43 +174,96 @@ class Stroke(NamedTuple):
     """Speed of the cue after the stroke, along its axis [m/s]."""
 
 
+class Aims(NamedTuple):
+    """The fields of `Strike` that differ between k strokes of one cue, (k,) float64 each."""
+
+    speed: FloatArray
+    direction: FloatArray
+    elevation: FloatArray
+    offset_left: FloatArray
+    offset_up: FloatArray
+
+
+def aims_of(strike: Strike) -> Aims:
+    """Return the fields of one strike, as arrays of one element."""
+    return Aims(*(np.array([getattr(strike, name)]) for name in Aims._fields))
+
+
+def are_valid(cue: Strike, aims: Aims) -> BoolArray:
+    """Return which strokes of a cue keep the rules of `Strike`, (k,) bool; NaN keeps none.
+
+    The masses, the tip and the squirt are those of `cue`.
+    """
+    speed, direction, elevation, left, up = aims
+    found: BoolArray = (speed >= SMALLEST) & (speed <= FASTEST_CUE)
+    found &= np.abs(direction) <= 2.0 * math.pi
+    found &= (elevation >= 0.0) & (elevation < 0.5 * math.pi)
+    with np.errstate(over="ignore"):
+        offset = np.sqrt(left * left + up * up)
+    return found & (offset < 1.0) & (offset <= _largest_offset(cue.tip_friction))
+
+
+def _largest_offset(tip_friction: float) -> float:
+    """Return the miscue limit [radii]."""
+    return tip_friction / math.sqrt(1.0 + tip_friction**2)
+
+
 def stroke_of(strike: Strike, radius: float, mass: float) -> Stroke:
-    """Return the result of a strike at a ball of a radius [m] and a mass [kg].
+    """Return the result of a strike at a ball of a radius [m] and a mass [kg]."""
+    velocity, spin, cue_speed = strokes_of(strike, aims_of(strike), radius, mass)
+    return Stroke(vector(velocity[0]), vector(spin[0]), float(cue_speed[0]))
+
+
+def vector(components: FloatArray) -> Vector:
+    """Return an array (3,) as a tuple of floats."""
+    x, y, z = components.tolist()
+    return x, y, z
+
+
+def strokes_of(
+    cue: Strike, aims: Aims, radius: float, mass: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the results of k strokes of a cue at a ball of a radius [m] and a mass [kg].
+
+    Returns the velocities (k, 3) [m/s] and angular velocities (k, 3) [rad/s] of the ball, and the
+    speeds of the cue (k,) [m/s], as in `Stroke`.
 
     Only + - * / and square roots are used, so the bits are the same on every machine.
     """
-    left, up = strike.offset_left, strike.offset_up
-    n = (-math.sqrt(1.0 - (left * left + up * up)), left, up)
-    x = _impulse(strike, n, mass)
+    left, up = aims.offset_left, aims.offset_up
+    n = (-np.sqrt(1.0 - (left * left + up * up)), left, up)
+    x = _impulse(cue, aims.speed, n, mass)
     turn = 2.5 / radius
     w = (
         turn * (n[1] * x[2] - n[2] * x[1]),
         turn * (n[2] * x[0] - n[0] * x[2]),
         turn * (n[0] * x[1] - n[1] * x[0]),
     )
-    cosines, sines = cosines_and_sines(np.array([strike.direction, strike.elevation]))
-    plan, lift = ((float(cosines[k]), float(sines[k])) for k in (0, 1))
+    cosines, sines = cosines_and_sines(np.stack((aims.direction, aims.elevation)))
+    plan, lift = (cosines[0], sines[0]), (cosines[1], sines[1])
     velocity = _to_world(x, plan, lift)
-    if strike.squirt == "alciatore":
-        velocity = _turned(velocity, _tangent_of_squirt(left, mass / strike.end_mass))
-    after = strike.speed - mass / strike.cue_mass * x[0]
-    return Stroke(velocity, _to_world(w, plan, lift), after)
+    if cue.squirt == "alciatore":
+        velocity = _turned(velocity, _tangent_of_squirt(left, mass / cue.end_mass))
+    after = aims.speed - mass / cue.cue_mass * x[0]
+    return np.stack(velocity, axis=1), np.stack(_to_world(w, plan, lift), axis=1), after
 
 
-def _impulse(strike: Strike, n: Vector, mass: float) -> Vector:
+def _impulse(cue: Strike, speed: FloatArray, n: Components, mass: float) -> Components:
     """Return J / m along d, l and p [m/s], with the Sherman-Morrison formula."""
-    along = 1.0 / (3.5 + mass / strike.cue_mass)
-    across = 1.0 / (3.5 + mass / strike.end_mass) if strike.squirt == "end-mass" else 0.0
-    change = (1.0 + strike.tip_restitution) * strike.speed
+    along = 1.0 / (3.5 + mass / cue.cue_mass)
+    across = 1.0 / (3.5 + mass / cue.end_mass) if cue.squirt == "end-mass" else 0.0
+    change = (1.0 + cue.tip_restitution) * speed
     turning = along * n[0] * n[0] + across * (n[1] * n[1] + n[2] * n[2])
     pull = 2.5 * n[0] * along * change / (1.0 - 2.5 * turning)
     return along * (change + pull * n[0]), across * pull * n[1], across * pull * n[2]
 
 
-def _to_world(v: Vector, plan: tuple[float, float], lift: tuple[float, float]) -> Vector:
-    """Return the components along x, y and up of a vector given along d, l and p.
+def _to_world(
+    v: Components, plan: tuple[FloatArray, FloatArray], lift: tuple[FloatArray, FloatArray]
+) -> Components:
+    """Return the components along x, y and up of vectors given along d, l and p.
 
-    `plan`, `lift`: cosine and sine of the direction and of the elevation.
+    `plan`, `lift`: cosines and sines of the directions and of the elevations.
     """
     forward = lift[0] * v[0] + lift[1] * v[2]
     return (
@@ -215,39 +273,40 @@ def _to_world(v: Vector, plan: tuple[float, float], lift: tuple[float, float]) -
     )
 
 
-def _tangent_of_squirt(left: float, ratio: float) -> float:
-    """Return the tangent of the squirt angle, to the right, of Alciatore's technical proof A.31.
+def _tangent_of_squirt(left: FloatArray, ratio: float) -> FloatArray:
+    """Return the tangents of the squirt angles, to the right, of Alciatore's technical proof A.31.
 
     `ratio`: mass of the ball over the end mass of the cue.
     """
     behind = 1.0 - left * left
-    return 2.5 * left * math.sqrt(behind) / (1.0 + ratio + 2.5 * behind)
+    return 2.5 * left * np.sqrt(behind) / (1.0 + ratio + 2.5 * behind)
 
 
-def _turned(v: Vector, tangent: float) -> Vector:
-    """Return a vector turned to the right, seen from above, by an angle with the given tangent."""
-    cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+def _turned(v: Components, tangent: FloatArray) -> Components:
+    """Return vectors turned to the right, seen from above, by angles with the given tangents."""
+    cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
     x, y, z = v
     return cosine * (x + tangent * y), cosine * (y - tangent * x), z
 
 
 def bounced(
-    velocity: Vector, spin: Vector, radius: float, friction: float, restitution: float
-) -> tuple[Vector, Vector]:
-    """Return velocity and spin of a ball that is pushed into the table, after the table's reaction.
+    velocity: FloatArray, spin: FloatArray, radius: float, friction: float, restitution: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return velocities and spins, (k, 3) each, after the table's reaction to strokes.
 
     The law is that of a landing: the downward speed is reversed and multiplied by `restitution`.
     The friction of the cloth ends the slip, or is the coefficient `friction` times the upward
-    impulse.
+    impulse. A ball that isn't pushed into the table keeps its velocity and spin.
     """
-    vx, vy, vz = velocity
-    wx, wy, wz = spin
+    vx, vy, vz = velocity.T
+    wx, wy, wz = spin.T
     ux, uy = vx - radius * wy, vy + radius * wx
-    slip = math.sqrt(ux * ux + uy * uy)
+    slip = np.sqrt(ux * ux + uy * uy)
     most = friction * (1.0 + restitution) * -vz
-    part = min(most / slip, _IMPULSE_TO_STICK) if slip > 0.0 else 0.0
+    with np.errstate(over="ignore"):  # of a tiny slip
+        part = np.minimum(most / np.where(slip > 0.0, slip, 1.0), _IMPULSE_TO_STICK)
     turn = 2.5 * part / radius
-    return (
-        (vx - part * ux, vy - part * uy, restitution * -vz),
-        (wx - turn * uy, wy + turn * ux, wz),
-    )
+    pushed = (vz < 0.0)[:, np.newaxis]
+    after = np.stack((vx - part * ux, vy - part * uy, restitution * -vz), axis=1)
+    turned = np.stack((wx - turn * uy, wy + turn * ux, wz), axis=1)
+    return np.where(pushed, after, velocity), np.where(pushed, turned, spin)
