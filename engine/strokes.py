@@ -97,7 +97,7 @@ class Strokes:
         who = scene.index_of(self.ball, "strokes.ball")
         cue = scene.balls[who].strike or Strike(speed=1.0, direction=0.0)
         aims = self._aims(k)
-        strokes = DrawnStrokes(who, cue, *aims, draws=np.ones(len(aims.speed), dtype=np.int64))
+        strokes = DrawnStrokes(who, cue, *aims, np.ones(len(aims.speed), dtype=np.int64))
         for i in np.flatnonzero(~are_valid(cue, aims))[:1]:
             try:
                 strokes.strike(i)
@@ -112,7 +112,7 @@ class Strokes:
         found, draws, pending = exact.copy(), strokes.draws, np.arange(len(exact))
         for again in range(_MOST_DRAWS):
             if len(pending) == 0:
-                return DrawnStrokes(strokes.ball, strokes.cue, *found.T.copy(), draws=draws)
+                return DrawnStrokes(strokes.ball, strokes.cue, *Aims(*found.T.copy()), draws)
             # The errors of all shots before the last pending one are drawn, so that they don't
             # depend on the number of shots.
             shape = (int(pending[-1]) + 1, len(deviations))
