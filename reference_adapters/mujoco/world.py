@@ -1,5 +1,7 @@
 """A scene as a MuJoCo model: balls are spheres in the plane of the table, cushions are planes.
 
+The heights of MuJoCo are those above the centre of a ball that lies on the cloth.
+
 MuJoCo's contacts are soft, without restitution. A pure damper without a spring makes a contact
 hard: `solref` = "0 -b" with b = (1 + e) / dt changes the approach speed v into -e v in one step,
 for any e [MuJoCo 4.0's documentation, "Solver parameters"]. A change of the step therefore also
@@ -44,23 +46,36 @@ class MujocoWorld(ContactWorld):
 
     Tuned, contacts are dampers; otherwise they have MuJoCo's defaults. A ball has six degrees of
     freedom if contacts have friction, otherwise two.
+
+    `on_cloth`: as in `SpaceWorld`.
     """
 
-    def __init__(self, scene: Scene, settings: SteppingSettings) -> None:
-        super().__init__(scene, noise=DOUBLE_PRECISION_NOISE, rubs=rubs(scene))
+    def __init__(self, scene: Scene, settings: SteppingSettings, *, own_cloth: bool) -> None:
+        super().__init__(scene, noise=DOUBLE_PRECISION_NOISE, rubs=rubs(scene) or own_cloth)
+        self._own_cloth = own_cloth
+        self.on_cloth: set[int] = set()
         self._tuned = settings.config == "tuned"
         self._n = len(scene.balls)
         self._cushions = [side.cushion for side in sides_of(scene)]
         self._cushions += [part.obstacle for part in parts_of(scene)]
+        # In MuJoCo's order: the cushions, the cloth if there is one, the balls.
+        self._cloth = len(self._cushions) if own_cloth else -1
+        self._first = len(self._cushions) + own_cloth
         ball, cushion = restitutions(scene.physics)
-        self._ball_bounce, self._cushion_bounce = 1.0 + ball, 1.0 + cushion
+        landing = scene.physics.table_restitution if scene.physics.airborne else 0.0
+        self._bounces = (1.0 + ball, 1.0 + cushion, 1.0 + landing)
         self._model = self._compile(scene, settings.iterations)
+        earlier = np.minimum(self._model.pair_geom1, self._model.pair_geom2)
+        kinds = np.where(earlier >= self._first, 0, np.where(earlier == self._cloth, 2, 1))
+        self._pair_bounces = np.array(self._bounces)[kinds]
         self.iterations = int(self._model.opt.iterations)
         self._data = mujoco.MjData(self._model)
         width = 7 if self.rubs else 2
         self._places = self._data.qpos.reshape(self._n, width)
         self._motions = self._data.qvel.reshape(self._n, 6 if self.rubs else 2)
         self._places[:, :2] = scene.positions[:, :2]
+        if own_cloth:
+            self._places[:, 2] = scene.positions[:, 2] - scene.radii
         self._force = np.zeros(6)  # force of a contact, normal component first
         self._dt = 0.0
 
@@ -93,48 +108,71 @@ class MujocoWorld(ContactWorld):
         """Return the spin changes by the contacts of the step, (n, 3) [rad/s]."""
         # The frame of the ball has turned by at most half a step of the mean spin; the spin given
         # by a contact at the start of the step is rotated back with the frame.
+        return self._turned(self._spins())
+
+    def _spins(self) -> FloatArray:
+        """Return the spins in the frame of the table, (n, 3) [rad/s]; a new array."""
         spins = np.empty((self._n, 3))
         for i in range(self._n):
             mujoco.mju_rotVecQuat(spins[i], self._motions[i, 3:], self._places[i, 3:])
-        return self._turned(spins)
+        return spins
 
     def remove(self, ball: int) -> None:
         """Remove a ball: it stays in the list, but nothing meets it."""
-        geom = len(self._cushions) + ball
+        geom = self._first + ball
         self._model.geom_contype[geom] = self._model.geom_conaffinity[geom] = 0
         of_ball = (self._model.pair_geom1 == geom) | (self._model.pair_geom2 == geom)
         self._model.pair_margin[of_ball] = REMOVED_GAP
+        if self._own_cloth:  # nothing bears the ball: it would fall
+            body = self._model.geom_bodyid[geom]
+            weight = self._model.body_mass[body] * self._scene.physics.gravity
+            self._data.xfrc_applied[body, 2] = weight
+
+    def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return centres [m], velocities [m/s] and spins [rad/s], three arrays (n, 3)."""
+        centres = self._places[:, :3].copy()
+        centres[:, 2] += self._scene.radii
+        return centres, self._motions[:, :3].copy(), self._spins()
+
+    def set_motion(self, velocities: FloatArray, spins: FloatArray) -> None:
+        """Set the velocities [m/s] and spins [rad/s], two arrays (n, 3)."""
+        self._places[:, 3:] = 1.0, 0.0, 0.0, 0.0
+        self._motions[:, :3], self._motions[:, 3:] = velocities, spins
 
     def _pushed(self, dt: float) -> set[Collision]:
         pushing: set[Collision] = set()
+        self.on_cloth = set()
         for k, (a, b) in enumerate(self._data.contact.geom.tolist()):
             mujoco.mj_contactForce(self._model, self._data, k, self._force)
-            if self._force[0] * dt > self._noise:
+            if not self._force[0] * dt > self._noise:
+                continue
+            if min(a, b) == self._cloth:
+                self.on_cloth.add(max(a, b) - self._first)
+            else:
                 pushing.add(self._collision(max(a, b), min(a, b)))
         return pushing
 
     def _collision(self, later: int, earlier: int) -> Collision:
         """Return the collision of two geometries; the cushions have the first indices."""
-        first = len(self._cushions)
+        first = self._first
         if earlier < first:
             return Collision(later - first, self._cushions[earlier], cushion=True)
         return Collision(earlier - first, later - first, cushion=False)
 
     def _set_dampers(self, dt: float) -> None:
         model = self._model
-        first = len(self._cushions)
-        model.geom_solref[:first, 1] = -self._cushion_bounce / dt
-        model.geom_solref[first:, 1] = -self._ball_bounce / dt
+        ball, cushion, _ = self._bounces
+        model.geom_solref[: self._first, 1] = -cushion / dt
+        model.geom_solref[self._first :, 1] = -ball / dt
         if self.rubs:
-            between = int(self._n * (self._n - 1) / 2)
-            model.pair_solref[:between, 1] = -self._ball_bounce / dt
-            model.pair_solref[between:, 1] = -self._cushion_bounce / dt
+            model.pair_solref[:, 1] = -self._pair_bounces / dt
             # Friction stops the slip. Otherwise the damper would also reverse it.
             model.pair_solreffriction[:, 1] = -1.0 / dt
 
     def _compile(self, scene: Scene, iterations: int | None) -> mujoco.MjModel:
         spec = mujoco.MjSpec()
-        spec.option.gravity = [0.0, 0.0, 0.0]
+        gravity = scene.physics.gravity if self._own_cloth else 0.0
+        spec.option.gravity = [0.0, 0.0, -gravity]
         if self._tuned:
             spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
             spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
@@ -149,6 +187,11 @@ class MujocoWorld(ContactWorld):
             self._add_side(spec, f"cushion {k}", side, scene)
         for k, part in enumerate(parts_of(scene), start=len(sides)):
             self._add_part(spec, f"cushion {k}", part, scene)
+        if self._own_cloth:
+            cloth = spec.worldbody.add_geom(
+                name="cloth", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1, 1, 1]
+            )
+            cloth.pos = [0.0, 0.0, -scene.balls[0].radius]
         for i in range(self._n):
             self._add_ball(spec, i, scene)
         if self._tuned and self.rubs:
@@ -217,15 +260,36 @@ class MujocoWorld(ContactWorld):
         """Define every pair explicitly, because only pairs have a separate damper for friction."""
         balls = [f"ball {i}" for i in range(self._n)]
         friction = ball_friction(scene)
-        pairs = [(a, b, friction) for i, a in enumerate(balls) for b in balls[i + 1 :]]
+        pairs: list[tuple[str, str, tuple[float, ...]]]
+        pairs = [(a, b, (friction,)) for i, a in enumerate(balls) for b in balls[i + 1 :]]
         mu = cushion_friction(scene.physics)
         cushions = [f"cushion {k}" for k in range(len(self._cushions))]
-        pairs += [(ball, cushion, mu) for ball in balls for cushion in cushions]
-        for one, other, coefficient in pairs:
+        pairs += [(ball, cushion, (mu,)) for ball in balls for cushion in cushions]
+        if self._own_cloth:
+            pairs += [
+                (ball, "cloth", of) for ball, of in zip(balls, _cloth_friction(scene), strict=True)
+            ]
+        for one, other, coefficients in pairs:
             pair = spec.add_pair(geomname1=one, geomname2=other)
-            pair.condim = 3 if coefficient > 0.0 else 1
-            pair.friction = [coefficient, coefficient, 0.0, 0.0, 0.0]
+            # Sliding friction along two directions, torsional friction, rolling friction about two.
+            sliding, spinning, rolling = (*coefficients, 0.0, 0.0)[:3]
+            pair.condim = 6 if rolling > 0.0 else 4 if spinning > 0.0 else 3 if sliding > 0.0 else 1
+            pair.friction = [sliding, sliding, spinning, rolling, rolling]
             pair.margin = MARGIN
             pair.solref = [0.0, -1.0]
             pair.solreffriction = [0.0, -1.0]
             pair.solimp = _CONSTANT_IMPEDANCE
+
+
+def _cloth_friction(scene: Scene) -> list[tuple[float, float, float]]:
+    """Return the sliding [1], torsional [m] and rolling friction [m] of each ball with the cloth.
+
+    MuJoCo's torsional and rolling friction limit the torque to the coefficient times the normal
+    force. The torque 7/5 m R mu g slows a rolling ball by mu g, and 2/5 m R^2 a slows its vertical
+    spin by a.
+    """
+    gravity = scene.physics.gravity
+    spinning = 0.4 * scene.radii**2 * scene.spinning_friction_rates / gravity
+    rolling = 1.4 * scene.radii * scene.rolling_frictions
+    columns = (scene.sliding_frictions, spinning, rolling)
+    return list(zip(*(one.tolist() for one in columns), strict=True))

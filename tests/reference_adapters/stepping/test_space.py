@@ -11,11 +11,24 @@ from ghostball.engine import simulate
 from ghostball.model import EventKind, Scene, Table, UnsupportedSceneError
 from ghostball.validation.scenes.library import find_scene
 
-NAMES = [pytest.param(name, marks=needs(name)) for name in ("dart", "physx")]
-SHORT = {"dart": (2.85e-3, 2.87e-4, 2.87e-5), "physx": (2.84e-3, 2.7e-4)}
+NAMES = [pytest.param(name, marks=needs(name)) for name in ("dart", "mujoco", "physx")]
+SHORT = {
+    "dart": (2.85e-3, 2.87e-4, 2.87e-5),
+    "mujoco": (3.66e-3, 4.55e-4, 4.31e-5),
+    "physx": (2.84e-3, 2.7e-4),
+}
 """Missing length of a slide with steps of 10 ms, 1 ms ... [m]."""
-SHOTS = {"dart": {"sliding-stun": 0.05}, "physx": {"sliding-stun": 0.1, "draw-shot": 0.1}}
-IN_FLIGHT = {"dart:cloth=own": 0.1, "physx:cloth=own": 0.02, "pybullet": 0.01}
+SHOTS = {
+    "dart": {"sliding-stun": 0.05},
+    "mujoco": {"sliding-stun": 0.05, "draw-shot": 0.2},
+    "physx": {"sliding-stun": 0.1, "draw-shot": 0.1},
+}
+IN_FLIGHT = {
+    "dart:cloth=own": 0.1,
+    "mujoco:cloth=own": 0.5,  # MuJoCo's rolling friction acts at bounces, too
+    "physx:cloth=own": 0.02,
+    "pybullet": 0.01,
+}
 """Limits on rest position errors [m]."""
 
 
@@ -43,6 +56,18 @@ def test_a_ball_flies_over_the_cloth_and_rolls_on(spec: str) -> None:
     result = play(spec, scene, record="events")
     assert np.abs(result.rest_positions - simulate(scene).rest_positions).max() < IN_FLIGHT[spec]
     assert (result.events["kind"] == EventKind.BALL_CLOTH).sum() >= 4
+
+
+@needs("mujoco")
+def test_spin_about_the_vertical_takes_rolling_friction_from_mujoco() -> None:
+    """MuJoCo's torsional and rolling friction share one cone, so a spinning ball rolls farther.
+
+    The largest dissipation within the cone (torque_z / mu_z)^2 + (torque_x / mu_x)^2 <= N^2 gives
+    the faster rotation most of the friction: the ball keeps rolling until its spin has ended.
+    """
+    scene = find_scene("side-spin")
+    farther = play("mujoco:cloth=own", scene).rest_positions - simulate(scene).rest_positions
+    assert np.abs(farther).max() == pytest.approx(0.365, rel=0.01)
 
 
 @needs("pybullet")
