@@ -68,7 +68,7 @@ def test_what_an_engine_cannot_do_is_refused(spec: str, scene: Scene, reason: st
 @pytest.mark.parametrize(
     ("spec", "reason"),
     [
-        on("box2d:config=naive,scale=100", "in metres"),
+        on("box2d:config=naive,scale=100", "uses metres"),
         on("dart:cloth=own,contact_steps=exact", "`cloth` = own needs `contact_steps` = fixed"),
     ],
 )
