@@ -23,7 +23,7 @@ from ghostball.reference_adapters.stepping.contact_world import (
     WorldBody,
     collision_of,
 )
-from ghostball.reference_adapters.stepping.plane import Collision, untouched
+from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -112,7 +112,7 @@ class PybulletWorld(ContactWorld):
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Set the velocities of the balls, (n, 2) [m/s], for a step without rotation."""
-        for i in np.flatnonzero(np.any(velocities != self._in_plane, axis=1)).tolist():
+        for i in (velocities != self._in_plane).any(axis=1).nonzero()[0].tolist():
             self._set(i, [*velocities[i].tolist(), 0.0], [0.0] * 3)
         self._given = self._in_plane = velocities
         return velocities
@@ -142,11 +142,11 @@ class PybulletWorld(ContactWorld):
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
         """Return the centres [m] and velocities [m/s] in the plane, two arrays (n, 2) float64."""
-        changed = ~untouched(len(self._balls), self._pushing)
+        changed = {ball for contact in self._pushing for ball in contact.balls}
         if not self._tuned:  # Bullet damps moving balls
-            changed |= np.any(self._in_plane != 0.0, axis=1)
+            changed.update((self._in_plane != 0.0).any(axis=1).nonzero()[0].tolist())
         velocities = self._in_plane.copy()
-        for i in np.flatnonzero(changed).tolist():
+        for i in changed:
             velocities[i] = self._velocity(i)[0][:2]
         self._in_plane = velocities
         return self.positions()[:, :2], velocities.copy()

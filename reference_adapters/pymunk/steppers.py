@@ -77,12 +77,13 @@ class JointStepper(plane.WorldStepper):
             self._velocities = _faster(self._velocities, -self._kick)
             self._world.set_velocities(self._velocities)
         moving = np.hypot(self._velocities[:, 0], self._velocities[:, 1]) > self._rounding
-        resting = ~moving
-        self._velocities[resting] = 0.0
-        stopped = self._moving & resting
-        for contact in self.collisions:  # stopped by a ball, not by the joint
-            stopped[contact.balls] = False
-        self.changes = [(EventKind.ROLL_TO_REST, i) for i in stopped.nonzero()[0].tolist()]
+        self._velocities[~moving] = 0.0
+        stopped = self._moving > moving
+        self.changes.clear()
+        if stopped.any():
+            for contact in self.collisions:  # stopped by a ball, not by the joint
+                stopped[contact.balls] = False
+            self.changes += [(EventKind.ROLL_TO_REST, i) for i in stopped.nonzero()[0].tolist()]
         self._moving = moving
         if self._pocketing:
             self._pocketing.keep(self._positions)

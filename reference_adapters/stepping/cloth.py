@@ -16,7 +16,14 @@ from ghostball.engine.library.entry import Needed
 from ghostball.model import EventKind, Samples, Scene, rolling_angular_velocity
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.stepping.laws import slips_of
-from ghostball.reference_adapters.stepping.slowing import accelerate, last, move, turn
+from ghostball.reference_adapters.stepping.slowing import (
+    accelerate,
+    advance_within_phases,
+    all_rest,
+    last,
+    move,
+    turn,
+)
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -55,12 +62,12 @@ class ClosedFormCloth:
         return self._spins(self.velocities)
 
     @property
-    def resting(self) -> BoolArray:
-        """Which balls neither move nor spin, (n,) bool; spin that doesn't decay isn't counted."""
-        still = np.all(self.velocities == 0.0, axis=1) & self.rolling
-        spins = (self._angular_velocities[:, 2] != 0.0) & (self._spins_by > 0.0)
-        resting: BoolArray = still & ~spins
-        return resting
+    def at_rest(self) -> bool:
+        """Whether no ball moves or spins; spin that doesn't decay isn't counted."""
+        rest: bool = all_rest(
+            self.velocities, self._angular_velocities, self.rolling, self._spins_by
+        )
+        return rest
 
     def copy(self) -> ClosedFormCloth:
         """Return a copy with the same motion, which can be advanced independently."""
@@ -88,6 +95,16 @@ class ClosedFormCloth:
         """
         displacements = np.zeros_like(self.velocities)
         changes: list[tuple[EventKind, int]] = []
+        if advance_within_phases(
+            dt,
+            *self._motion,
+            self._rolls_by,
+            self._slides_by,
+            self._spins_by,
+            self._may_slide,
+            displacements,
+        ):
+            return displacements, changes
         left = dt
         while left > 0.0:
             durations = self._durations()
@@ -233,6 +250,12 @@ def needed() -> tuple[Needed, ...]:
         Needed(accelerate, (*motion, *slowing, v), f"{name}: accelerations"),
         Needed(last, (*motion, *slowing, numbers, v), f"{name}: durations"),
         Needed(move, (0.0, v, v, v), f"{name}: motion"),
+        Needed(
+            advance_within_phases,
+            (0.0, *motion, *slowing, numbers, True, v),
+            f"{name}: motion within phases",
+        ),
+        Needed(all_rest, (v, w, flags, numbers), f"{name}: rest"),
         Needed(turn, (0.0, w, v, numbers, flags, numbers, flags), f"{name}: spins"),
     )
 

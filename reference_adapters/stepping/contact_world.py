@@ -60,6 +60,8 @@ class ContactWorld:
 
     def _kept(self, velocities: FloatArray) -> FloatArray:
         """Return the velocities, (n, 2) [m/s]; those of balls without contact are unchanged."""
+        if not self._pushing:
+            return self._given.copy()
         free = untouched(len(velocities), self._pushing)
         velocities[free] = self._given[free]
         return velocities

@@ -246,7 +246,7 @@ class ClosedFormStepper(WorldStepper):
     @property
     def at_rest(self) -> bool:
         """Whether no ball moves or spins."""
-        return bool(self._cloth.resting.all())
+        return self._cloth.at_rest
 
     def state(self) -> Samples:
         """Return the present state, arrays (1, n, 3)."""

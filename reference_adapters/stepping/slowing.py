@@ -124,3 +124,83 @@ def turn(
             w[i, 1] -= 2.5 * dt * accelerations[i, 0] / radii[i]
         slower = math.copysign(abs(w[i, 2]) - spins_by[i] * dt, w[i, 2])
         w[i, 2] = 0.0 if ending[i] else slower
+
+
+@kernel
+def _later(
+    dt: float,
+    v: FloatArray,
+    w: FloatArray,
+    radius: float,
+    rolls: bool,
+    deceleration: float,
+    i: int,
+) -> tuple[float, float, float, float, float, float]:
+    """Return displacement and velocity of ball i after `dt`, and its spin about x and y."""
+    u0, u1 = v[i, 0], v[i, 1]
+    if not rolls:
+        u0, u1 = u0 - radius * w[i, 1], u1 + radius * w[i, 0]
+    factor = _slowing(math.hypot(u0, u1), deceleration)
+    a0, a1 = u0 * factor, u1 * factor
+    d0, d1 = (v[i, 0] + 0.5 * a0 * dt) * dt, (v[i, 1] + 0.5 * a1 * dt) * dt
+    w0, w1 = w[i, 0], w[i, 1]
+    if not rolls:
+        w0, w1 = w0 + 2.5 * dt * a1 / radius, w1 - 2.5 * dt * a0 / radius
+    return d0, d1, v[i, 0] + a0 * dt, v[i, 1] + a1 * dt, w0, w1
+
+
+@kernel(entry=True)
+def advance_within_phases(
+    dt: float,
+    v: FloatArray,
+    w: FloatArray,
+    radii: FloatArray,
+    rolling: BoolArray,
+    rolls_by: FloatArray,
+    slides_by: FloatArray,
+    spins_by: FloatArray,
+    turns: bool,
+    displacements: FloatArray,
+) -> bool:
+    """Advance all balls by `dt`, unless a ball stops sliding, rolling or spinning by then.
+
+    `turns`: whether spins change. The results have the bits of `accelerate`, `move` and `turn`.
+    Returns False, and changes nothing, if a ball stops.
+    """
+    for i in range(len(radii)):
+        u0, u1 = _slowed(v, w, radii, rolling, i)
+        by = rolls_by[i] if rolling[i] else 3.5 * slides_by[i]
+        speed, spins = math.hypot(u0, u1), _duration(abs(w[i, 2]), spins_by[i])
+        if 0.0 < spins <= dt:
+            return False
+        if rolling[i] and v[i, 0] == 0.0 and v[i, 1] == 0.0:
+            continue
+        if _duration(speed, by) <= dt:
+            return False
+        deceleration = rolls_by[i] if rolling[i] else slides_by[i]
+        _, _, v0, v1, w0, w1 = _later(dt, v, w, radii[i], rolling[i], deceleration, i)
+        if not rolling[i]:
+            v0, v1 = v0 - radii[i] * w1, v1 + radii[i] * w0
+        if _duration(math.hypot(v0, v1), by) == 0.0:
+            return False
+    for i in range(len(radii)):
+        deceleration = rolls_by[i] if rolling[i] else slides_by[i]
+        d0, d1, v0, v1, w0, w1 = _later(dt, v, w, radii[i], rolling[i], deceleration, i)
+        displacements[i, 0], displacements[i, 1] = 0.0 + d0, 0.0 + d1  # no -0
+        v[i, 0], v[i, 1] = v0, v1
+        if turns:
+            w[i, 0], w[i, 1] = w0, w1
+            slower = math.copysign(abs(w[i, 2]) - spins_by[i] * dt, w[i, 2])
+            w[i, 2] = 0.0 if _duration(abs(w[i, 2]), spins_by[i]) == 0.0 else slower
+    return True
+
+
+@kernel(entry=True)
+def all_rest(v: FloatArray, w: FloatArray, rolling: BoolArray, spins_by: FloatArray) -> bool:
+    """Return whether no ball slides, rolls or spins; spin that doesn't decay isn't counted."""
+    for i in range(len(rolling)):
+        if not rolling[i] or v[i, 0] != 0.0 or v[i, 1] != 0.0:
+            return False
+        if w[i, 2] != 0.0 and spins_by[i] > 0.0:
+            return False
+    return True

@@ -10,7 +10,9 @@ from shots import R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.model import EventKind, Scene
+from ghostball.reference_adapters.stepping import cloth as cloth_module
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
+from ghostball.reference_adapters.stepping.slowing import advance_within_phases
 
 
 def distant(seed: int, **physics: object) -> Scene:
@@ -40,7 +42,7 @@ def test_the_cloth_is_that_of_our_engine_at_any_step(seed: int, dt: float) -> No
     cloth = ClosedFormCloth(scene)
     positions, t = scene.positions[:, :2], 0.0
     seen: list[tuple[float, EventKind, int]] = []
-    while not np.all(cloth.resting):
+    while not cloth.at_rest:
         displacements, changes = cloth.advance(dt)
         positions, t = positions + displacements, t + dt
         seen += [(t, kind, i) for kind, i in changes]
@@ -113,3 +115,33 @@ def test_mirrored_balls_end_together_whatever_rounding_leaves(ending: str, spins
             seen += [t for kind, _ in changes if kind.label == ending]
         assert len(seen) == 3
         assert seen[-1] - seen[0] <= 1e-12 * t
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("physics", [{}, {"spinning_friction_rate": 0.0}, {"motion": "rolling"}])
+@pytest.mark.parametrize("dt", [1e-3, 0.013])
+def test_one_call_of_a_kernel_gives_the_bits_of_many(seed, physics, dt, monkeypatch) -> None:
+    """The kernel for a step without the end of a phase replaces four kernels."""
+    scene = distant(seed, t_max=3.0, **({} if "motion" in physics else physics))
+    if "motion" in physics:
+        rolls = [ball(one.position[:2], one.velocity[:2]) for one in scene.balls]
+        scene = scene_of(*rolls, t_max=3.0, **physics)
+    one, many = ClosedFormCloth(scene), ClosedFormCloth(scene)
+    in_one_call = 0
+
+    def counted(*arguments: object) -> bool:
+        nonlocal in_one_call
+        done: bool = advance_within_phases(*arguments)
+        in_one_call += done
+        return done
+
+    for _ in range(int(3.0 / dt)):
+        monkeypatch.setattr(cloth_module, "advance_within_phases", counted)
+        at_once, ended = one.advance(dt)
+        monkeypatch.setattr(cloth_module, "advance_within_phases", lambda *_: False)
+        by_parts, ended_too = many.advance(dt)
+        assert (at_once.tobytes(), ended) == (by_parts.tobytes(), ended_too)
+        assert one.velocities.tobytes() == many.velocities.tobytes()
+        assert one.angular_velocities.tobytes() == many.angular_velocities.tobytes()
+        assert one.at_rest == many.at_rest
+    assert in_one_call > 0.9 * 3.0 / dt - 20
