@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pooltool as pt
+from pooltool.constants import MIN_DIST
 from pooltool.objects.ball.datatypes import BallState
 from pooltool.objects.table.datatypes import TableType
 from pooltool.objects.table.layout import create_billiard_table_cushion_segments
@@ -19,6 +20,10 @@ from pooltool.physics.resolve.ball_ball.friction import (
 from pooltool.physics.resolve.ball_ball.frictional_inelastic import FrictionalInelastic
 from pooltool.physics.resolve.ball_ball.frictionless_elastic import FrictionlessElastic
 from pooltool.physics.resolve.ball_cushion.han_2005.model import Han2005Circular, Han2005Linear
+from pooltool.physics.resolve.ball_cushion.stronge_compliant.model import (
+    StrongeCompliantCircular,
+    StrongeCompliantLinear,
+)
 from pooltool.physics.resolve.ball_cushion.unrealistic import UnrealisticCircular, UnrealisticLinear
 from pooltool.physics.resolve.ball_pocket import CanonicalBallPocket
 from pooltool.physics.resolve.resolver import Resolver
@@ -57,8 +62,10 @@ def simulate(scene: dict[str, Any], record: str) -> dict[str, Any]:
     shift = np.zeros(3) if scene["table"] else np.array([500.0, 500.0, 0.0])
     if physics["motion"] != "sliding":
         return {"cannot": "its balls slide before they roll"}
-    if physics["cushion"] not in ("han2005", "mirror") or physics["ball_impact"] != "frictional":
-        return {"cannot": "the adapter has mirror or Han's cushions, and frictional impacts only"}
+    if physics["cushion"] not in ("han2005", "mirror", "stronge2000"):
+        return {"cannot": "the adapter has only mirror, Han's and Stronge's cushions"}
+    if physics["ball_impact"] != "frictional":
+        return {"cannot": "the adapter has only frictional impacts of balls"}
     system = _system(scene, physics, table, shift)
     engine = _engine(physics)
     t_max = scene["t_max"]
@@ -88,12 +95,12 @@ def _engine(physics: dict[str, Any]) -> PhysicsEngine:
     speed_dependent = physics["ball_friction"] == "alciatore"
     friction = AlciatoreBallBallFriction() if speed_dependent else AverageBallBallFriction()
     elastic = physics["ball_friction"] == 0.0 and physics["ball_restitution"] == 1.0
-    mirror = physics["cushion"] == "mirror"
+    linear, circular = _cushions(physics)
     return PhysicsEngine(
         Resolver(
             ball_ball=FrictionlessElastic() if elastic else FrictionalInelastic(friction=friction),
-            ball_linear_cushion=UnrealisticLinear() if mirror else Han2005Linear(),
-            ball_circular_cushion=UnrealisticCircular() if mirror else Han2005Circular(),
+            ball_linear_cushion=linear,
+            ball_circular_cushion=circular,
             ball_pocket=CanonicalBallPocket(),
             stick_ball=InstantaneousPoint(),
             transition=CanonicalTransition(),
@@ -101,13 +108,28 @@ def _engine(physics: dict[str, Any]) -> PhysicsEngine:
     )
 
 
+def _cushions(physics: dict[str, Any]) -> tuple[Any, Any]:
+    """Return the models of straight and of round cushions."""
+    if physics["cushion"] == "mirror":
+        return UnrealisticLinear(), UnrealisticCircular()
+    if physics["cushion"] == "han2005":
+        return Han2005Linear(), Han2005Circular()
+    ratio = physics["cushion_frequency_ratio"]
+    return StrongeCompliantLinear(omega_ratio=ratio), StrongeCompliantCircular(omega_ratio=ratio)
+
+
 def _system(
     scene: dict[str, Any], physics: dict[str, Any], table: dict[str, Any], shift: Any
 ) -> pt.System:
     # pooltool's tables have the width w along x and the length l along y.
-    specs = BilliardTableSpecs(
-        w=table["length"], l=table["width"], cushion_height=physics["cushion_height"]
-    )
+    height = physics["cushion_height"]
+    if physics["cushion"] == "stronge2000":
+        # pooltool puts the ball's centre R + MIN_DIST beside the nose, at any height of the nose,
+        # and the normal points from the nose to the centre. Here (height - R) / R is its sine.
+        radius = scene["balls"][0]["radius"]
+        sine = (height - radius) / radius
+        height = radius + (radius + MIN_DIST) * sine / np.sqrt(1.0 - sine * sine)
+    specs = BilliardTableSpecs(w=table["length"], l=table["width"], cushion_height=height)
     cushions = create_billiard_table_cushion_segments(specs)
     world = pt.Table(cushion_segments=cushions, pockets={}, table_type=TableType.BILLIARD)
     balls = {ball["id"]: _ball(ball, physics, shift) for ball in scene["balls"]}

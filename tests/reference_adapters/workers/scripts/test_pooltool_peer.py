@@ -16,7 +16,7 @@ from ghostball.validation.scenes.library import find_scene
 @needs("pooltool")
 @pytest.mark.slow
 def test_pooltool_parts_balls_by_a_micrometre() -> None:
-    for name in ("follow-shot", "sliding-swerve", "han-check"):
+    for name in ("follow-shot", "sliding-swerve", "han-check", "cushion-stronge"):
         scene = find_scene(name)
         result = run_engine(make_engine("pooltool"), scene)
         truth = simulate(scene, record="events")
