@@ -18,6 +18,7 @@ from benchmarks import (  # noqa: F401
     rebounds,
     skips,
     speed,
+    strokes,
 )
 from benchmarks.commands import app
 from benchmarks.pictures.gallery import write_gallery

@@ -57,7 +57,9 @@ def repair(name: str) -> str:
     values = MISS[name] + ERRORS[name] * np.linspace(-8.0, 8.0, 3201)
     goes = made(simulate_starts(SCENE, strokes=Strokes(**{**MISS, name: values})), TARGET)
     changes = (values - MISS[name])[goes]
-    least = min(changes, key=abs, default=np.nan)  # NaN: no change is enough
+    if len(changes) == 0:
+        return "none within 8 standard deviations"
+    least = min(changes, key=abs)
     return f"{least:+.4f}, {abs(least) / ERRORS[name]:.1f} standard deviations"
 
 
@@ -101,12 +103,8 @@ def main() -> None:
     print(f"least change of one field that pockets the missed ball in {POCKETS[TARGET]}:")
     for name in ERRORS:
         print(f"  {name:12} {repair(name)}")
-    table.set(
-        aspect="equal",
-        xlim=(-0.1, 2.64),
-        ylim=(-0.1, 1.37),
-        title="Both ends of each window",
-    )
+    table.set(aspect="equal", xlim=(-0.1, 2.64), title="Both ends of each window")
+    table.set_ylim(-0.1, 1.37)
     chart.set(
         xlabel="direction of the cue [degrees]", ylim=(0, 1), title="Chance at the best speed"
     )
