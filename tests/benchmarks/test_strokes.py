@@ -1,5 +1,7 @@
 """The benchmark of strokes compares the same shots, and prints the time of each way."""
 
+from io import StringIO
+
 import numpy as np
 from rich.console import Console
 
@@ -18,6 +20,6 @@ def test_the_times_are_tabled():
     measured = strokes(repeats=2, count=40)
     assert [row.way for row in measured.rows] == list(WAYS)
     assert all(row.seconds > 0.0 and row.per_start > 0.0 for row in measured.rows)
-    console = Console(width=100, record=True, quiet=True)
+    console = Console(width=100, record=True, file=StringIO())
     console.print(measured.table)
     assert f"strokes over velocities and spins: {measured.ratio:.2f}" in console.export_text()
