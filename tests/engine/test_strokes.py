@@ -139,6 +139,10 @@ def test_noise_of_a_shot_depends_on_the_seed_and_its_index_alone():
     for name in (*FIELDS, "draws"):
         assert np.array_equal(getattr(many, name)[:100], getattr(few, name)), name
     assert many.draws.max() > 5
+    # Nor do they depend on the other strokes.
+    raised = drawn(elevation=np.repeat([0.4, 0.0], 2_000))
+    for name in (*FIELDS, "draws"):
+        assert np.array_equal(getattr(many, name)[2_000:], getattr(raised, name)[2_000:]), name
     assert not np.array_equal(few.speed, drawn(100, elevation=0.0, seed=8).speed)
     assert np.all(drawn(noise={"speed": 0.1}).direction == 0.3)
 

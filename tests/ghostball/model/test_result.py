@@ -196,6 +196,7 @@ def test_outcomes_are_counted_from_events():
     events = [
         (0.1, EventKind.BALL_CUSHION, 2, 1),
         (0.2, EventKind.BALL_CUSHION, 2, 0),
+        (0.2, EventKind.BALL_CUSHION, 3, 0),
         (0.3, EventKind.BALL_BALL, 0, 1),
         (0.4, EventKind.BALL_BALL, 1, 2),
         (0.5, EventKind.BALL_CUSHION, 2, 3),
@@ -208,7 +209,7 @@ def test_outcomes_are_counted_from_events():
     assert found.pocketed.tolist() == [-1, 4, -1, -1]
     assert np.array_equal(found.pocketed_at, [np.nan, 0.6, np.nan, np.nan], equal_nan=True)
     assert found.off_table.tolist() == [True, False, False, False]
-    assert found.ball_cushions.tolist() == [0, 0, 3, 0]
+    assert found.ball_cushions.tolist() == [0, 0, 3, 1]
     assert (found.first_contact, found.cushions_before) == (1, 2)
     for cue, first in enumerate((1, 0, 1, -1)):
         assert result.outcomes(cue).first_contact == first
