@@ -20,10 +20,7 @@ def load_runs(path: Path) -> tuple[EngineAnswer, ...]:
     Raises `EngineError` if the file can't be read or a run is invalid; the message gives the
     location.
     """
-    try:
-        text = read_text(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise EngineError(f"{path} can't be read: {error}") from None
+    text = _text_of(path)
     try:
         values = _json_of(text, path)
     except ValueError:  # also raised if the nesting is too deep
@@ -39,6 +36,27 @@ def load_runs(path: Path) -> tuple[EngineAnswer, ...]:
     if not listed:
         raise EngineError(f"{path} must hold at least one run, got none")
     return tuple(EngineAnswer.parse(value, f"{path}, run {k}") for k, value in enumerate(listed, 1))
+
+
+def load_object(path: Path) -> dict[str, Any]:
+    """Read a file of one JSON object.
+
+    Raises `EngineError` if the file can't be read or isn't an object.
+    """
+    try:
+        values = _json_of(_text_of(path), path)
+    except ValueError as error:
+        raise EngineError(f"{path} isn't valid JSON: {error}. Write one object") from None
+    if not isinstance(values, dict):
+        raise EngineError(f"{path} must hold one object, got {type(values).__name__}")
+    return values
+
+
+def _text_of(path: Path) -> str:
+    try:
+        return read_text(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise EngineError(f"{path} can't be read: {error}") from None
 
 
 def _json_of(text: str, path: Path) -> Any:

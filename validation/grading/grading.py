@@ -146,7 +146,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
         [one for one in events_of_certificate(certificate) if one.kind in kinds],
         events_in(result.events, kinds),
     )
-    negligible = [_negligible(scene, log) for log in logs]
+    negligible = [negligible_ends(scene, log) for log in logs]
     certified, found = (
         [one for one, but in zip(log, buts, strict=True) if not but]
         for log, buts in zip(logs, negligible, strict=True)
@@ -186,7 +186,7 @@ def grade(result: Result, certificate: Certificate, within: Gradable | None = No
     )
 
 
-def _negligible(scene: Scene, log: Sequence[Event]) -> list[bool]:
+def negligible_ends(scene: Scene, log: Sequence[Event]) -> list[bool]:
     """Return whether each event ends a negligible slide, roll or flight; see `grade`."""
     gravity, radii = scene.physics.gravity, scene.radii
     surface = np.linalg.norm(scene.velocities, axis=1)

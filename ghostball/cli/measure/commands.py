@@ -299,12 +299,22 @@ class GradeOptions:
     the scenes. Each run is a JSON object: engine, scene (a shipped name, or the whole scene),
     status ("rest", "t-max"), rest_time, rest_positions, events and samples of the motion; see
     reference_adapters/answer.py.
+
+    With --golden, the files are answers to golden shots instead.
     """
 
     files: Annotated[
         list[Path],
         typer.Argument(
             metavar="FILE...",
-            help="JSON files of results: one run, a list of runs, or one run per line.",
+            help="JSON files of results: one run, a list of runs, or one run per line. With "
+            "--golden: an object of answers by name, or a folder with a file NAME.json per answer.",
         ),
     ]
+    golden: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Compare answers with the golden shots in DIR, as its README describes.",
+        ),
+    ] = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from rich.markup import escape
 
 from ghostball.cli.measure.commands import GradeOptions
+from ghostball.cli.measure.grade_golden import grade_golden
 from ghostball.cli.measure.verdicts import failure_lines
 from ghostball.cli.shared.tables import table_of
 from ghostball.cli.shared.terminal import say, stdout
@@ -34,6 +35,8 @@ def run(asked: GradeOptions) -> ExitStatus:
     Raises `EngineError` if a run has an invalid engine name or scene, after the valid runs are
     printed.
     """
+    if asked.golden is not None:
+        return grade_golden(asked.golden, asked.files)
     runs: list[EngineAnswer] = []
     lost: list[str] = []
     for path in asked.files:

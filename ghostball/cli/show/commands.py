@@ -85,6 +85,14 @@ class ScenesOptions:
             metavar="DIR", help="Write the scenes to DIR as JSON, for engines in any language."
         ),
     ] = None
+    golden: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Write golden shots to DIR, for engines in any language: about 200 scenes with "
+            "their exact results as JSON, and a README. DIR must be new or empty. Takes a minute.",
+        ),
+    ] = None
     metrics: Annotated[
         bool,
         typer.Option(

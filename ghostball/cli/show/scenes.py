@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import typer
@@ -12,19 +12,24 @@ from rich.markup import escape
 from ghostball.cli.options import TextOrJson
 from ghostball.cli.shared.calls import refuse_given
 from ghostball.cli.shared.tables import table_of
-from ghostball.cli.shared.terminal import stdout
+from ghostball.cli.shared.terminal import busy, stdout
 from ghostball.cli.show.commands import ScenesOptions
 from ghostball.model import GhostballError, Scene
 from ghostball.model.scene import json_schema
 from ghostball.model.scene.toml import dumps
 from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.golden.format import SCENE_SCHEMA_FILE, SCHEMA_FILES, json_values
 from ghostball.validation.results.files import write_all_whole
 from ghostball.validation.scenes.library import select
 
 
 def run(asked: ScenesOptions) -> ExitStatus:
     """List scenes or metrics, print a single scene, export scenes, or print the schema."""
-    if asked.metrics:
+    if asked.golden is not None:
+        why = "`--golden` writes all golden shots"
+        refuse_given(asked.context, why, "wanted", "schema", "export", "metrics")
+        _write_golden(asked.golden)
+    elif asked.metrics:
         why = "`--metrics` lists metrics instead of scenes"
         refuse_given(asked.context, why, "wanted", "schema", "export")
         _list_metrics(asked.form)
@@ -76,24 +81,31 @@ def _export(scenes: Sequence[Scene], folder: Path) -> None:
 
     Values from presets and defaults are written out.
     """
-    files: dict[Path, str | bytes] = {folder / "scene.schema.json": json_schema() + "\n"}
+    files: dict[Path, str | bytes] = {folder / SCENE_SCHEMA_FILE: json_schema() + "\n"}
     for scene in scenes:
-        files[folder / f"{scene.name}.json"] = json.dumps(_json_values(scene), indent=1) + "\n"
+        files[folder / f"{scene.name}.json"] = json.dumps(json_values(scene), indent=1) + "\n"
+    _write(files, folder)
+    stdout().print(f"{len(scenes)} scenes and their schema written to {folder}", soft_wrap=True)
+
+
+def _write_golden(folder: Path) -> None:
+    """Write the golden shots, their schemas and a README."""
+    from ghostball.validation.golden.shots import golden_files  # noqa: PLC0415 - slow import
+
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        raise GhostballError(
+            f"`--golden` must name a new or empty folder, got {folder}. Choose another folder"
+        )
+    with busy("golden shots: computing reference results"):
+        files = golden_files()
+    _write({folder / name: text for name, text in files.items()}, folder)
+    shots = len(files) - len(SCHEMA_FILES) - 1
+    stdout().print(f"{shots} golden shots and a README written to {folder}", soft_wrap=True)
+
+
+def _write(files: Mapping[Path, str | bytes], folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_all_whole(files)
     except OSError as error:
         raise GhostballError(f"{folder} can't be written: {error}. Choose another folder") from None
-    stdout().print(f"{len(scenes)} scenes and their schema written to {folder}", soft_wrap=True)
-
-
-def _json_values(scene: Scene) -> dict[str, object]:
-    """Return a scene as values for JSON.
-
-    Strikes are replaced by the resulting velocities. The angular velocity of a rolling ball, which
-    a scene file may leave out, is included.
-    """
-    values = scene.without_strikes().model_dump(mode="json", by_alias=True)
-    for ball, spin in zip(values["balls"], scene.angular_velocities.tolist(), strict=True):
-        ball["angular_velocity"] = spin
-    return values

@@ -1,0 +1,374 @@
+"""Golden shots: what the folder holds, and which answers pass its comparison.
+
+`faults_of` is a reader written from the README of a folder alone; it shares no code with Ghostball.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import wrong_physics as physics
+import wrong_runs as runs
+from commands import cli, refused
+from same.images import shuffled
+
+from ghostball.engine import simulate
+from ghostball.model import EventKind, GhostballError, Result, Scene
+from ghostball.model.result import event_dict
+from ghostball.reference_adapters.base import resolution_of
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.golden.format import SCHEMA_FILES, GoldenShot, golden_schema, read_golden
+from ghostball.validation.golden.shots import FAMILIES, golden_files, golden_shot
+from ghostball.validation.scenes.library import FOLDER, find_scene
+from ghostball.validation.scenes.random_scenes import random_scene
+
+EXAMPLES = Path(__file__).parents[3] / "validation" / "examples"
+
+Shots = Mapping[str, dict[str, Any]]
+
+SHIPPED = (
+    *("half-ball-cut", "wall-bounce", "three-ball-chain", "draw-shot", "stop", "chaos-a"),
+    *("side-30", "cradle", "air-curves", "flight-lands"),
+)
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write a small folder of golden shots: some shipped scenes, and a random one per family."""
+    folder = tmp_path_factory.mktemp("golden")
+    scenes = [find_scene(name) for name in SHIPPED]
+    numbers = {"cut": 3, "bank": 3, "spin": 1, "break": 2, "pocket": 7, "stroke": 0, "flight": 4}
+    for name, number in numbers.items():
+        scene = random_scene(number, **FAMILIES[name].having)
+        scenes.append(scene.model_copy(update={"name": f"{name}-{number}"}))
+    for scene in scenes:
+        shot = golden_shot(Scene.model_validate(scene.model_dump(by_alias=True)))
+        assert shot is not None, scene.name
+        (folder / f"{scene.name}.json").write_text(json.dumps(shot.to_values(), indent=1))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def shots(folder: Path) -> Shots:
+    return {path.stem: json.loads(path.read_text()) for path in sorted(folder.glob("*.json"))}
+
+
+# --- a reader that knows only the README
+
+
+def faults_of(shot: dict[str, Any], answer: dict[str, Any], factor: float = 1.0) -> list[str]:
+    def key(event: dict[str, Any]) -> tuple[Any, ...]:
+        bodies = (event["a"], event["b"])
+        return (event["kind"], *(sorted(bodies) if event["kind"] == "ball-ball" else bodies))
+
+    faults, left = [], list(answer["events"])
+    kinds = {"ball-ball", "ball-cushion", "pocketed"} | {event["kind"] for event in left}
+    pairs = list(zip(shot["events"], shot["tolerance"]["events"], strict=True))
+    for event, tolerance in pairs:
+        if event["kind"] not in kinds:
+            continue
+        same = [one for one in left if key(one) == key(event)]
+        if not same:
+            faults.append("missing event")
+            continue
+        found = min(same, key=lambda one: abs(one["t"] - event["t"]))
+        if not abs(found["t"] - event["t"]) <= factor * tolerance:
+            faults.append("time of event")
+        left.remove(found)
+    for extra in left:
+        until = shot["valid_until"]
+        if until is not None and extra["t"] >= until - factor * pairs[-1][1]:
+            continue
+        own = [
+            abs(event["t"] - extra["t"]) <= factor * tolerance
+            for event, tolerance in pairs
+            if extra["a"] == event["a"]
+            or (event["kind"] == "ball-ball" and extra["a"] == event["b"])
+        ]
+        if extra["kind"] in ("slide-to-roll", "roll-to-rest", "ball-cloth") and any(own):
+            continue
+        faults.append("extra event")
+    if shot["rest_positions"] is not None:
+        for place, found, tolerance in zip(
+            shot["rest_positions"],
+            answer["rest_positions"],
+            shot["tolerance"]["rest_positions"],
+            strict=True,
+        ):
+            if not all(abs(x - y) <= factor * tolerance for x, y in zip(place, found, strict=True)):
+                faults.append("rest position")
+    return faults
+
+
+# --- engines
+
+
+def answer(result: Result) -> dict[str, Any]:
+    assert result.events is not None
+    return {
+        "events": [event_dict(event) for event in result.events],
+        "rest_positions": result.rest_positions.tolist(),
+    }
+
+
+def ours(scene: Scene) -> Result:
+    return simulate(scene, record="events")
+
+
+def renumbered(scene: Scene) -> Result:
+    """Simulate with the balls in reverse order."""
+    n = len(scene.balls)
+    result = simulate(shuffled(scene, range(n)[::-1]), record="events")
+    assert result.events is not None
+    events = result.events.copy()
+    events["a"] = n - 1 - events["a"]
+    of_balls = events["kind"] == EventKind.BALL_BALL
+    events["b"][of_balls] = n - 1 - events["b"][of_balls]
+    end = type(result.final_state)(*(state[:, ::-1] for state in result.final_state))
+    return replace(result, events=events, final_state=end)
+
+
+def collisions_alone(scene: Scene) -> Result:
+    """Report only events of the required kinds, with each number rounded once more."""
+    result = runs.rounded_once(scene)
+    events = runs.events_in(result)
+    wanted = [EventKind.BALL_BALL, EventKind.BALL_CUSHION, EventKind.POCKETED]
+    return replace(result, events=events[np.isin(events["kind"], wanted)])
+
+
+Play = Callable[[Scene], Result]
+
+RIGHT: dict[str, Play] = {
+    "ours": ours,
+    "renumbered": renumbered,
+    "collisions alone": collisions_alone,
+}
+
+WRONG: dict[str, Play] = {
+    "late by 1 ns": runs.late(1e-9),
+    "milliseconds": runs.in_milliseconds,
+    "first collision missing": runs.without_first_collision,
+    "first collision twice": runs.first_collision_twice,
+    "another cushion": runs.with_another_cushion,
+    "another ball": runs.with_another_ball,
+    "1 nm off": runs.ends_moved(runs.along_x(1e-9)),
+    "swapped ends": runs.ends_moved(runs.swapped),
+    "single precision": runs.in_single_precision,
+    "rolling friction": physics.with_physics(rolling_friction=lambda mu: mu * (1.0 + 1e-9)),
+    "gravity": physics.with_physics(gravity=lambda g: g * (1.0 + 1e-9)),
+    "restitution": physics.with_physics(ball_restitution=lambda e: e * (1.0 - 1e-9)),
+    "mass": physics.with_balls(mass=lambda m: m * (1.0 + 1e-9)),
+}
+
+
+def by_rounding_alone(shots: Shots) -> dict[str, dict[str, Any]]:
+    """Return the shots in which Ghostball's engine claims to err by rounding alone."""
+    engine = make_engine("ghostball")
+    scenes = {name: Scene.model_validate(shot["scene"]) for name, shot in shots.items()}
+    return {n: shots[n] for n, scene in scenes.items() if resolution_of(engine, scene) == 0.0}
+
+
+def answers_of(play: Play, shots: Shots) -> dict[str, dict[str, Any]]:
+    """Return the answers of an engine, without the shots in which its fault can't be planted."""
+    answers = {}
+    for name, shot in shots.items():
+        try:
+            answers[name] = answer(play(Scene.model_validate(shot["scene"])))
+        except (IndexError, AssertionError):
+            assert play in WRONG.values()
+    return answers
+
+
+@pytest.fixture
+def grade(folder: Path, tmp_path: Path) -> Callable[[Any], tuple[int, str]]:
+    def run(answers: Any) -> tuple[int, str]:
+        (tmp_path / "answers.json").write_text(json.dumps(answers))
+        done = cli("grade", "--golden", folder, tmp_path / "answers.json")
+        return done.exit_code, done.output
+
+    return run
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_right_engines_pass(shots, grade, name):
+    answers = answers_of(RIGHT[name], by_rounding_alone(shots))
+    assert len(answers) >= len(shots) - 1
+    assert [shot for shot in answers if faults_of(shots[shot], answers[shot])] == []
+    status, shown = grade(answers)
+    assert status == 0, shown
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_engines_are_caught(shots, grade, name):
+    answers = answers_of(WRONG[name], shots)
+    caught = {shot for shot in answers if faults_of(shots[shot], answers[shot])}
+    assert caught
+    status, shown = grade(answers)
+    assert status == 1
+    assert {shot for shot in answers if f"{shot} on " in shown} == caught
+
+
+def test_a_number_that_is_not_finite_fails(shots, grade):
+    given = answers_of(ours, {"stop": shots["stop"]})
+    given["stop"]["rest_positions"][0][0] = math.nan
+    assert faults_of(shots["stop"], given["stop"]) == ["rest position"]
+    status, shown = grade(given)
+    assert status == 1
+    assert "nan m off" in shown
+
+
+def test_single_precision_passes_with_its_factor(shots):
+    given = answers_of(runs.in_single_precision, shots)
+    assert not any(faults_of(shots[name], one, factor=2.0**29) for name, one in given.items())
+
+
+def test_answers_may_be_files_in_a_folder(folder, shots, tmp_path):
+    for name, one in answers_of(ours, shots).items():
+        (tmp_path / f"{name}.json").write_text(json.dumps(one))
+    (tmp_path / "stop.json").write_text("[]")
+    done = cli("grade", "--golden", folder, tmp_path)
+    assert done.exit_code == 1
+    assert "stop.json must hold one object, got list" in done.output.replace("\n", "")
+
+
+BAD = [
+    ({"no-such": {}}, 2, "`no-such` must be the name of a golden shot"),
+    ({"stop": {"events": []}}, 1, "`rest_positions` is missing"),
+    (
+        {"stop": {"events": [], "rest_positions": [[1.0]]}},
+        1,
+        "`rest_positions` must have the shape",
+    ),
+    ({"stop": None}, 1, "stop"),
+    ({}, 4, "answers none of the golden shots"),
+]
+
+
+@pytest.mark.parametrize(("answers", "status", "words"), BAD, ids=range(len(BAD)))
+def test_invalid_answers(grade, answers, status, words):
+    found, shown = grade(answers)
+    assert found == status, shown
+    assert words in shown.replace("\n", " ")
+
+
+def test_damaged_golden_shots_are_refused(folder, tmp_path):
+    (tmp_path / "answers.json").write_text("{}")
+    command = ("grade", tmp_path / "answers.json", "--golden", tmp_path / "golden")
+    assert refused(cli(*command), "holds no golden shots")
+    shot = json.loads((folder / "stop.json").read_text())
+    (tmp_path / "golden").mkdir()
+    for change, words in (
+        ({"schema": 2}, "`schema` must be 1"),
+        ({"tolerance": {"events": [], "rest_positions": None}}, "`tolerance.events` must have"),
+        ({"scene": {}}, "stop.json isn't a golden shot"),
+    ):
+        (tmp_path / "golden" / "stop.json").write_text(json.dumps(shot | change))
+        assert refused(cli(*command), words)
+
+
+# --- the folder
+
+
+def test_every_default_of_a_scene_is_written_out(shots, folder):
+    read = read_golden(folder)
+    for name, shot in shots.items():
+        scene = Scene.model_validate(shot["scene"])
+        assert read[name].scene == scene
+        assert read[name].to_values() == shot
+        assert shot["scene"]["physics"].keys() == type(scene.physics).model_fields.keys()
+        assert all("strike" not in ball for ball in shot["scene"]["balls"])
+        assert (name == "stroke-0") == (len(shot["strikes"]) > 0)
+
+
+def test_only_a_proof_of_a_part_has_an_end(shots):
+    ended = {name for name, shot in shots.items() if shot["valid_until"] is not None}
+    assert ended == {name for name, shot in shots.items() if shot["rest_positions"] is None}
+    assert ended == {"chaos-a", "break-2"}
+    assert shots["air-curves"]["reference"] == "integration"
+    assert shots["half-ball-cut"]["reference"] == "closed form"
+
+
+def test_a_scene_without_a_reference_has_no_golden_shot():
+    assert golden_shot(find_scene("mathavan-cut")) is None
+
+
+def test_the_schema_beside_the_scenes_is_current():
+    # Mend with: python -c "from ghostball.validation.golden.format import *;
+    # print(golden_schema())" > validation/scenes/golden.schema.json
+    assert (FOLDER / SCHEMA_FILES[0]).read_text(encoding="utf-8") == golden_schema() + "\n"
+    assert (
+        json.loads(golden_schema())["properties"].keys()
+        == GoldenShot.model_json_schema(by_alias=True)["properties"].keys()
+    )
+
+
+def test_a_folder_that_is_not_empty_is_refused(tmp_path):
+    (tmp_path / "mine").write_text("")
+    assert refused(cli("scenes", "--golden", tmp_path), "must name a new or empty folder")
+    assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+    assert refused(cli("scenes", "stop", "--golden", tmp_path / "new"), "writes all golden shots")
+
+
+@pytest.mark.slow
+def test_the_whole_folder(tmp_path):
+    """All golden shots: the same bytes for each run, enough of each family, ours passes all."""
+    files = golden_files()
+    assert files == golden_files()
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    read = read_golden(tmp_path)
+    assert 180 <= len(read) <= 260
+    assert all(sum(name.startswith(f"{family}-") for name in read) >= 12 for family in FAMILIES)
+    assert {shot.reference for shot in read.values()} == {"closed form", "proof", "integration"}
+    shots = {name: json.loads(files[f"{name}.json"]) for name in read}
+    given = answers_of(ours, by_rounding_alone(shots))
+    assert len(given) >= len(shots) - 5
+    assert [name for name in given if faults_of(shots[name], given[name])] == []
+
+
+# --- examples in other languages
+
+
+def verdicts(command: list[str], cwd: Path) -> tuple[int, str]:
+    done = subprocess.run(command, cwd=cwd, check=False, capture_output=True, text=True)
+    assert done.stderr == ""
+    return done.returncode, done.stdout
+
+
+@pytest.mark.checkout
+@pytest.mark.parametrize("language", ["cpp", "mjs"])
+def test_the_examples_say_the_same(shots, folder, tmp_path, language):
+    if shutil.which({"cpp": "c++", "mjs": "node"}[language]) is None:
+        pytest.skip(f"there is no compiler or interpreter for golden.{language}")
+    source, program = str(EXAMPLES / f"golden.{language}"), str(tmp_path / "golden")
+    if language == "cpp":
+        subprocess.run(["c++", "-std=c++17", "-O1", source, "-o", program], check=True)
+    chosen = [ours, collisions_alone, *list(WRONG.values())[:8]]
+    for play in chosen:
+        answers = answers_of(play, shots)
+        caught = {name for name, one in answers.items() if faults_of(shots[name], one)}
+        said = set()
+        for name, one in answers.items():
+            given = tmp_path / "answer.json"
+            given.write_text(json.dumps(one if language == "cpp" else {name: one}))
+            command = ["node", source, str(folder), str(given)]
+            if language == "cpp":
+                command = [program, str(folder / f"{name}.json"), str(given)]
+            status, shown = verdicts(command, tmp_path)
+            assert status == (shown != "")
+            said |= {name} if status else set()
+        assert said == caught
+
+
+def test_read_golden_needs_a_folder(tmp_path):
+    with pytest.raises(GhostballError, match="holds no golden shots"):
+        read_golden(tmp_path / "none")

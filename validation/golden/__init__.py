@@ -1,0 +1,1 @@
+"""Golden shots: scenes with reference results as JSON, for engines in any language."""
