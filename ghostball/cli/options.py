@@ -188,6 +188,15 @@ ClusterAddress = Annotated[
     ),
 ]
 
+ShardOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="I/N",
+        help="Run only part I of N of the shots, 1/N to N/N, and write its results to a Parquet "
+        "file of its own. Several machines share the shots this way, without a cluster.",
+    ),
+]
+
 FormatOption = Annotated[
     Format,
     format_option(

@@ -16,6 +16,7 @@ from ghostball.cli.options import (
     RecordChoice,
     SceneName,
     SceneNames,
+    ShardOption,
     ShotOptions,
     SuiteOptions,
     engine_option,
@@ -38,6 +39,7 @@ class RunOptions(ShotOptions):
     differs from --expect-hash.
     """
 
+    context: typer.Context
     scene: SceneName
     engine: EngineSpec = "ghostball"
     record: Annotated[
@@ -62,6 +64,21 @@ class RunOptions(ShotOptions):
             "(`--record events` prints the hash).",
         ),
     ] = None
+    starts: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Play the scene once for each row of a CSV or Parquet file, and write the "
+            "outcomes to a Parquet file: columns speed, direction, elevation, offset_left and "
+            "offset_up of strokes; or states of balls, such as cue.x, cue.vx and cue.wx. Needs: "
+            "pip install '.[frames]' in a clone of Ghostball.",
+        ),
+    ] = None
+    shard: ShardOption = None
+    out: Annotated[
+        Path | None, out_option("For --starts: folder of the Parquet files (default: out/shots).")
+    ] = None
+    cluster: ClusterAddress = None
 
 
 @command(app, "measure.validate")
@@ -280,6 +297,7 @@ class StressOptions(SuiteOptions):
         ),
     ] = None
     cluster: ClusterAddress = None
+    shard: ShardOption = None
     listed: Annotated[
         bool,
         typer.Option(

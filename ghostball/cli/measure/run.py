@@ -14,7 +14,9 @@ from rich.markup import escape
 from rich.text import Text
 
 from ghostball.cli.measure.commands import RunOptions
+from ghostball.cli.measure.run_starts import play_starts
 from ghostball.cli.options import RecordChoice, TextOrJson
+from ghostball.cli.shared.calls import refuse_given
 from ghostball.cli.shared.single_shots import (
     check_plot,
     compile_first,
@@ -41,6 +43,9 @@ def run(asked: RunOptions) -> ExitStatus:
 
     Raises `typer.BadParameter` if options contradict each other.
     """
+    if asked.starts is not None:
+        return play_starts(asked, asked.starts)
+    refuse_given(asked.context, "it needs `--starts`", "shard", "out", "cluster")
     record, plot, expect_hash = asked.record, asked.plot, asked.expect_hash
     if plot is not None:
         if record not in (None, RecordChoice.TRAJECTORY):

@@ -20,6 +20,9 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.page.stress import FOLDER
 from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.results.files import cannot_write, write_whole
+from ghostball.validation.results.store import Results
+from ghostball.validation.runs.starts_files import Shard, parquet_of
 from ghostball.validation.stress import (
     DEFAULT_ENGINES,
     FAMILIES,
@@ -46,6 +49,9 @@ FAULTS_SHOWN = 3
 def run(asked: StressOptions) -> ExitStatus:
     """Run the shots, print where engines fail, and return the exit status."""
     shots = chosen_shots(StressSize(asked.full, asked.seed, asked.count), asked.only or ())
+    shard = Shard.parse(asked.shard) if asked.shard is not None else None
+    if shard is not None:
+        shots = shots[shard.index - 1 :: shard.count]
     if asked.listed:
         show_list(shots, named=bool(asked.only), as_json=asked.form is Format.JSON)
         return ExitStatus.PASSED
@@ -54,6 +60,8 @@ def run(asked: StressOptions) -> ExitStatus:
     folder = asked.out or config.out / FOLDER
     labels = named or DEFAULT_ENGINES
     outcome = run_cases(run_stress, shots, labels, folder, asked, cluster=asked.cluster)
+    if shard is not None:
+        _write_shard(outcome, folder / shard.file_name("cases"))
     _show(outcome, asked.form)
     print_for_programs(folder, asked.form)
     if outcome.interrupted:
@@ -67,6 +75,18 @@ def run(asked: StressOptions) -> ExitStatus:
     if why := not_judged(held):
         say(f"[bold yellow]{escape(why)}.[/]")
     return exit_status_of(held)
+
+
+def _write_shard(outcome: SuiteResult, file: Path) -> None:
+    """Write the cases of a shard as Parquet."""
+    mine = {case.scene for case in outcome.cases}
+    frame = Results.open(outcome.folder).to_frame()
+    frame = frame.filter([scene in mine for scene in frame["scene"]])
+    try:
+        write_whole(file, parquet_of(frame))
+    except OSError as error:
+        raise cannot_write(file.parent, error) from None
+    say(f"{len(frame)} cases written to {escape(str(file))}")
 
 
 def show_list(shots: Sequence[StressShot], *, named: bool, as_json: bool) -> None:
