@@ -19,6 +19,13 @@ class RecordChoice(enum.StrEnum):
     TRAJECTORY = "trajectory"
 
 
+class OriginChoice(enum.StrEnum):
+    """Origin of the coordinates of tracks."""
+
+    CORNER = "corner"
+    CENTRE = "centre"
+
+
 class Format(enum.StrEnum):
     """Formats of the results of a run on stdout."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +18,9 @@ from ghostball.model.text_files import read_text
 Shots = dict[str, dict[str, "Track"]]
 """The track of each ball of each shot, by their names in the file."""
 
-_HEADER = ["shot", "ball", "t", "x", "y"]
+HEADER = ("shot", "ball", "t", "x", "y")
+"""Columns of a file of tracks."""
+
 _FASTEST = 15.0
 """Speed that no ball reaches [m/s]; a faster step means that a tracker confused two balls."""
 _LARGEST_OUTSIDE = 0.05
@@ -87,11 +89,17 @@ def tracks_of(result: Result, rate: float = 50.0) -> dict[str, Track]:
     return {ball.id: Track(times, positions[:, i, :2]) for i, ball in enumerate(result.scene.balls)}
 
 
-def read_tracks(path: Path, surface: Surface) -> Shots:
+def read_tracks(
+    path: Path, surface: Surface, columns: Mapping[str, str] | None = None, *, centred: bool = False
+) -> Shots:
     """Return the tracks in a CSV file with the columns shot, ball, t, x, y.
 
     Times are in seconds, lengths in metres, and the origin is a corner of the playing surface.
     Lines that start with # are comments.
+
+    `columns`: the file's names of these columns, if they differ, such as {"t": "time"}; the file
+        may then have more columns, in any order.
+    `centred`: whether the origin is the centre of the playing surface.
 
     Raises `TracksError` with the file, the line and the expected content.
     """
@@ -101,11 +109,9 @@ def read_tracks(path: Path, surface: Surface) -> Shots:
     except (OSError, UnicodeDecodeError) as error:
         why = (error.strerror if isinstance(error, OSError) else "") or str(error)
         raise TracksError(f"{path}: can't read a CSV file of tracks in UTF-8: {why}") from error
-    for where, row in _rows(path, text):
-        if len(row) != len(_HEADER):
-            raise _refused(where, f"{len(_HEADER)} fields", f"{len(row)}")
+    for where, row in _rows(path, text, columns):
         shot, ball, *numbers = row
-        sample = _sample(where, numbers, surface)
+        sample = _sample(where, numbers, surface, centred)
         track = samples.setdefault(shot, {}).setdefault(ball, [])
         if track:
             _check_step(where, ball, track[-1], sample)
@@ -131,9 +137,13 @@ def _refused(where: str, expected: str, found: str) -> TracksError:
     return TracksError(f"{where}: expected {expected}, found {found}")
 
 
-def _rows(path: Path, text: str) -> Iterator[tuple[str, list[str]]]:
-    """Yield the rows below the header, each with its file and line number."""
-    expected, header = f"the header {','.join(_HEADER)}", False
+def _rows(
+    path: Path, text: str, columns: Mapping[str, str] | None
+) -> Iterator[tuple[str, list[str]]]:
+    """Yield shot, ball, t, x and y of the rows below the header, with file and line number."""
+    names = [(columns or {}).get(name, name) for name in HEADER]
+    expected = f"the header {','.join(names)}" if columns is None else f"columns {', '.join(names)}"
+    header: list[str] = []
     for number, line in enumerate(text.splitlines(), start=1):
         where = f"{path}:{number}"
         if not line.strip() or line.startswith("#"):
@@ -145,27 +155,34 @@ def _rows(path: Path, text: str) -> Iterator[tuple[str, list[str]]]:
             found = f"a line of {len(line)}: {error}"
             raise _refused(where, f"fields of at most {most} characters", found) from None
         if header:
-            yield where, row
-        elif row != _HEADER:
+            if len(row) != len(header):
+                raise _refused(where, f"{len(header)} fields", f"{len(row)}")
+            yield where, [row[header.index(name)] for name in names]
+        elif row == names or (columns is not None and all(row.count(name) == 1 for name in names)):
+            header = row
+        else:
             raise _refused(where, expected, f"{line.strip()!r:.100}")
-        header = True
     if not header:
         raise _refused(str(path), expected, "an empty file")
 
 
-def _sample(where: str, numbers: list[str], surface: Surface) -> _Sample:
+def _sample(where: str, numbers: list[str], surface: Surface, centred: bool) -> _Sample:
     try:
         t, x, y = map(float, numbers)
     except ValueError:
         raise _refused(where, "numbers as t, x and y", f"{', '.join(numbers):.100}") from None
     if not all(map(math.isfinite, (t, x, y))):
         raise _refused(where, "finite numbers as t, x and y", f"{', '.join(numbers):.100}")
-    for name, value, extent in (("x", x, surface.length), ("y", y, surface.width)):
-        if not -_LARGEST_OUTSIDE <= value <= extent + _LARGEST_OUTSIDE:
-            hint = "; are the units centimetres or millimetres?" if value > 10.0 * extent else ""
-            expected = f"{name} between 0 and {extent:g} m, the playing surface"
+    shifts = (0.5 * surface.length, 0.5 * surface.width) if centred else (0.0, 0.0)
+    for name, value, low, extent in zip(
+        "xy", (x, y), shifts, (surface.length, surface.width), strict=True
+    ):
+        if not -_LARGEST_OUTSIDE <= value + low <= extent + _LARGEST_OUTSIDE:
+            hint = "; are the units centimetres or millimetres?" * (abs(value) > 10.0 * extent)
+            hint = hint or "; is the origin the centre (--origin centre)?" * (value < 0.0 and not centred)
+            expected = f"{name} between {0.0 - low:g} and {extent - low:g} m, the playing surface"
             raise _refused(where, expected, f"{value:g}{hint}")
-    return t, x, y
+    return t, x + shifts[0], y + shifts[1]
 
 
 def _check_step(where: str, ball: str, before: _Sample, now: _Sample) -> None:

@@ -13,6 +13,7 @@ from ghostball.cli.options import (
     EngineSpec,
     FigureChoice,
     Figures,
+    OriginChoice,
     RecordChoice,
     SceneName,
     SceneNames,
@@ -210,6 +211,18 @@ class FitOptions(ShotOptions):
         ),
     ]
     radius: Annotated[float, typer.Option(metavar="R", help="Radius of the balls [m].")]
+    origin: Annotated[
+        OriginChoice,
+        typer.Option(help="Origin of x and y: a corner or the centre of the playing surface."),
+    ] = OriginChoice.CORNER
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME=COLUMN,...",
+            help="Columns of the file for shot, ball, t, x and y, if they have other names, such "
+            "as t=time,x=pos_x. The file may then have more columns.",
+        ),
+    ] = None
     fields: Annotated[
         str | None,
         typer.Option(

@@ -12,7 +12,7 @@ import typer
 from rich.console import Group, RenderableType
 
 from ghostball.cli.measure.commands import FitOptions
-from ghostball.cli.options import TextOrJson
+from ghostball.cli.options import OriginChoice, TextOrJson
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.single_shots import (
     check_plot,
@@ -26,7 +26,7 @@ from ghostball.model import GhostballError, Physics
 from ghostball.model.impact_laws import CUSHION_LAWS
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.measured.tracks import Surface, read_tracks
+from ghostball.validation.measured.tracks import HEADER, Surface, read_tracks
 from ghostball.validation.results.files import write_whole
 
 try:
@@ -86,7 +86,9 @@ def run(asked: FitOptions) -> ExitStatus:
     if asked.out is not None:
         check_writable(asked.out, "--out")
     made = make_engine(asked.engine)
-    found = find_clean_events(read_tracks(tracks, surface), surface)
+    columns = None if asked.columns is None else _columns(asked.columns)
+    centred = asked.origin is OriginChoice.CENTRE
+    found = find_clean_events(read_tracks(tracks, surface, columns, centred=centred), surface)
     compile_first([], asked.engine)
     with (
         counting(f"fitting {made.name}") as count,
@@ -120,6 +122,21 @@ def run(asked: FitOptions) -> ExitStatus:
             if path is not None:
                 stdout().print(f"{said} {path}", soft_wrap=True, markup=False)
     return ExitStatus.PASSED
+
+
+def _columns(text: str) -> dict[str, str]:
+    """Return the names of columns in a text such as "t=time,x=pos_x"."""
+    columns: dict[str, str] = {}
+    for pair in text.split(","):
+        name, equals, column = (part.strip() for part in pair.partition("="))
+        if name not in HEADER or not equals or not column or name in columns:
+            raise typer.BadParameter(
+                f"must give a column for some of {', '.join(HEADER)}, each once, such as t=time, "
+                f"got {pair!r:.100}",
+                param_hint="--columns",
+            )
+        columns[name] = column
+    return columns
 
 
 def _surface(table: tuple[float, float], radius: float) -> Surface:

@@ -11,10 +11,10 @@ SURFACE = Surface(2.84, 1.42, 0.03075)
 GOOD = "# a comment\nshot,ball,t,x,y\n1,cue,0.00,0.5,0.5\n1,cue,0.02,0.52,0.5\n2,cue,0.0,1.0,1.0\n"
 
 
-def read(tmp_path, text):
+def read(tmp_path, text, columns=None, **options):
     path = tmp_path / "tracks.csv"
     path.write_text(text, encoding="utf-8")
-    return read_tracks(path, SURFACE)
+    return read_tracks(path, SURFACE, columns, **options)
 
 
 def test_what_is_written_is_read(tmp_path):
@@ -49,6 +49,46 @@ def test_what_is_wrong_is_named_in_one_line(tmp_path, text, said):
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
     assert "tracks.csv" in str(refused.value)
+
+
+OTHER = (
+    "frame,time,id,px,py,shot\n"
+    "0,0.00,cue,-0.92,-0.21,1\n"
+    "1,0.02,cue,-0.90,-0.21,1\n"
+    "0,0.00,cue,-0.42,0.29,2\n"
+)
+NAMES = {"t": "time", "ball": "id", "x": "px", "y": "py"}
+
+
+def test_other_columns_and_a_centred_origin_give_the_same_tracks(tmp_path):
+    expected, found = read(tmp_path, GOOD), read(tmp_path, OTHER, NAMES, centred=True)
+    for shot in ("1", "2"):
+        one, other = expected[shot]["cue"], found[shot]["cue"]
+        assert one.times.tolist() == other.times.tolist()
+        np.testing.assert_allclose(one.positions, other.positions, rtol=0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "said"),
+    [
+        (
+            OTHER,
+            NAMES | {"x": "no"},
+            "tracks.csv:1: expected columns shot, id, time, no, py, found",
+        ),
+        (OTHER.replace("frame", "px"), NAMES, "tracks.csv:1: expected columns"),
+        (OTHER.replace("-", "") + "1,0.0,cue\n", NAMES, "tracks.csv:5: expected 6 fields, found 3"),
+        (OTHER, NAMES, "expected x between 0 and 2.84 m, .*the centre \\(--origin centre\\)"),
+    ],
+)
+def test_wrong_columns_are_named(tmp_path, text, columns, said):
+    with pytest.raises(TracksError, match=said):
+        read(tmp_path, text, columns)
+
+
+def test_a_centred_table_has_its_own_limits(tmp_path):
+    with pytest.raises(TracksError, match=r"expected x between -1.42 and 1.42 m"):
+        read(tmp_path, "shot,ball,t,x,y\n2,cue,0.0,1.6,0.5\n", {}, centred=True)
 
 
 @pytest.mark.parametrize("place", ["shot", "x"])
