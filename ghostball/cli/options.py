@@ -133,7 +133,9 @@ _ENGINE = (
 SceneName = Annotated[
     str,
     scene_argument(
-        "SCENE", "Name of a shipped scene (`ghostball scenes` lists them), or a TOML file."
+        "SCENE",
+        "Name of a shipped scene (`ghostball scenes` lists them), a TOML file, or a JSON file that "
+        "pooltool saved.",
     ),
 ]
 

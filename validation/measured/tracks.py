@@ -179,7 +179,9 @@ def _sample(where: str, numbers: list[str], surface: Surface, centred: bool) -> 
     ):
         if not -_LARGEST_OUTSIDE <= value + low <= extent + _LARGEST_OUTSIDE:
             hint = "; are the units centimetres or millimetres?" * (abs(value) > 10.0 * extent)
-            hint = hint or "; is the origin the centre (--origin centre)?" * (value < 0.0 and not centred)
+            hint = hint or "; is the origin the centre (--origin centre)?" * (
+                value < 0.0 and not centred
+            )
             expected = f"{name} between {0.0 - low:g} and {extent - low:g} m, the playing surface"
             raise _refused(where, expected, f"{value:g}{hint}")
     return t, x + shifts[0], y + shifts[1]

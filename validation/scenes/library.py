@@ -10,6 +10,7 @@ from glob import glob
 from pathlib import Path
 
 from ghostball.model import Scene, SceneError
+from ghostball.reference_adapters.pooltool_files import load_pooltool
 
 FOLDER = Path(__file__).parent
 """Folder of the shipped scenes; beside each scene, `NAME.expect.toml` holds its criteria."""
@@ -53,18 +54,22 @@ def scene_path(name: str) -> Path:
 def find_scene(name_or_path: str | Path) -> Scene:
     """Return the shipped scene with a name, or read the scene file at a path.
 
+    A file that ends in .json is one of pooltool.
+
     A name has priority over a file with the same name in the working directory; use `./NAME` for
     the file.
 
     Raises
     ------
-    SceneError
+    GhostballError
         If there is neither (the message names similar shipped scenes), or if the file is invalid.
     """
     text = str(name_or_path)
     if text in scene_names():
         return _shipped(text)
     path = Path(name_or_path)
+    if path.suffix == ".json":
+        return load_pooltool(path)
     if path.exists() or path.suffix == ".toml" or len(path.parts) > 1:
         return Scene.load(path)
     raise SceneError(_unknown("scene", text, scene_names()))

@@ -85,6 +85,10 @@ class ScenesOptions:
             metavar="DIR", help="Write the scenes to DIR as JSON, for engines in any language."
         ),
     ] = None
+    pooltool: Annotated[
+        bool,
+        typer.Option("--pooltool", help="For --export: write files that pooltool loads."),
+    ] = False
     golden: Annotated[
         Path | None,
         typer.Option(

@@ -17,6 +17,7 @@ from ghostball.cli.show.commands import ScenesOptions
 from ghostball.model import GhostballError, Scene
 from ghostball.model.scene import json_schema
 from ghostball.model.scene.toml import dumps
+from ghostball.reference_adapters.pooltool_files import pooltool_json
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.golden.format import SCENE_SCHEMA_FILE, SCHEMA_FILES, json_values
 from ghostball.validation.results.files import write_all_whole
@@ -27,14 +28,16 @@ def run(asked: ScenesOptions) -> ExitStatus:
     """List scenes or metrics, print a single scene, export scenes, or print the schema."""
     if asked.golden is not None:
         why = "`--golden` writes all golden shots"
-        refuse_given(asked.context, why, "wanted", "schema", "export", "metrics")
+        refuse_given(asked.context, why, "wanted", "schema", "export", "metrics", "pooltool")
         _write_golden(asked.golden)
     elif asked.metrics:
         why = "`--metrics` lists metrics instead of scenes"
         refuse_given(asked.context, why, "wanted", "schema", "export")
         _list_metrics(asked.form)
     elif asked.export is not None:
-        _export(select(asked.wanted or ()), asked.export)
+        _export(select(asked.wanted or ()), asked.export, for_pooltool=asked.pooltool)
+    elif asked.pooltool:
+        refuse_given(asked.context, "it needs `--export`", "pooltool")
     elif asked.schema:
         typer.echo(json_schema())
     else:
@@ -76,11 +79,15 @@ def _list_metrics(form: TextOrJson) -> None:
     stdout().print(table_of(("metric", "unit", "meaning", "compared with"), lines))
 
 
-def _export(scenes: Sequence[Scene], folder: Path) -> None:
-    """Write scenes as JSON, with their schema, for engines in any language.
+def _export(scenes: Sequence[Scene], folder: Path, *, for_pooltool: bool) -> None:
+    """Write scenes as JSON: with their schema, for engines in any language, or for pooltool.
 
     Values from presets and defaults are written out.
     """
+    if for_pooltool:
+        _write({folder / f"{one.name}.json": pooltool_json(one) for one in scenes}, folder)
+        stdout().print(f"{len(scenes)} scenes for pooltool written to {folder}", soft_wrap=True)
+        return
     files: dict[Path, str | bytes] = {folder / SCENE_SCHEMA_FILE: json_schema() + "\n"}
     for scene in scenes:
         files[folder / f"{scene.name}.json"] = json.dumps(json_values(scene), indent=1) + "\n"
