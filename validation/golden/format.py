@@ -121,6 +121,6 @@ def json_values(scene: Scene) -> dict[str, Any]:
     for name, part in (("physics", scene.physics), ("table", scene.table)):
         if part is not None:
             fields = type(part).model_fields.items()
-            defaults = {key: one.get_default() for key, one in fields if not one.exclude}
-            values[name] = to_jsonable_python(defaults) | values[name]
+            omitted = [key for key, one in fields if not one.exclude and key not in values[name]]
+            values[name] |= to_jsonable_python({key: getattr(part, key) for key in omitted})
     return values

@@ -54,8 +54,8 @@ def play_starts(asked: RunOptions, starts: Path) -> ExitStatus:
         print(json.dumps(facts))
     else:
         how = ", ".join(f"{status} {count}" for status, count in ended.items())
-        plain = {name: str(fact) for name, fact in facts.items()}
-        stdout().print(facts_table(plain | {"ended": how}))
+        plain = {"file": str(file), "shots": str(len(frame)), "ended": how}
+        stdout().print(facts_table(plain | {"run time": f"{seconds:.3g} s"}))
     if unfinished := len(frame) - sum(ended.get(one, 0) for one in ("rest", "t-max")):
         where = f"see the column `status` of {escape(str(file))}"
         say(f"[bold red]{unfinished} shots did not finish:[/] {where}")

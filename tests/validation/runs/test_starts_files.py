@@ -116,7 +116,10 @@ BAD = [
     ({"speed": [1.0], "direction": [0.0], "spin": [0.0]}, "`spin` is not a column of starts"),
     ({"speed": [1.0]}, "must include speed and direction"),
     ({"speed": [1.0], "direction": [0.0], "cue.x": [0.5]}, "must include speed and direction"),
-    ({"speed": [1.0, 1.0], "direction": [0.0, 0.0], "offset_up": [0.0, 2.0]}, "`strokes` of shot 1: "),
+    (
+        {"speed": [1.0, 1.0], "direction": [0.0, 0.0], "offset_up": [0.0, 2.0]},
+        "`strokes` of shot 1: ",
+    ),
     ({"cue.x": [0.5, -1.0]}, "in shot 1"),
     ({"speed": [], "direction": []}, "shard 1/1 has no shots"),
 ]
