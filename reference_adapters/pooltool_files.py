@@ -1,10 +1,11 @@
-"""Read and write the JSON files of pooltool: `System.save("shot.json")` of versions 0.5 and 0.6.
+"""Read and write the JSON files of pooltool: `System.save("shot.json")` of version 0.6.
 
 The long side of pooltool's table is along y, that of Ghostball's along x: the scene is turned by a
 right angle. A file holds no laws of impacts, so a scene gets those of pooltool's default engine:
 Alciatore's friction of balls, and Stronge's cushion. The scene is the start of the shot, even if
 pooltool has simulated it. A stroke with an elevated cue differs, because pooltool neglects the
-impulse of the table.
+impulse of the table; and the facing of a side pocket is tangent to its jaw here, but turned by
+0.06 degrees in pooltool.
 """
 
 from __future__ import annotations
@@ -137,7 +138,7 @@ def load_pooltool(path: Path) -> Scene:
     except (OSError, UnicodeDecodeError, GhostballError) as error:
         why = str(error)
     raise GhostballError(
-        f"{path} can't be read as a shot of pooltool 0.5 or 0.6, in metres: {why}. Save it with "
+        f"{path} can't be read as a shot of pooltool 0.6, in metres: {why}. Save it with "
         '`system.save("shot.json")`'
     )
 
