@@ -307,7 +307,7 @@ def pooltool_json(scene: Scene) -> str:
     assert scene.table is not None
     size, physics = scene.table.width, scene.physics
     friction, spins_by = physics.ball_friction, scene.spinning_friction_rates.tolist()
-    balls = {}
+    balls: dict[str, Any] = {}
     for k, ball in enumerate(scene.balls):
         vectors = (scene.positions[k], scene.velocities[k], scene.angular_velocities[k])
         (x, y, z), v, w = (one.tolist() for one in vectors)
@@ -348,7 +348,9 @@ def pooltool_json(scene: Scene) -> str:
 def _written_table(scene: Scene) -> dict[str, Any]:
     assert scene.table is not None
     width, height = scene.table.width, scene.physics.cushion_height
-    linear, discs, holes = {}, {}, {}
+    linear: dict[str, Any] = {}
+    discs: dict[str, Any] = {}
+    holes: dict[str, Any] = {}
     sides = [Segment(one.cushion, *one.ends()) for one in scene.table.sides]
     for k, one in enumerate((*sides, *scene.table.obstacles)):
         name = str(k)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,7 +31,8 @@ _STATE = {"": "positions", "v": "velocities", "w": "angular_velocities"}
 _AXES = "xyz"
 
 
-class Shard(NamedTuple):
+@dataclass(frozen=True)
+class Shard:
     """A share of the shots: part `index` of `count`, from 1."""
 
     index: int

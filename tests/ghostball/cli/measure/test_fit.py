@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from commands import refused
 
 from benchmarks.synthetic_tracks import EXAMPLE, EXAMPLE_PHYSICS, write_example
 from ghostball.model import Physics
@@ -72,3 +73,23 @@ def test_a_fit_without_scipy_says_how_to_get_it(cli, tracks, monkeypatch):
     found = cli(tracks, *TABLE)
     assert found.exit_code == 2
     assert "pip install '.[fit]'" in found.stderr
+
+
+def test_tracks_of_another_tracker_give_the_same_fit(cli, tracks, tmp_path):
+    other, (length, width) = tmp_path / "other.csv", map(float, TABLE[1:3])
+    rows = ["frame,time,x,y,ball,trial"]
+    for line in tracks.read_text().splitlines()[2:]:
+        shot, ball, t, x, y = line.split(",")
+        place = f"{float(x) - length / 2:.6f},{float(y) - width / 2:.6f}"
+        rows.append(f"0,{t},{place},{ball},{shot}")
+    other.write_text("\n".join(rows))
+    asked = (*TABLE, "--fields", "rolling_friction", "--format=json")
+    one = json.loads(cli(tracks, *asked).stdout)["physics"]["rolling_friction"]
+    names = ("--columns", "t=time, shot=trial", "--origin", "centre")
+    two = json.loads(cli(other, *asked, *names).stdout)["physics"]["rolling_friction"]
+    assert two == pytest.approx(one, rel=1e-6)
+
+
+@pytest.mark.parametrize("text", ["t", "t=", "time=t", "t=a,t=b", ""])
+def test_a_wrong_map_of_columns_is_refused(cli, tracks, text):
+    assert refused(cli(tracks, *TABLE, "--columns", text), "must give a column for some of shot")

@@ -104,3 +104,20 @@ def test_json_is_all_that_is_printed(stress):
     again = stress(*arguments)
     assert "1 case reused" in again.stderr
     assert "1/1" in again.stdout
+
+
+def test_shards_are_all_shots_and_each_has_its_own_file(stress, here):
+    polars = pytest.importorskip("polars")
+    whole = stress("--list", "grazing").stdout.split()
+    listed = [stress("--list", "grazing", "--shard", f"{i}/20").stdout.split() for i in (1, 2, 20)]
+    assert listed == [whole[k::20] for k in (0, 1, 19)]
+    for i in (1, 2):
+        done = stress("grazing", "-e", "ghostball", "--shard", f"{i}/20", "--out", "shots")
+        assert done.exit_code == 0, done.output
+    for i in (1, 2):
+        found = polars.read_parquet(f"shots/cases-{i:02}-of-20.parquet")
+        names = [name.replace("/", ".", 1) for name in whole[i - 1 :: 20]]
+        assert sorted(found["scene"]) == sorted(names)
+    assert refused(
+        stress("--shard", "65/64"), "a shard must be i/n with i from 1 to n, such as 7/64"
+    )
