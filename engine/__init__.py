@@ -11,8 +11,8 @@ this time, and resolves the event.
 
 Where to find what
 ------------------
-`shot`, `batch`, `sweep`, `starts`, `needed_kernels`: the public functions. `__init__.pyi` lists
-their names, which are imported when they are used.
+`shot`, `batch`, `sweep`, `starts`, `strokes`, `needed_kernels`: the public functions and classes.
+`__init__.pyi` lists their names, which are imported when they are used.
 `event_loop`: the loop; one file for each of its steps (find, resolve, predict, record).
 `motion`: the curve of one ball up to its next event, and the gaps between balls and obstacles.
 `scheduling`: the next collision of every pair.
@@ -81,7 +81,7 @@ instead, in steps that keep every gap within a tolerance (`engine/resting_contac
 
 import lazy_loader
 
-if not __name__.startswith("ghostball."):  # every class would exist twice
+if not __name__.startswith("ghostball."):  # a second package with other classes
     raise ImportError(
         f"this package is part of ghostball: import `ghostball.{__name__}`, or "
         "`from ghostball import Scene, simulate`"

@@ -1,4 +1,4 @@
-"""The features of a scene's physics that our own engine supports."""
+"""The features of a scene's physics that Ghostball's engine supports."""
 
 from __future__ import annotations
 
@@ -38,4 +38,4 @@ CAPABILITIES: Capabilities = {
         "approximate", "integrated; the speeds after a break at 10 m/s are within 1e-5 m/s"
     ),
 }
-"""Support of each feature by our own engine; features that aren't listed are unsupported."""
+"""Support of each feature by Ghostball's engine; features that aren't listed are unsupported."""

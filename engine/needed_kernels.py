@@ -34,7 +34,8 @@ def kernels_of(scenes: Iterable[Scene]) -> list[Needed]:
 def warm_up(scenes: Iterable[Scene] = ()) -> None:
     """Compile or load the kernels that `scenes` need now, instead of in the first `simulate`.
 
-    A message announces a compilation. Without scenes, it is the kernel for a shot of one ball.
+    A message announces a compilation. Without `scenes`, only the kernel for a shot of one ball is
+    loaded.
     """
     scenes = tuple(scenes) or (still_scene(Variant.LEAN),)
     for needed in kernels_of(scenes):

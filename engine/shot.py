@@ -66,8 +66,8 @@ def simulate(
     Notes
     -----
     Between events each ball moves in closed form, or in air along power series
-    (`engine/motion/drag.py`); the next contact is the first entering root of the exact gap
-    (`engine/scheduling/all_pairs.py`). There is no time step, except for balls that friction
+    (`engine/motion/drag.py`); the next contact is the first time at which the exact gap
+    closes (`engine/scheduling/all_pairs.py`). There is no time step, except for balls that friction
     presses together: these move in steps that keep their gaps within a stated tolerance
     (`engine/resting_contact/step.py`), counted in `work["contact_steps"]`. Simultaneous impacts
     that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in

@@ -1,6 +1,6 @@
 """Growth of small changes of a shot, from an exactly recorded motion.
 
-The results of our engine and certified motions use this module.
+The results of Ghostball's engine and certified motions use this module.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def tangents_of(
     if any(np.any(rows[:, PHASE] == Phase.COMPRESSED) for rows in trajectory.segments):
         raise UnsupportedSceneError(
             "ghostball",
-            ('no tangent map of `impacts` = "compliant" where several balls push each other',),
+            ('no tangent map for `impacts` = "compliant" if several balls push each other',),
         )
     # Imported here, because most shots don't need these modules.
     from ghostball.engine.sensitivity import rounding_of, tangent_of  # noqa: PLC0415

@@ -3,8 +3,7 @@
 A block is packed once from the arrays of a scene. Each shot starts with a copy of the whole first
 part, so no array can be forgotten, neither when a sweep simulates one shot after another nor when
 an array is added. The second part is scratch: nothing in it is read before it is written. In
-kernels,
-`event_loop.unpack` splits a block into arrays again.
+kernels, `event_loop.unpack` splits a block into arrays again.
 """
 
 from __future__ import annotations

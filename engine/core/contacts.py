@@ -60,7 +60,7 @@ def no_contacts(n: int, m: int) -> tuple[BoolArray, IntArray]:
 
 
 def numbers_of_contacts(n: int, m: int) -> int:
-    """Return how many float64 numbers n balls with m contacts need; those of `motion` are first."""
+    """Return how many float64 numbers n balls with m contacts need; `Contacts.motion` is first."""
     by_ball = MEMBER_COLUMNS + _PATH + _SPIN + COMPRESSED_COLUMNS
     return n * by_ball + m * (CONTACT_COLUMNS + _HISTORY) + _AT_ONCE
 

@@ -114,7 +114,7 @@ class ObstacleRow(Row):
     tangential: float  # factor on the tangential velocity
     friction: float
     height: float  # height of its nose above the cloth [m]
-    ratio: float  # of the frequencies of a contact that yields along the slip; 0: it is rigid
+    ratio: float  # frequency of the spring along the slip over the normal spring's; 0: it is rigid
 
 
 OBSTACLE = dtype_of(ObstacleRow)
@@ -145,7 +145,7 @@ class MemberRow(_ContactRow):
     new_bx: float  # its angular acceleration [rad/s^2]
     new_by: float
     compliance: float  # acceleration per force on it [1/kg]; 0: the cloth holds it
-    overlaps: float  # 1: it overlaps another by most of the tolerance
+    overlaps: float  # 1: it overlaps a ball or an obstacle by most of the tolerance
     effective_mass: float  # mass with which it responds to an impulse [kg]; inf: it doesn't move
     impulse_x: float  # large part of the sum of impulses [N s], or of forces [N], on it
     impulse_y: float
@@ -173,7 +173,7 @@ class ContactRow(_ContactRow):
     rate: float  # rate of change of the gap [m/s]
     push_x: float  # friction of an impact on the second ball; the opposite acts on the first
     push_y: float
-    turn_x: float  # impulse that turns both balls; in `rates`, a part of the force
+    turn_x: float  # impulse that turns both balls; in `resting_contact.rates`, a force
     turn_y: float
     turn_z: float
     along: float  # friction of a resting contact, along t = (-ny, nx), and up
@@ -185,7 +185,7 @@ class ContactRow(_ContactRow):
     product: float
     term: float
     own_mass: float
-    force_before: float  # the force in the previous sweep [N]
+    force_before: float  # the force in the previous round [N]
     kept_force: float  # force of a contact that moves no ball
     force_change: float  # changes of `force`, `along` and `up` in the last round [N]
     along_change: float

@@ -36,8 +36,8 @@ class Balls(NamedTuple):
     until `own_time`, when the ball's own next event changes its motion. The angular velocity of a
     sliding ball changes at a constant rate, plus the terms in `powers`; that of a rolling ball
     follows from its velocity; that of a flying ball is constant. The cloth slows the vertical spin.
-    `touching` has enough rows, m, for all pairs that can touch at once and one cushion, and for at
-        least two cushions.
+    `touching` has m rows: one for each pair that can touch at once and one for a cushion, but at
+        least two, because a ball may touch two cushions.
 
     All numbers are in one array, because a kernel call passes every array of a named tuple as
     several words: with one array per number, calls took longer than the work. The numbers of a ball
@@ -53,7 +53,7 @@ class Balls(NamedTuple):
     touched: Int32Array  # (n + 1,) the number of changed balls, then their indices
     touching: Int32Array  # (m, 2) as `Contacts.ends`: pairs that collide, or contacts to be held
     near: Int32Array  # (n,) scratch for the neighbours of a ball
-    counters: IntArray  # (COUNTERS,) those of the `Log`: every loop counts its iterations in WORK
+    counters: IntArray  # (COUNTERS,) as in the `Log`: every loop counts its iterations in WORK
     powers: FloatArray | None  # (n, POWERS_COLUMNS): columns JERK_X ...
     series: FloatArray | None  # (SERIES_ROWS, SERIES_TERMS) scratch for the series of a piece
     height: FloatArray | None  # (n, HEIGHT_COLUMNS): columns BASE ...
@@ -153,7 +153,7 @@ class Laws(NamedTuple):
     contact_modulus: float  # E* of Hertz's law for two balls [Pa]
     contact_loss: float  # beta of `impacts.hertz`
     # Bodies that balls bounce off or fall into; `running.obstacle_rows` makes the rows. Python sees
-    # matrix (k, OBSTACLE_COLUMNS), kernels (k,) of `ObstacleRow`.
+    # a matrix (k, OBSTACLE_COLUMNS), kernels see k records `ObstacleRow`.
     obstacles: Any
 
 
@@ -218,7 +218,7 @@ AFTER = 0  # the next ball in the same cell, or NOWHERE
 BEFORE = 1  # the previous ball in the cell
 CELL_COLUMN = 2  # of the ball's cell, from 1 on; 0 before the run starts
 CELL_ROW = 3
-LEAVES_BY = 4  # the side: 0 ... 3 is left, right, down, up; NOWHERE: must be recomputed then
+LEAVES_BY = 4  # the side: 0 ... 3 is left, right, down, up; NOWHERE: LEAVES is only a bound
 SLOT_PARTNER = 5  # the other ball of the earliest bound; NOWHERE: no longer known
 PARTNER_STAMP = 6  # STAMP of that ball when the bound was computed
 STAMP = 7  # how often the ball's motion has changed

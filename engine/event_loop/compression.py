@@ -180,7 +180,7 @@ def _begin_leg(world: World, members: int, t: float, touching: int) -> None:
                 contacts.columns[d, CONTACT] = TOUCHING
     step = _longest_leg(world, first, fastest) / LEG_STEPS
     step = min(step, step_of(world, pairs, fastest))
-    # A cluster that begins while another one is in a leg ends its own leg with it.
+    # If a cluster begins during the leg of another cluster, both legs end together.
     steps, latest = LEG_STEPS, _end_of_others(world, t)
     if latest - t < LEG_STEPS * step:
         steps = 1 + int((latest - t) / step)
@@ -241,7 +241,7 @@ def _set_piece(world: World, k: int, t: float, end: float) -> None:
 
 @kernel
 def _note_meeting(world: World, a: int, b: int) -> None:
-    """Note that balls a and b begin to touch at the end of the leg.
+    """Store that balls a and b begin to touch at the end of the leg.
 
     The row of a ball has room for a few balls. If both rows are full, set NO_ROOM: no collision is
     left out of the counts.

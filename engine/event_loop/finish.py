@@ -41,7 +41,7 @@ def finish(world: World, status: int, end: FloatArray) -> int:
     broken = False
     for i in range(len(balls.own_kind)):
         if balls.own_kind[i] == st.OWN_LEG:
-            balls.state[i].phase = st.SLIDING  # its angular velocity is its own
+            balls.state[i].phase = st.SLIDING  # so `advance` changes its angular velocity
         advance(balls, i, t)
         log.clock[st.FARTHEST] = max(
             log.clock[st.FARTHEST], abs(balls.state[i].x), abs(balls.state[i].y)

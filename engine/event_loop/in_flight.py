@@ -1,8 +1,8 @@
 """Events in scenes with flight: balls land, hit noses, leave the table, or come to rest on others.
 
 `impacts` computes the effects of the impacts. A bounce is the slow impact of a ball that lies on
-another ball; see `impacts.slow_impacts`. The lower ball shares the kick of a bounce with all balls
-that it touches: those contacts are listed here, and a contact step begins with them.
+another ball; see `impacts.slow_impacts`. The lower ball shares the impulse of a bounce with all
+balls that it touches: their contacts are listed here, and a contact step begins with them.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def bounces_in_space(
 
 @kernel(inline=True)
 def is_slow_impact(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> bool:
-    """Whether the first pair of `balls.touching`, at t [s], is one ball on another."""
+    """Return whether the first pair of `balls.touching`, at t [s], is one ball on another."""
     if height is None:
         return False
     return lies_on(
@@ -147,7 +147,7 @@ def is_slow_impact(height: FloatArray | None, balls: Balls, laws: Laws, t: float
 
 @kernel(inline=True)
 def list_below(height: FloatArray | None, world: World, t: float) -> int:
-    """List what the first pair of `balls.touching` pushes together by its bounce; say how many."""
+    """List in `balls.touching` contacts that its first pair's bounce closes; return the number."""
     balls = world.balls
     if height is None:
         return 0
@@ -161,7 +161,7 @@ def list_below(height: FloatArray | None, world: World, t: float) -> int:
 
 @kernel(inline=True)
 def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -> None:
-    """Note that what loads a ball at t [s] loads all that it touches in `balls.touching`."""
+    """Mark each ball as loaded that touches a loaded ball at t [s], in rows of `balls.touching`."""
     if height is not None:
         for c in range(count):
             i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]

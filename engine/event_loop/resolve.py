@@ -205,9 +205,9 @@ def _bounce_in_corner(
 
 @kernel(inline=True)
 def _corner_cushion(balls: Balls, laws: Laws, i: int, cushion: int, t: float) -> int:
-    """Return an obstacle across the given one that ball i touches at the same time, or -1.
+    """Return another obstacle that ball i touches at the same time as the given one, or -1.
 
-    The ball approaches it, too, or the given obstacle throws the ball towards it.
+    The ball approaches both, or the bounce off the given obstacle throws it towards the other one.
     """
     ball = balls.state[i]
     ox, oy, _ = facing(laws, cushion, ball.x, ball.y)
@@ -313,7 +313,7 @@ def _resolve_contacts(world: World, event: Event) -> int:
 
 @kernel
 def _collapses(world: World, c: int) -> bool:
-    """Return whether pair c of `balls.touching`, on the cloth, must not be thrown back any more."""
+    """Return whether pair c of `balls.touching`, on the cloth, must not rebound any more."""
     balls, laws = world.balls, world.laws
     a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
     if meets_in_space(balls.height, balls, a, b):

@@ -13,9 +13,8 @@ a beginning contact is taken again, up to the instant at which the balls touch. 
 lasts until then, at most `LEG_STEPS` steps. `event_loop.compression` starts legs, and records them.
 
 Contacts push a ball a thousand times as hard as the cloth does. So the cloth acts only in legs in
-which nothing touches the ball. A ball that reaches an obstacle bounces
-off by the obstacle's law at the end of a leg. If other balls push the ball back, the ball stays at
-the obstacle.
+which nothing touches the ball. A ball that reaches an obstacle bounces off by the obstacle's law at
+the end of a leg. If other balls push the ball back, the ball stays at the obstacle.
 
 Forces on a ball are added in the order of its contacts. So a mirrored shot has the same bits, and a
 shot with renumbered balls has the same numbers to rounding.
@@ -74,7 +73,7 @@ changes faster where a slip reverses.
 """
 
 _STABLE_SLIP = 6.0 / STEPS
-"""The same for a coefficient of friction of 1, which keeps the integration stable.
+"""Least `_SLIP` with which the integration is stable, for a coefficient of friction of 1.
 
 Friction ends a slip at the rate 7 mu F / m s0, and the force F of an impact is at most 1.84 m v
 over its duration. So that rate times the step is at most 2.2; the method is stable up to 2.78.
@@ -104,9 +103,9 @@ def step_of(world: World, count: int, speed: float) -> float:
 def run_leg(world: World, members: int, count: int, step: float, longest: int) -> float:
     """Integrate the first `members` balls of `contacts.member` over one leg; return its duration.
 
-    It ends where a contact begins, where a ball reaches an obstacle, where no balls touch any more,
-    or after `longest` steps. The state at its end is in the columns from FROM on; CONTACT says
-    which contacts begin, and REACHED of a ball that it reaches an obstacle.
+    The leg ends when a contact begins, a ball reaches an obstacle, or no balls touch any more, and
+    after `longest` steps at the latest. The state at its end is in the columns from FROM on.
+    CONTACT marks contacts that begin, and REACHED balls that reach an obstacle.
 
     Contract: no allocation; every member's columns up to RADIUS and from SPEED on are set, and the
     first `count` contacts of `contacts.ends` include all pairs and obstacles that can touch during

@@ -202,7 +202,7 @@ def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) 
     for c in range(count):
         is_active = contacts.forces[c].active == 1.0
         contacts.forces[c].force = 0.0
-        contacts.forces[c].residual = -contacts.forces[c].rate if is_active else 0.0  # no 0 inf
+        contacts.forces[c].residual = -contacts.forces[c].rate if is_active else 0.0  # not 0 inf
         scaled = contacts.forces[c].own_mass * contacts.forces[c].residual
         contacts.forces[c].scaled = scaled
         contacts.forces[c].direction = scaled

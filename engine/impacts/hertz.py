@@ -86,8 +86,8 @@ def push(overlap: float, rate: float, stiff: float, energy: float, loss: float) 
 def loss_of(restitution: float) -> float:
     """Return beta of `push` for a restitution from `LEAST_RESTITUTION` to 1; 0 for 1.
 
-    The equation above is solved by Newton's method. ln e = -2 artanh((1 - e) / (1 + e)) is computed
-    by its series, because the last bit of a library's logarithm depends on the machine.
+    The module's equation for e is solved by Newton's method. ln e = -2 artanh((1 - e) / (1 + e)) is
+    computed by its series, because the last bit of a library's logarithm depends on the machine.
     """
     z = (1.0 - restitution) / (1.0 + restitution)
     logarithm, power = 0.0, 2.0 * z

@@ -225,9 +225,9 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
     """Bounce ball i off a cushion by the scene's law.
 
     Contract: the ball is advanced to the time of the impact. It leaves the cushion whatever sign
-    rounding gave to a vanishing approach. If it would leave the cushion by no more than the
-    rounding of its velocity, now or before the impulses at this time, it moves along the cushion:
-    between two noses without space it would bounce endlessly.
+    rounding gave to a vanishing approach. If its speed away from the cushion is within the rounding
+    of its velocity, now or before the impulses at this time, it moves along the cushion: between
+    two noses without space it would bounce endlessly.
     """
     inward_x, inward_y, _ = facing(laws, cushion, balls.state[i].x, balls.state[i].y)
     nx, ny = -inward_x, -inward_y
@@ -303,7 +303,7 @@ def bounce_in_corner(
     first; so the ball gets the mean of the velocities after both orders, with the mean of their
     energies. If both orders give the same velocity, as in a corner whose angle divides two right
     angles, only the law removes energy. (An earlier version took the mean of two single bounces,
-    which stopped a ball there.) If it reaches only `cushion`, that is the first.
+    which stopped a ball there.) If not `at_once`, the bounce off `cushion` is the first.
     """
     if laws.slides:
         keep_spin(balls, i)

@@ -119,8 +119,8 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
     """Bounce ball i off the nose of obstacle k; then the table responds.
 
     If the law of the cushion has a factor on the velocity along the cushion, this factor is
-    applied. Below a nose far above its centre, a ball may approach the nose again at once: this is
-    another impact.
+    applied. If the nose is far above the ball's centre, the ball may approach the nose again at
+    once: this is another impact.
 
     Contract: the ball is advanced to the time of the impact, and approaches the nose within
     rounding.

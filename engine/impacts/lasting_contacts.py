@@ -54,7 +54,7 @@ MOST_MEETINGS = 6
 # Columns of `Contacts.columns` for the contacts of a cluster.
 REACH = 0  # distance of the centres, or of a ball from an obstacle, where they touch [m]
 STIFFNESS = 1  # [N/m^1.5]
-ENERGY = 2  # 4/5 of it over the reduced mass
+ENERGY = 2  # 4/5 of STIFFNESS over the reduced mass
 CONTACT = 3  # APART ...
 NORMAL_X = 4  # of an obstacle that holds the ball, into the table
 NORMAL_Y = 5
@@ -252,7 +252,7 @@ def _hold_at_obstacles(world: World, count: int) -> None:
 def gap_of(world: World, c: int, at: int) -> tuple[float, float]:
     """Return the gap [m] of contact c, and its rate of change [m/s].
 
-    In the present state if `at` is NOW_X; at the start of the step if it is FROM.
+    `at`: NOW_X for the present state, FROM for the state at the start of the step.
     """
     contacts = world.contacts
     rows, reach = contacts.compressed, contacts.columns[c, REACH]

@@ -1,11 +1,12 @@
-"""Balls that lie on others: what they load, and when they lie still.
+"""Balls that lie on other balls: which balls they load, and when they are held still.
 
-A ball that has gone nowhere for so long that it would have fallen off, had it been out of balance,
-and by so little that its bounces are all that there is, lies still: it is held where it is, until
-something hits it, or moves what it lies on. No force holds it there, since nothing needs one.
+A ball on top of others has slow impacts. It lies still if it has moved no farther than its bounces
+for so long that an unbalanced ball would have fallen off. It is then held at its position until
+something hits it, or until a ball below it moves. No contact force is computed, because no result
+needs it.
 
-A ball that has fallen into the wedge between two others, or noses, has too many impacts. It is held
-there at once, if it is in balance.
+A ball that has fallen into the wedge between two balls or noses has too many impacts. It is held
+there at once if it is in balance.
 """
 
 from __future__ import annotations
@@ -30,54 +31,65 @@ from ghostball.engine.motion.obstacles import above_nose, facing
 from ghostball.engine.motion.position import advance, pair_reach, relative_motion
 
 _STILL = 2.0 * CAPTURE_HEIGHT
-"""Distance, in diameters, by which a ball that lies still may have gone."""
+"""Distance, in diameters, by which a ball that lies still may have moved."""
 
 _LONG = 4.0
-"""How long it has to, in units of the time in which a ball that is out of balance on another one
-goes e times as far from there: by then what leans as little as `_ASIDE` has gone farther."""
+"""Time after which a ball that has not moved lies still, in units of sqrt(distance of centres / g).
+
+In one unit the displacement of an unbalanced ball grows by the factor e. In `_LONG` units even a
+ball that leans by only `slow_impacts._ASIDE` moves farther than `_STILL`.
+"""
 
 _LEAN = 2.0**-23
-"""Largest sideways part of the pushes on a ball in balance, over the ball's weight: in the time
-`_LONG`, which multiplies a lean by cosh 4 = 27, the ball goes less than `_STILL`."""
+"""Largest part of a ball's weight that its supports don't carry if the ball is in balance.
+
+In the time `_LONG` a displacement grows by the factor cosh 4 = 27, so the ball moves less than
+`_STILL`.
+"""
 
 _MANY_SLOW_IMPACTS = 2**12
-"""Slow impacts of a ball, since it last landed on the cloth, after which a wedge may hold it.
+"""Number of slow impacts since a ball last landed on the cloth after which a wedge may hold it.
 
-Five times as many as bounces of the height `CAPTURE_HEIGHT` in the time `_LONG`. The bounces in a
-wedge are lower.
+This is five times the number of bounces of the height `CAPTURE_HEIGHT` in the time `_LONG`. The
+bounces in a wedge are lower.
 """
 
 _MOST_SLOW_IMPACTS = 2**17
-"""Slow impacts of a ball, from one landing on the cloth to the next, after which a run ends: some
-ten times what one comes to that is dropped exactly on top of another."""
+"""Number of slow impacts of a ball since it last landed on the cloth, after which a run ends.
+
+A ball that is dropped exactly on top of another one has about a tenth of this number.
+"""
 
 
 @kernel(inline=True)
 def capture_speed(laws: Laws, radius: float) -> float:
-    """Speed [m/s] of a rebound that rises `CAPTURE_HEIGHT`."""
+    """Return the speed [m/s] of a rebound that rises by `CAPTURE_HEIGHT`."""
     return 2.0 * math.sqrt(laws.gravity * CAPTURE_HEIGHT * radius)
 
 
 @kernel(inline=True)
 def load(height: FloatArray, balls: Balls, laws: Laws, i: int, j: int, t: float) -> None:
-    """Note that one of two balls lies on the other: until it has bounced twice as high."""
+    """Mark two balls as loaded, because one lies on the other.
+
+    The mark lasts twice as long as a bounce of the height `CAPTURE_HEIGHT`.
+    """
     lasts = 8.0 * math.sqrt(CAPTURE_HEIGHT * balls.state[i].radius / laws.gravity)
     height[i, st.LOADED], height[j, st.LOADED] = t + lasts, t + lasts
 
 
 @kernel(inline=True)
 def share_load(height: FloatArray, i: int, j: int) -> None:
-    """Note that what loads one of two balls that touch loads both."""
+    """Mark both of two touching balls as loaded until the later of their two times."""
     until = max(height[i, st.LOADED], height[j, st.LOADED])
     height[i, st.LOADED], height[j, st.LOADED] = until, until
 
 
 @kernel
 def list_touching(world: World, k: int, t: float, count: int, closing: bool) -> int:
-    """List in `balls.touching`, from row `count` on, what ball k touches on the cloth at t [s].
+    """List in `balls.touching`, from row `count` on, the balls on the cloth that ball k touches.
 
-    Where `closing`, only what it approaches; as far as there is room. Return how many rows are
-    listed then.
+    If `closing`, only balls that ball k approaches are listed. Balls without room in the list are
+    left out. Return the number of listed rows. `t` [s] is the present time.
     """
     balls = world.balls
     if balls.state[k].phase == st.FLYING:
@@ -97,7 +109,7 @@ def list_touching(world: World, k: int, t: float, count: int, closing: bool) -> 
 
 @kernel
 def is_held(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> bool:
-    """Hold those of two balls that lie still, if both do; return whether they do."""
+    """Hold the flying ones of two balls if both balls are still; return whether both are."""
     reach = balls.state[i].radius + balls.state[j].radius
     first, second = balls.state[i].phase == st.FLYING, balls.state[j].phase == st.FLYING
     still_i = lies_still(height, balls, i, laws, reach) if first else at_rest(balls, i)
@@ -113,9 +125,9 @@ def is_held(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> boo
 
 @kernel
 def lies_still(height: FloatArray, balls: Balls, k: int, laws: Laws, reach: float) -> bool:
-    """Whether ball k, which flies and has a slow impact now, has gone nowhere for long enough.
+    """Return whether flying ball k, which has a slow impact now, hasn't moved for long enough.
 
-    Where it has gone farther, its time begins anew. And count the impact.
+    If the ball has moved, its time starts again. The function also counts the impact.
     """
     ball = balls.state[k]
     height[k, st.SLOW_IMPACTS] += 1.0
@@ -128,7 +140,7 @@ def lies_still(height: FloatArray, balls: Balls, k: int, laws: Laws, reach: floa
         height[k, st.STILL_RISE], height[k, st.STILL_SINCE] = height[k, st.RISE], ball.epoch
         return False
     if height[k, st.RISE] <= _STILL * 2.0 * ball.radius:
-        return False  # it is the table that it comes to rest on
+        return False  # the ball comes to rest on the table
     up, slow = height[k, st.UP_SPEED], capture_speed(laws, ball.radius)
     bounces = ball.vx * ball.vx + ball.vy * ball.vy + up * up <= 4.0 * slow * slow
     long = _LONG * math.sqrt(reach / laws.gravity)
@@ -137,16 +149,16 @@ def lies_still(height: FloatArray, balls: Balls, k: int, laws: Laws, reach: floa
 
 @kernel(inline=True)
 def bounces_on(height: FloatArray, balls: Balls, k: int, laws: Laws) -> bool:
-    """Whether ball k has had so many impacts, slow or at one instant, that they may not end."""
+    """Return whether ball k had so many impacts, slow or at one time, that they may never end."""
     many: bool = height[k, st.SLOW_IMPACTS] > _MANY_SLOW_IMPACTS
     return many or has_collapsed(balls, k, laws)
 
 
 @kernel
 def settle(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> bool:
-    """Hold those of two balls that fly, if each is wedged; return whether they are held.
+    """Hold the flying ones of two balls if each is wedged; return whether they are held.
 
-    What bears them is stopped: it would roll less far than what lies still may go.
+    A ball on the cloth that supports the other ball is stopped: it would roll less than `_STILL`.
     """
     for k in (i, j):
         if balls.state[k].phase == st.FLYING:
@@ -165,11 +177,11 @@ def settle(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> bool
 
 @kernel
 def is_wedged(height: FloatArray, balls: Balls, k: int, laws: Laws) -> bool:
-    """Whether ball k, which flies, is as slow as its bounces, and in balance between two supports.
+    """Return whether flying ball k is as slow as its bounces, and in balance between two supports.
 
-    Bounces to and fro in a wedge take their energy in a finite time, in which the clock stands
-    still, so a run can't wait for the next motion of the ball. The balance of the ball is found
-    from the weight, which pushes of both supports carry.
+    Bounces to and fro in a wedge lose their energy within a time that the clock can't resolve, so a
+    run can't wait until the ball moves on. A ball is in balance if pushes of both supports carry
+    its weight.
     """
     ball, up = balls.state[k], height[k, st.UP_SPEED]
     slow = capture_speed(laws, ball.radius)
@@ -204,8 +216,8 @@ def _support(
 ) -> tuple[float, float, float, float]:
     """Return the unit normal from support c to ball k, at its epoch, and their distance [m].
 
-    Of all supports, balls are the first, then come obstacles. The distance is 0 where support c
-    doesn't bear ball k.
+    The balls are the first supports, the obstacles follow. The distance is 0 if support c doesn't
+    support ball k.
     """
     n, ball = len(balls.own_kind), balls.state[k]
     if c < n:
@@ -227,9 +239,9 @@ def _support(
 
 @kernel
 def _hardly_moves(balls: Balls, i: int) -> bool:
-    """Whether ball i, on the cloth, rests, or will within the distance that what lies still may go.
+    """Return whether ball i, on the cloth, rests, or comes to rest within the distance `_STILL`.
 
-    Not faster than the sum of its velocity and its slip it rolls then.
+    A sliding ball starts to roll no faster than the sum of its speed and its slip.
     """
     ball = balls.state[i]
     speed = speed_of(ball.vx, ball.vy)
@@ -240,7 +252,7 @@ def _hardly_moves(balls: Balls, i: int) -> bool:
 
 @kernel
 def hold(height: FloatArray, balls: Balls, k: int) -> None:
-    """Hold ball k where it is, with its spin, which nothing slows there."""
+    """Hold ball k at its position; its spin stays, because nothing slows it there."""
     balls.state[k].vx, balls.state[k].vy = 0.0, 0.0
     height[k, st.UP_SPEED], height[k, st.FALL], height[k, st.HELD] = 0.0, 0.0, 1.0
     balls.counters[st.ALOFT] += 1
@@ -248,7 +260,7 @@ def hold(height: FloatArray, balls: Balls, k: int) -> None:
 
 @kernel
 def let_go(height: FloatArray, balls: Balls, k: int) -> None:
-    """Hold ball k no more: whoever calls it has it predicted anew."""
+    """Stop holding ball k; the caller must predict its motion again."""
     if height[k, st.HELD] == 1.0:
         height[k, st.HELD] = 0.0
         balls.counters[st.ALOFT] -= 1
@@ -256,14 +268,14 @@ def let_go(height: FloatArray, balls: Balls, k: int) -> None:
 
 @kernel
 def _stays(balls: Balls, i: int) -> bool:
-    """Whether what lies on ball i goes on lying there."""
+    """Return whether a ball that is held on ball i stays held, because ball i hardly moves."""
     on_cloth = balls.state[i].phase not in (st.FLYING, st.GONE)
     return at_rest(balls, i) or (on_cloth and _hardly_moves(balls, i))
 
 
 @kernel
 def let_go_above(height: FloatArray, balls: Balls, laws: Laws, t: float) -> None:
-    """Let go what lies on balls that move after the event at t [s]; those that lie on it, too."""
+    """Stop holding balls that lie on moving balls after the event at t [s], and balls on those."""
     m = 1
     while m <= balls.touched[0] and balls.counters[st.ALOFT] > 0:  # each ball is touched once
         i = int(balls.touched[m])

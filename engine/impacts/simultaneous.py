@@ -3,7 +3,7 @@
 If a ball hits two touching balls, resolving one impact after the other, in any order, would favour
 one of the balls. Therefore all contacts of the group act at once.
 
-The normal impulses are (1 + e) times those that would just end every approach, e the restitution
+The normal impulses are (1 + e) times those that would just end every approach; e is the restitution
 (Moreau 1988). For e = 1 this is one generalised reflection of Smith, Kaufman, Vouga, Tamstorf and
 Grinspun (2012, section 4): energy is conserved, and no contact approaches. Contacts that approach
 because of these impulses, as in a cradle, are the next impacts at the same time. So a row of

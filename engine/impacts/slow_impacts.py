@@ -1,14 +1,16 @@
-"""Slow impacts of a ball in flight: what lies on others bounces there, until it falls off or rests.
+"""Slow impacts of a ball in flight: a ball on top of others bounces until it falls off or rests.
 
-An impact is slow whose rebound would rise less than `CAPTURE_HEIGHT`. It takes no energy and knows
-no friction: else a ball that lies on others would bounce ever faster before it slides off. One on
-the table that is loaded from above doesn't move downwards then, by the joint law.
+An impact is slow if its rebound would rise less than `CAPTURE_HEIGHT`. A slow impact loses no
+energy and has no friction; otherwise a ball on top of others would bounce more and more often
+before it slides off. A ball on the table that is loaded from above doesn't move downwards,
+because ball and table take part in the impact together.
 
-What other balls take from such bounces comes back from the slip, so that they stay as high as that:
-lower ones are more, of a motion that is the same. The balls below are loaded meanwhile: what a
-bounce kicks them by is ended together with all the balls that they touch, by inelastic impulses, as
-friction ends bounces on the cloth (`resting_contact`), and so are impacts of loaded balls that are
-as slow. They would go through all balls of a rack, one by one, for each of the bounces.
+Other balls take energy from the bounces. The slip replaces this energy, so that bounces keep the
+height `CAPTURE_HEIGHT`: with lower bounces the ball would move in the same way, but have more
+impacts. The balls below count as loaded meanwhile. The approach speeds that a bounce gives them end
+at once, together with those of all balls that they touch, by inelastic impulses, as friction ends
+bounces on the cloth (`resting_contact`). Equally slow impacts of loaded balls end in the same way.
+Otherwise, each bounce would cause impacts of all balls of a rack, one by one.
 """
 
 from __future__ import annotations
@@ -30,18 +32,23 @@ from ghostball.engine.motion.geometry import (
 from ghostball.engine.motion.obstacles import facing
 
 _ASIDE = 2.0**-20
-"""How much the normal of a ball that is exactly above another, to which it falls slowly, is taken
-to lean at least: nothing else would decide where it falls, or it would take seconds to."""
+"""Least lean of the normal between a ball and the ball exactly below it, in a slow impact.
+
+Without this lean, nothing would decide in which direction the ball falls, or the fall would take
+seconds.
+"""
 
 _OF_SLIP = 2.0**-8
-"""Most of the energy of a slip that a bounce takes; a bounce that would need more takes none. A
-ball that begins to fall off another one is e times as fast after some 200 such bounces: what each
-took of a slower slip, though little, kept it on top."""
+"""Largest part of a slip's energy that a bounce takes; a bounce that needs more takes none.
+
+The speed of a ball that starts to fall off another one grows by the factor e in about 200 bounces.
+When each bounce took a little energy even from a slower slip, the ball stayed on top.
+"""
 
 
 @kernel
 def lies_on(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws, t: float) -> bool:
-    """Whether the impact of balls i and j at t [s] is a bounce of one that lies on the other."""
+    """Return whether the impact of balls i and j at t [s] is a bounce of one ball on the other."""
     a, b = balls.state[i], balls.state[j]
     if (a.phase == st.FLYING) == (b.phase == st.FLYING):
         return False
@@ -50,7 +57,7 @@ def lies_on(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws, t: flo
     speed = -(vx * rx + vy * ry + vz * rz) / distance
     if speed > capture_speed(laws, 0.5 * (a.radius + b.radius)):
         return False
-    # One that clips another's top at speed isn't loaded by it.
+    # A ball that touches the top of another one at high speed doesn't load it.
     across = vx * vx + vy * vy + vz * vz - speed * speed
     return bool(rx * ax + ry * ay + rz * az + across < 0.0)
 
@@ -66,18 +73,18 @@ def part_slowly(
     nz: float,
     overlap: float,
 ) -> None:
-    """Let two balls, of which one flies, part as fast as they approach, without friction.
+    """Let two balls, one of which flies, part as fast as they approach, without friction.
 
-    One on the table that is loaded from above moves across only, and along a cushion that it
-    touches: it continues rolling if it rolls. A ball exactly above another falls off along x. Then
-    the table responds. One that lies still is held instead, and the other left alone.
+    A ball on the table that is loaded from above moves only horizontally, and only along a cushion
+    that it touches; it keeps rolling if it rolls. A ball exactly above another falls off along x.
+    Then the table responds. If both balls lie still, they are held instead.
 
-    Where they overlap by `overlap` [m], and would come less than half out again, they part fast
-    enough to come out, and higher by `LOWEST_BOUNCE`; where one lies on the other, as fast as a
-    slow impact may be. What is missing for that comes from the slip. The impulse along it acts as a
-    friction does, and no energy comes in. One on the cloth that is pushed into others moves as
-    heavily as all of them: they take its part of the impulse as the bounce ends, and would else
-    press it back, with more overlap at each bounce.
+    If the balls overlap by `overlap` [m] and their rebound would undo less than half of it, they
+    part fast enough to undo it and to rise by `LOWEST_BOUNCE`. If one lies on the other, they part
+    at the highest speed of a slow impact. The missing energy comes from the slip: the impulse along
+    the slip acts like friction, and no energy is added. A ball on the cloth that is pushed into
+    others has the mass of all of them. They take its part of the impulse when the bounce ends;
+    otherwise they would push it back, with more overlap at each bounce.
     """
     balls, laws = world.balls, world.laws
     if is_held(height, balls, i, j, laws):
@@ -98,7 +105,7 @@ def part_slowly(
         height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
     )
     if not vx * nx + vy * ny + vz * nz > 0.0:
-        held = False  # that it comes off its cushion is all of the approach
+        held = False  # the balls approach only if one may move off its cushion
         xx, xy, yy, zz, vx, vy = _joint_compliance(
             height, balls, i, j, laws, held, with_i, with_j, nx, ny, nz
         )
@@ -120,9 +127,9 @@ def part_slowly(
     loaded = (height[j, st.FALL] - height[i, st.FALL]) * nz > across / reach
     missing = _missing(laws, reach, overlap, speed, loaded) / compliance
     if missing > 0.0:
-        # An impulse P gives the relative velocity v the change -Y P, Y the compliance of both, and
-        # the energy -P.v + P.Y P / 2. With P = part d and n.Y d = 0 the normal speed stays, and the
-        # energy given is -part q + part^2 r / 2.
+        # An impulse P changes the relative velocity v by -Y P, where Y is the compliance of both
+        # balls, and the energy by -P.v + P.Y P / 2. With P = part d and n.Y d = 0 the normal speed
+        # stays the same, and the energy changes by -part q + part^2 r / 2.
         dx, dy, dz = vx - speed * nx, vy - speed * ny, vz - speed * nz
         tilt = ((xx * nx + xy * ny) * dx + (xy * nx + yy * ny) * dy + zz * nz * dz) / compliance
         dx, dy, dz = dx - tilt * nx, dy - tilt * ny, dz - tilt * nz
@@ -154,7 +161,7 @@ def part_slowly(
 
 @kernel
 def _mass_behind(world: World, k: int, nx: float, ny: float) -> float:
-    """Return the mass of ball k and of a line of balls that it is pushed into, over its own."""
+    """Return the mass of ball k and of a line of balls that it is pushed into, over k's mass."""
     balls = world.balls
     mass: float = balls.state[k].mass
     last = k
@@ -173,16 +180,16 @@ def _mass_behind(world: World, k: int, nx: float, ny: float) -> float:
 
 @kernel(inline=True)
 def _is_sunk(laws: Laws, overlap: float, speed: float) -> bool:
-    """Whether what overlaps by `overlap` [m] comes less than half out again at `speed` [m/s]."""
+    """Return whether a rebound at `speed` [m/s] undoes less than half of an `overlap` [m]."""
     return speed * speed < laws.gravity * overlap
 
 
 @kernel(inline=True)
 def _from_slip(missing: float, slip: float, sunk: bool) -> float:
-    """Return what a rebound takes from the square of a slip [m^2/s^2].
+    """Return the part of the square of a slip that a rebound takes [m^2/s^2].
 
-    All of it, where it has sunk; else what is missing, or nothing where that is more than a part
-    of `_OF_SLIP`.
+    This is the `missing` part, at most the whole, if the balls have sunk into each other. Otherwise
+    it is the missing part, or 0 if more than the fraction `_OF_SLIP` is missing.
     """
     if sunk:
         return min(missing, slip)
@@ -191,7 +198,7 @@ def _from_slip(missing: float, slip: float, sunk: bool) -> float:
 
 @kernel(inline=True)
 def _missing(laws: Laws, reach: float, overlap: float, speed: float, loaded: bool) -> float:
-    """Return by how much the square of a rebound's speed [m^2/s^2] is less than it should be."""
+    """Return how much is missing in the square of a rebound's speed [m^2/s^2]; negative: none."""
     if _is_sunk(laws, overlap, speed):
         return 2.0 * laws.gravity * (overlap + LOWEST_BOUNCE * reach) - speed * speed
     if not loaded:
@@ -214,7 +221,7 @@ def _joint_compliance(
     ny: float,
     nz: float,
 ) -> tuple[float, float, float, float, float, float]:
-    """Return what `_compliance` does, of ball i and ball j together: sums, and what is between."""
+    """Return `_compliance` of both balls: the sum of the matrices, and i's velocity minus j's."""
     xx, xy, yy, zz, vx, vy = _compliance(height, balls, i, laws, held, with_i, -nx, -ny, -nz)
     more_xx, more_xy, more_yy, more_zz, ux, uy = _compliance(
         height, balls, j, laws, held, with_j, nx, ny, nz
@@ -234,12 +241,12 @@ def _compliance(
     ny: float,
     nz: float,
 ) -> tuple[float, float, float, float, float, float]:
-    """Return which velocity an impulse along a normal gives ball k, and which it has meanwhile.
+    """Return the velocity of ball k per impulse along a normal, and its velocity in that motion.
 
-    Of the matrix xx, xy, yy and zz [1/kg], of the velocity x and y [m/s]; as if it were so many
-    times heavier. One on the table that is
-    loaded from above doesn't move downwards, nor, where cushions have `held` it, into one that it
-    touches; in a corner it moves not at all.
+    The results are xx, xy, yy and zz of the matrix [1/kg], and the velocity along x and y [m/s].
+    `heavier` multiplies the ball's mass. A ball on the table that is loaded from above doesn't move
+    downwards. If `held`, it also doesn't move into a cushion that it touches, and in a corner it
+    doesn't move at all.
     """
     ball = balls.state[k]
     over = 1.0 / (heavier * ball.mass)
@@ -272,7 +279,7 @@ def part_from_nose(
     speed: float,
     overlap: float,
 ) -> None:
-    """Let ball i, which flies, part from a nose as fast as it approaches: as `part_slowly`."""
+    """Let flying ball i part from a nose as fast as it approaches, as in `part_slowly`."""
     ball = balls.state[i]
     if lies_still(height, balls, i, laws, ball.radius):
         hold(height, balls, i)

@@ -80,7 +80,7 @@ class Entry:
         return Call.of(code, leaves)
 
     def bind_kinds(self, *arguments: Any, what: str) -> Callable[[], Any]:
-        """Return such a call, for the kinds of the arguments rather than for their types alone."""
+        """Return a call as `bind` does, also for arrays with other elements or dimensions."""
         if not COMPILED:
             return partial(self.function, *arguments)
         return Call.of(self._code_for(arguments, what), flat(arguments))
@@ -121,7 +121,7 @@ class Needed(NamedTuple):
 
 
 KERNELS_PER_PROCESS = 6
-"""Most kernels that one process compiles: each adds to the memory that the process needs."""
+"""Largest number of kernels for one process: each adds to the memory that the process needs."""
 
 
 def make_all(

@@ -80,7 +80,7 @@ def _compiled(function: FunctionType, kinds: table.Kind, what: str, folder: Path
 
 
 def check_compiler() -> None:
-    """Raise `NoCompilerError` if there is no compiler; call this before announcing to compile."""
+    """Raise `NoCompilerError` if there is no compiler; call this before announcing a compile."""
     if find_spec("numba") is None:
         raise NoCompilerError(
             "kernels must be compiled, but numba, the compiler, isn't installed. Run "
@@ -99,9 +99,9 @@ class Order(NamedTuple):
 def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None) -> None:
     """Compile kernels into libraries, all in one separate process.
 
-    In a separate process the target of numba can be set, which is one setting per process, and its
-    memory, a gigabyte or two, is released. Kernels with much in common are compiled in half the
-    time if one process compiles them.
+    The reasons for a separate process: numba has one target per process, and a compilation takes a
+    gigabyte or two of memory, which the end of the process releases. Kernels with much in common
+    are compiled in half the time if one process compiles them.
 
     `finished`: called with the index of each order when its library is made.
 
@@ -193,7 +193,9 @@ def check_sources(order: dict[str, Any]) -> None:
     """
     function = kernel_in(table.named(order["kernel"]))
     if function is None or _digest(function) != order["digest"]:
-        raise GhostballError("its sources changed after the program started; start it again")
+        raise GhostballError(
+            "the sources of the kernel changed after the program started. Start the program again"
+        )
 
 
 def name_of(function: FunctionType, kinds: table.Kind) -> str:

@@ -31,7 +31,7 @@ such as "arm64".
 _TRIPLES = {"x86_64": "x86_64-unknown-linux-gnu", "arm64": "aarch64-unknown-linux-gnu"}
 
 _AVX2 = 40
-"""Windows' code of AVX2, PF_AVX2_INSTRUCTIONS_AVAILABLE; processors with AVX2 have the others."""
+"""Windows' code of AVX2, PF_AVX2_INSTRUCTIONS_AVAILABLE; such processors have all of `NEEDED`."""
 
 
 def machine() -> str:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 OURS = __name__.partition(".")[0]
-"""The package whose modules are inspected; of other modules only the name counts."""
+"""The package whose modules are inspected; other modules count by their names only."""
 
 _INLINE = "__kernel_inline__"
 

@@ -157,7 +157,7 @@ class Layout:
 
     def result(self, table: Any) -> Any:
         """Return the result that the kernel has put in a table."""
-        if self._result == "int":  # most do
+        if self._result == "int":  # the result of most kernels
             return table[AT_RESULT]
         return _made(self._result, iter(self._unpack(table, 8 * AT_RESULT)))
 

@@ -142,7 +142,7 @@ def is_near(height: FloatArray, balls: Balls, i: int, j: int, t: float) -> bool:
 
 @kernel
 def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
-    """Start ball i's flight and set its own next event: landing, hitting a nose, or flying over.
+    """Start ball i's flight and set its own next event: landing, a nose, or leaving the table.
 
     A ball that is held still on others has no next event.
     """
@@ -223,7 +223,7 @@ def _way_over_piece(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, fl
 
 @kernel
 def _passes(height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, s: float) -> int:
-    """Return the own event of ball i when it is over obstacle k in s seconds, or OWN_NONE."""
+    """Return the own event of ball i when it is over obstacle k after s seconds, or OWN_NONE."""
     row = laws.obstacles[k]
     if row.law != st.TAKES_OUT:
         return st.OWN_OVER + k

@@ -48,7 +48,8 @@ thousandth only.
 """
 
 _UNSEEN = 64.0
-"""Roundings of the clock in which gravity gives a speed; below that speed a piece is a parabola."""
+"""Number of roundings of the clock. Below the speed that gravity gives in this time, a piece is a
+parabola."""
 
 # Rows of `Balls.series`, each by power of the time: speed along the path, speed upwards, their
 # length, and scratch for roots.
@@ -74,7 +75,7 @@ def flight_piece(
         free = (up + root) / gravity
     elif rise > 0.0:
         free = 2.0 * rise / (root - up)
-        # Bound on its speed: that of the free fall, or the terminal speed.
+    # Bound on the gain of squared speed: that of a free fall, or the terminal speed.
     gained = min(2.0 * gravity * rise, gravity / laws.air_drag)
     fastest = math.sqrt(speed * speed + gained)
     still = max(

@@ -88,8 +88,8 @@ def _time_out(away: float, rate: float, pull: float, edge: float) -> float:
 def _cushion_at(laws: Laws, upright: bool, side: float, along: float, edge: float) -> int:
     """Return the row of the cushion that contains a place on a side in its middle part, or `ALL`.
 
-    `along` [m]: coordinate of the place along the side; the ends of cushions, by `edge` [m], don't
-    count.
+    `along` [m]: coordinate of the place along the side. Places within `edge` [m] of a cushion's end
+    don't count.
     """
     for k in range(laws.outer, len(laws.obstacles)):
         row = laws.obstacles[k]

@@ -30,7 +30,7 @@ _NO_MOTION = -1.0  # in place of a duration
 
 @kernel
 def mark(balls: Balls, i: int) -> None:
-    """Note that the current event changes the motion of ball i."""
+    """Mark ball i, because the current event changes its motion."""
     if not balls.changed[i]:
         balls.changed[i] = True
         balls.touched[0] += 1

@@ -163,7 +163,7 @@ def time_to_obstacle(
 
     The time counts from the ball's epoch. It is inf, or later than `duration` [s], if there is no
     contact within `duration`. `lasts` [s]: the whole length of the ball's piece. If the second
-    value is False, the search was stopped: no contact before that time, later ones are unknown.
+    value is False, the search was stopped: no contact before that time; later contacts are unknown.
     """
     ball = balls.state[i]
     if laws.obstacles[k].kind == st.LINE and jerk(balls, i) == 0.0:

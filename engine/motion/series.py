@@ -118,10 +118,10 @@ def extend_speed(row: FloatArray, speed: int, x: int, y: int, n: int) -> None:
 
 @kernel
 def shorter(excess: float) -> float:
-    """Return about the root of degree 24 of a number: at most that root, and at most 1.
+    """Return about the root of degree 24 of a number, at most 1.
 
-    The exponent is 1/32 + 1/128 + 1/512, because only square roots are allowed. Below 1e-34 the
-    result is larger than the root.
+    The exponent is 1/32 + 1/128 + 1/512, because only square roots are allowed. The result is at
+    most the root, except for numbers below 1e-34.
     """
     if not excess < 1.0:
         return 1.0

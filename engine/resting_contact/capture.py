@@ -92,9 +92,9 @@ def stop_approach(world: World, members: int, count: int, held: bool) -> bool:
 
 @kernel
 def _stop_wedged(world: World, count: int) -> bool:
-    """Stop every ball that two obstacles stop; return whether there is one.
+    """Stop every ball that moves into the wedge of two obstacles; return whether there is one.
 
-    Its velocity is a sum of pushes against both obstacles, which is computed directly. If the
+    The pushes of both obstacles that add up to its velocity are computed directly. If the
     obstacles face each other almost exactly, the pushes grow like the reciprocal of the angle
     between them, and the rounding errors of the general solver took the ball through an obstacle.
     """
@@ -153,8 +153,8 @@ def _push(world: World, members: int) -> None:
 def _rub_cushion(world: World, c: int) -> bool:
     """Apply the friction of contact c's impulse if its ball slides at a cushion; False if none.
 
-    By Coulomb's law, at the contact height of the cushion's impact law: the impulse replaces
-    bounces that would all rub.
+    The friction follows Coulomb's law at the contact height of the cushion's impact law, because
+    the impulse replaces bounces, which have this friction.
     """
     laws, contacts = world.laws, world.contacts
     row = -1 - contacts.ends[c, st.SECOND]

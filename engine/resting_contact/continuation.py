@@ -32,7 +32,10 @@ _LEAST_INTEGRATED = 2.0**-11
 """Shortest step of an integrated motion, relative to the time to move by one radius."""
 
 _LEAST_PART = 2.0**-6
-"""Shortest step relative to the time in which a slip or speed ends; the shorter of both counts."""
+"""Shortest step of an integrated motion, relative to the time in which a slip or speed ends.
+
+The smaller of this limit and `_LEAST_INTEGRATED` applies.
+"""
 
 _AFTER = 2.0**-4
 """First step after an integrated motion that has ended, relative to a fresh one.
@@ -182,8 +185,8 @@ def next_step(
 def own_time_of(world: World, members: int) -> float:
     """Return the shortest time [s] in which the cloth can move a member by its radius.
 
-    Without friction of the cloth (air alone may push balls together), the time in which one of them
-    moves so far.
+    If the cloth has no friction (air alone may push balls together), return the shortest time in
+    which a member moves by its radius.
     """
     balls = world.balls
     least, fastest = math.inf, math.inf

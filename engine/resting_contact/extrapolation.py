@@ -1,11 +1,11 @@
 """Extrapolate the forces of a contact step to the limit of the rounds that compute them.
 
 A round computes all friction from the present normal forces, then all normal forces. The solution
-consists of forces that a round doesn't change. If balls stick to each other between two that hold
-them, a round reduces the error by less than a thousandth. The changes in the last rounds predict
-further changes: a mixture of the forces of the last few rounds is chosen so that a round would
-change the mixture least, and the predicted change is added (Anderson 1965, in the form of Walker
-and Ni 2011).
+consists of forces that a round doesn't change. If balls stick to each other between two balls that
+hold them, a round reduces the error by less than a thousandth. The changes in the last rounds
+predict further changes: a mixture of the forces of the last few rounds is chosen so that a round
+would change the mixture least, and the predicted change is added (Anderson 1965, in the form of
+Walker and Ni 2011).
 
 Extrapolating from one change alone (Irons and Tuck 1969) misled chains: eleven balls that stick to
 each other, pushed into the end of a tube by a spinning ball, took seven times as many steps.

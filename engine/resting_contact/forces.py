@@ -105,7 +105,7 @@ def _is_still(contacts: Contacts, count: int, rubs: bool) -> bool:
     (One round isn't enough, because its friction was computed with earlier accelerations.) Mixing a
     round without changes with others gives that round (`extrapolate`), except for an ulp of
     friction at its limit. No force closes the remaining gaps then. This happens in most steps that
-    are tried while balls hop on each other.
+    are tried while balls bounce on each other.
     """
     for c in range(count):
         one = contacts.forces[c]

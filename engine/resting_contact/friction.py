@@ -62,7 +62,7 @@ def _rub(world: World, c: int, duration: float) -> None:
     ends the slip.
 
     The force is found by projection onto the friction disc. Taking its direction from the slip of
-    the previous sweep did not converge for small slip.
+    the previous round did not converge for small slip.
 
     A cushion acts at the contact height of its impact law, and its force points to the centre of
     the ball; FORCE is the component along the normal.
@@ -183,7 +183,7 @@ def _slip(
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     along, up, change_along, change_up = _surface(world, c, a, sine, cosine, duration)
     if b >= 0:
-        # The contact is on the other side of its centre.
+        # The contact is on the other side of ball b's centre.
         b_along, b_up, b_change_along, b_change_up = _surface(world, c, b, 0.0, 1.0, duration)
         vx, vy = world.balls.state[b].vx, world.balls.state[b].vy
         ax, ay = contacts.motion[b].new_ax, contacts.motion[b].new_ay
@@ -199,7 +199,7 @@ def _slip(
 def _surface(
     world: World, c: int, k: int, sine: float, cosine: float, duration: float
 ) -> tuple[float, float, float, float]:
-    """Return the velocity of ball k's surface in the direction of contact c's normal, and its rate.
+    """Return the velocity of the point of ball k's surface on contact c's normal, and its rate.
 
     `sine`, `cosine`: the angle of this point above the centre. The decay of vertical spin on the
     cloth is included: without it, a slip proportional to the step remained.

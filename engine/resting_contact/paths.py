@@ -138,7 +138,7 @@ def gap_along(world: World, c: int, part: float) -> tuple[float, float]:
 def share_of_gap(world: World, c: int, start: float) -> float:
     """Return the allowed error of contact c's gap [m] for each of a step's causes of error.
 
-    It is a part of the tolerance, minus the gap at the start.
+    It is the fraction `_SHARE_OF_GAP` of the tolerance that remains beside the gap at the start.
     """
     a, b = balls_of(world.contacts, c)
     share: float = contact_tolerance(world.balls, a, b) - abs(start)

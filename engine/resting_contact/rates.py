@@ -1,9 +1,9 @@
 """Accelerations of an island's balls at a time, and the forces that keep its gaps closed.
 
-`resting_contact.integrate` integrates them. Every contact pushes, every ball moves, and every
-friction has a direction. So the forces follow from linear equations: no gap has an acceleration.
-If this isn't so, a contact parts, a ball starts to slip, or a slip ends; then
-`resting_contact.forces` makes the step.
+`resting_contact.integrate` integrates the accelerations. Here every contact pushes, and friction at
+each contact has a direction. So the forces follow from linear equations: no gap has an
+acceleration. When a contact parts, a ball starts to slip, or a slip ends,
+`resting_contact.forces` computes the step instead.
 
 A cushion acts at its nose if its impact law does, as Han's (2005), or else at mid-ball. Its force
 points from there to the ball's centre, its friction acts across this direction, and the cloth
@@ -24,7 +24,7 @@ from ghostball.engine.motion.geometry import friction_limit, speed_of
 from ghostball.engine.motion.obstacles import facing
 
 _DEPENDENT = 2.0**-40
-"""Remainder of a contact's compliance, relative to it, that counts as rounding in elimination."""
+"""Remaining fraction of a contact's compliance that counts as rounding in the elimination."""
 
 _STUCK = 2.0**-20
 """Slip of a contact, relative to the speeds, below which its friction may hold it."""

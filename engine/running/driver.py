@@ -132,7 +132,7 @@ class KernelRun:
         if self.status in (Status.EVENT_LIMIT, Status.WORK_LIMIT):
             self.reason = f"{self._done()} by t = {now:.9g} s"
         elif self.status is Status.ENDLESS:
-            self.reason = f"{self._endless(code)}. Done were {self._done()} by t = {now:.9g} s"
+            self.reason = f"{self._endless(code)}. The run had {self._done()} by t = {now:.9g} s"
         elif self.status is Status.FAILED:
             self.reason = f"{self._invalid(code)} at t = {now:.9g} s"
 
@@ -180,7 +180,7 @@ class KernelRun:
         if not math.isfinite(state[st.RADIUS]):
             wrong.append(f"radius of {state[st.RADIUS]}")
         if not wrong and state[st.OWN_TIME] >= self._clock[st.NOW]:
-            return f"contacts of {ball} are looked for without end"
+            return f"the search for contacts of {ball} doesn't end"
         if not wrong:
             return f"{ball} has its next event at {state[st.OWN_TIME]:.9g} s, not later than now"
         return f"{ball} has no finite motion ({', '.join(wrong)})"

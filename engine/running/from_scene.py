@@ -43,7 +43,7 @@ _CELL_ROOM = 2.0**-20
 """Relative excess of a cell's side over the largest diameter: a margin for rounding."""
 
 _COMPLIANT_CELL_ROOM = 0.25
-"""The same where impacts last: what is nearer than a leg of a cluster reaches must be found."""
+"""The same if impacts last: cells must give every ball that a leg of a cluster can reach."""
 
 
 _CLOTH_OF_CELL = 0.03

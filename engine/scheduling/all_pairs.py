@@ -277,8 +277,8 @@ def earliest(world: World) -> tuple[float, int, int]:
 
     If several own events have the same time, a ball that comes to rest is first
     (`takes_precedence`). So a ball that has almost stopped is at rest before its neighbours are
-    checked again. Of two balls that touch each other and reach a cushion simultaneously, the
-    position decides, not the index.
+    checked again. If two touching balls reach a cushion simultaneously, their positions decide
+    which event is first, not their indices.
     """
     balls = world.balls
     t = _least(world.pairs.next)

@@ -7,12 +7,12 @@ the ball enters another cell, it is checked against the balls of three new cells
 Each ball has one slot, with its earliest bound, the other ball of this bound (the partner), and one
 bound for all remaining neighbours. If the partner changes its motion, the slot isn't updated at
 once. When the slot is due, a stamp shows that the partner has changed. The bound for the remaining
-neighbours then takes its place, and the slot is filled again when that one is due. A priority queue
-(`scheduling.priority_queue`) finds the earliest slot.
+neighbours then takes its place, and the slot is filled again when this bound is due. A priority
+queue (`scheduling.priority_queue`) finds the earliest slot.
 
 The results are bit-identical to those of `scheduling.all_pairs`. The bounds of a pair are a fixed
 sequence. It starts at the last change of motion of either ball, and each bound is computed from the
-one before. A query returns the first bound of this sequence that isn't past, whenever it is made.
+one before. A query at any time returns the first bound of this sequence that isn't past.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def update(world: World, t: float) -> None:
 
 @kernel(inline=True)
 def bound_of(world: World, i: int, j: int, t: float) -> float:
-    """Implement `scheduling.scheduler.bound_of` anew: return t if the pair touches, or later."""
+    """Implement `scheduling.scheduler.bound_of`: compute the bound again; t if the pair touches."""
     balls = world.balls
     if holds(world.contacts, i, j):
         return math.inf
@@ -303,7 +303,7 @@ def set_aside(world: World, i: int) -> float:
 
 @kernel(inline=True)
 def put_bound(world: World, i: int, j: int, bound: float, t: float) -> None:
-    """Implement `scheduling.scheduler.put_bound`: in the slots of both balls that hold the pair."""
+    """Implement `scheduling.scheduler.put_bound` for each of the two slots that has the pair."""
     if _is_moved_on(world.cells, i, j, bound, t):
         _advance_slot(world, i, bound, t)
     if _is_moved_on(world.cells, j, i, bound, t):

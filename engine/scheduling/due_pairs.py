@@ -38,8 +38,8 @@ from ghostball.engine.scheduling.time_of_impact import IMPACT, LASTING, NOT_YET,
 class Event(NamedTuple):
     """Next event: the own event of a ball, or pairs that touch.
 
-    `judged` isn't added to the counters yet, because an event that waits for `Contacts` is resolved
-    twice.
+    `judged` isn't added to the counters yet: if `Contacts` is too small for an event, the event is
+    resolved twice.
     """
 
     t: float  # [s]; inf: no event

@@ -196,8 +196,8 @@ def touch(
     opening = across / distance + pull
     pulled = opening < -APPROACH_ROUNDING * (_pull(balls, i, t) + _pull(balls, j, t))
     if rate < -noise:
-        # Such a slow rebound ends within `CAPTURE_HEIGHT`: friction pushes the balls together
-        # again, or the cloth stops a ball that was at rest.
+        # A slow rebound ends within `CAPTURE_HEIGHT`: friction pushes the balls together again, or
+        # the cloth stops a ball that was at rest.
         struck = at_rest(balls, i) or at_rest(balls, j)
         closing = _stopping(balls, i) + _stopping(balls, j) - opening
         height = capture_height(balls, i, j)
@@ -347,7 +347,7 @@ def _touch_in_space(
 def _next_approach(
     opening: float, vx: float, vy: float, ax: float, ay: float, distance: float, bend: float
 ) -> float:
-    """Return in how long [s] a touching pair with zero approach speed can start to approach.
+    """Return the time [s] after which a touching pair with zero approach speed can approach.
 
     With r . v = 0, half the time derivative of |r|^2 is s (A + B s + C s^2), where A = v^2 + r . a
     = `opening`, B = 3/2 v . a and C = a^2 / 2. The pair separates while this is positive. If the

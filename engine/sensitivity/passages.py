@@ -6,8 +6,8 @@ it is dz+ = DG (dz- + f- dtau) - f+ dtau (saltation). f- and f+ are the rates of
 after, DG is the derivative of the event's map. For impact laws DG is a central difference
 (`sensitivity.laws`).
 
-A matrix maps the changes at the starts of the segments that end with the event to those at the
-starts of the segments that start with it, at the time of the event.
+Each event has a matrix. It maps changes at the starts of the segments before the event to changes
+at the starts of the segments after the event.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def links_of(motion: SegmentedMotion, events: Events) -> Links:
     collisions = collisions_at_once(events)
 
     def reach(ball: int, t: float) -> bool:
-        """Move a ball to its last segment before t, and return whether one starts at t."""
+        """Move a ball to its last segment before t; return whether a segment starts at t."""
         while at[ball] < last[ball] and epochs[at[ball] + 1] < t:
             at[ball] += 1
             lost[at[ball]] = True
@@ -329,8 +329,8 @@ def _into_pockets(at: _Crossing) -> Passages:
 def _through_own_ends(at: _Crossing) -> Passages:
     """Return the effect of the end of a slide or a roll.
 
-    Its duration is |u| / (3.5 mu_s g), or |v| / (mu_r g), so dtau follows from the changes at the
-    start of the segment.
+    A slide lasts |u| / (3.5 mu_s g), and a roll |v| / (mu_r g), so dtau follows from the changes at
+    the start of the segment.
     """
     rows = at.before[:, 0]
     slides = at.motion.slides[rows]

@@ -49,7 +49,7 @@ class Rounding:
         Each number is changed, with a random sign in each lane, by the largest size that the number
         or its terms have at the event. A number that is exactly 0 doesn't change, and a ball's
         position along an axis changes only if the ball moves along it: motion that is symmetric
-        about an axis is exactly symmetric in our engine. The uncertainty of a position includes
+        about an axis is exactly symmetric in this engine. The uncertainty of a position includes
         that of the gaps, which are compared with radii, and the distance that the ball moves within
         the rounding of the clock.
 

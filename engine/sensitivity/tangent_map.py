@@ -2,7 +2,7 @@
 
     >>> result = simulate(scene, record="trajectory")
     >>> result.sensitivity(result.rest_time)     # effect of rounding on each ball, over 2^-53 [m]
-    >>> result.horizon(tolerance=1e-3)           # until when our engine knows the positions [s]
+    >>> result.horizon(tolerance=1e-3)           # until when the engine knows the positions [s]
     >>> result.tangent(directions).sample(times) # effect of given changes of the first state
 
 The tangent map is the derivative of the engine's own trajectory, including the times of events. On
@@ -39,7 +39,7 @@ ROUNDING = 2.0**-53
 """Half the spacing of doubles at 1: the largest relative error of one rounding."""
 
 QUALITY = 32.0
-"""Bound on our engine's errors, in units of the error of one rounding of the state per event."""
+"""Bound on this engine's errors, in units of the error of one rounding of the state per event."""
 
 _RUNS, _MOST_SEGMENTS = 4, 20_000
 """Largest number of groups of random signs, and of segments in all groups, to limit memory."""
@@ -114,7 +114,7 @@ class EngineTangentMap:
         `instants` (k,) float64 [s], increasing: the times of the events; between two of them growth
             is computed at a few times only.
         `tolerance` [m].
-        `error`: None: the bound on our engine's errors, `QUALITY` times the error of a rounding.
+        `error`: None: the bound on this engine's errors, `QUALITY` times the error of a rounding.
         """
         limit = tolerance / (QUALITY * ROUNDING if error is None else error)
         for times in _chunks(instants, self.t_end):
@@ -149,7 +149,7 @@ def tangent_of(
 ) -> EngineTangentMap:
     """Return the effects of small changes of the first state of a shot.
 
-    `trajectory`, `events`: as our engine records them; `Result.tangent` passes its own.
+    `trajectory`, `events`: as this engine records them; `Result.tangent` passes those it has.
     `directions` (m, n, 7) float64: each a change of every ball's position x, y [m], velocity x, y
         [m/s] and angular velocity x, y, z [rad/s]. The angular velocity of a ball that is rolling
         at the start follows its velocity. A ball at rest stops again immediately if the cloth slows
@@ -157,7 +157,7 @@ def tangent_of(
 
     Raises `GhostballError` if `directions` has another shape, or isn't finite; if the trajectory or
     the events have balls or obstacles that the scene doesn't have, or can't belong to its physics;
-    or if our engine doesn't simulate the scene.
+    or if this engine doesn't simulate the scene.
     """
     n = len(scene.balls)
     given = np.asarray(directions, dtype=np.float64)
@@ -225,7 +225,7 @@ def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -
     named = np.concatenate((events["a"], events["b"][pairs]))
     if len(trajectory.segments) != n or np.any((named < 0) | (named >= n)):
         raise GhostballError(
-            f"`trajectory` and `events` must be those of the scene, of {n} balls, got the "
+            f"`trajectory` and `events` must be those of the scene, which has {n} balls, got the "
             f"trajectories of {len(trajectory.segments)} and events of balls "
             f"{sorted(set(named.tolist()))}"
         )
@@ -250,6 +250,7 @@ def _check_recorded(scene: Scene, trajectory: ExactTrajectory, events: Events) -
 def _growing() -> AbstractContextManager[None]:
     """Let numbers that outgrow doubles become infinite, and NaN, without a warning.
 
-    In a long chaotic motion, derivatives do so. Compiled kernels never warn; numpy would.
+    The derivatives of a long chaotic motion outgrow doubles. Compiled kernels never warn; numpy
+    would.
     """
     return np.errstate(over="ignore", invalid="ignore")

@@ -160,8 +160,8 @@ class Result:
         -----
         Ghostball's engine treats all bounces on the table that are lower than 3e-9 m as one motion,
         which lasts at most a few milliseconds. During this motion, the vertical speed of the ball
-        isn't known. A ball that lies on another ball bounces there, lower than 1e-8 m; in the new
-        scene these bounces are different ones.
+        isn't known. A ball that lies on another ball bounces there, lower than 1e-8 m; these
+        bounces differ in the new scene.
         """
         instants = _instants(t, "t")
         if len(instants) != 1:
@@ -240,10 +240,11 @@ class Result:
     def sensitivity(self, times: ArrayLike) -> FloatArray:
         """Return the displacement of each ball by rounding, over 2^-53: (k, n) float64 [m].
 
-        The rms displacement, to first order, if the state is rounded once at the start and at each
-        event. Values that are exactly 0 by symmetry stay 0, as in Ghostball's engine; use `tangent`
-        for perturbations without that symmetry. Infinite after simultaneous collisions of one ball
-        and after resting contact, where no derivative exists. See `engine.sensitivity`.
+        This is the rms displacement, to first order, if the state is rounded once at the start and
+        at each event. Values that are exactly 0 by symmetry stay 0, as in Ghostball's engine; use
+        `tangent` for perturbations without that symmetry. The result is infinite after simultaneous
+        collisions of one ball and after resting contact, where no derivative exists. See
+        `engine.sensitivity`.
 
         Parameters are those of `sample`.
 
@@ -285,7 +286,7 @@ class Result:
     def tangent(self, directions: ArrayLike) -> TangentMap:
         """Return the effect of small changes of the initial state on the shot, to first order.
 
-        See `sensitivity.tangent_of`.
+        See `engine.sensitivity.tangent_of`.
 
         Parameters
         ----------

@@ -41,8 +41,8 @@ def compliant_share(slip: float, friction: float, restitution: float, ratio: flo
     `slip` >= 0: the slip of the ball's surface before the impact, over the closing speed.
     `friction` >= 0, `restitution` in [0, 1]; `ratio` in (1, 2): r.
 
-    A rigid contact has at most 2/7, which ends the slip. If friction is strong enough, the slip
-    here is reversed, and the part is larger than 2/7; it is at most 4/7.
+    With a rigid contact the part is at most 2/7, which ends the slip. Here, strong friction
+    reverses the slip, and the part is larger than 2/7, but at most 4/7.
 
     Contract: + - * / and square roots only; no allocation; a bounded number of steps. The energy
     doesn't increase: both springs are unloaded at the end.
@@ -117,8 +117,8 @@ def _excess(
 def cosine_and_sine(angle: float) -> tuple[float, float]:
     """Return the cosine and the sine of an angle from 0 to 4 rad, with an error below 1e-14.
 
-    The power series for a 64th of the angle, then the angle is doubled six times. 1 - cos is kept
-    instead of cos, which would lose digits.
+    Power series give the values for a 64th of the angle, which is then doubled six times. 1 - cos
+    is kept instead of cos, which would lose digits.
     """
     x = angle / 64.0
     z = x * x
@@ -131,7 +131,7 @@ def cosine_and_sine(angle: float) -> tuple[float, float]:
 
 @kernel
 def arcsine(sine: float) -> float:
-    """Return the angle from 0 to a quarter turn with a sine in [0, 1]: halved five times."""
+    """Return the arcsine of a number in [0, 1]: a series for the angle, halved five times."""
     cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
     half = sine
     for _ in range(5):

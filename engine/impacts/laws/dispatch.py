@@ -1,6 +1,6 @@
 """Calls of the law that a scene has chosen, by its index in `model.impact_laws`.
 
-Also the height at which a cushion's law has its contact, for resting contacts.
+For resting contacts, `nose_sine` gives the height of the contact in a cushion's law.
 """
 
 from __future__ import annotations

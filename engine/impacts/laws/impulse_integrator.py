@@ -40,7 +40,7 @@ _LONG = 16.0  # factor on _STEP_ERROR per length of the shorter slip, if neither
 _ROUNDING = 2.0**-44  # relative to the sum of all speeds: added to `STILL` and `_STEP_ERROR`
 _TURNED = 1e-8  # speed below which compression ends; the error of the work is its square
 _RETURNED = 1e-9  # part of the work to be returned that may be missing
-_WORK_ROUNDING = 1e-15  # relative to the stored work: as a speed, 3e-8 if all else is 0
+_WORK_ROUNDING = 1e-15  # relative to the stored work; it corresponds to a speed of 3e-8
 _FIRST_STEP = 1e-3
 _STANDS = 1e-2  # rate of the approach speed that counts as 0 if both contacts hold
 # Most impacts take 20 to 200 steps. A contact at the limit of what it can hold may alternately slip
@@ -189,8 +189,8 @@ def _step(change: Slips, h: float, held: Held, model: Model) -> tuple[Slips, flo
 def _missed(change: Slips, end: Slips, h: float, held: Held, model: Model) -> float:
     """Return the length of a slip whose start or reversal a step has missed.
 
-    A slip that was held and isn't at the end, or a slip that passed through 0, where friction
-    reverses.
+    A held slip starts if friction doesn't hold it at the end of the step. A slip reverses if it
+    passes through 0; its friction then reverses, too.
     """
     now = held_of(end, held.still, model)
     rates = rates_of(end, now, model)
@@ -232,9 +232,9 @@ def integrate(model: Model, speeds: float) -> Outcome:
     The error of the result is below 1e-7, plus the rounding of `speeds`.
 
     Compression ends when the approach speed is 0. The rebound ends when the normal force has
-    returned e^2 of the work that it stored, the integral of that speed (Stronge), or if the ball is
-    driven back. Either phase ends if both contacts hold the ball and it doesn't move: then it is
-    jammed.
+    returned e^2 of the work that it stored, the integral of the approach speed (Stronge), or if the
+    ball is driven back. Either phase ends if both contacts hold the ball and it doesn't move: then
+    it is jammed.
 
     Contract: no allocation; a bounded number of steps. Mirrored (`along` and `t`), the result is
     mirrored to the bit.

@@ -81,7 +81,7 @@ class Cushion(NamedTuple):
     tangential: float  # factor on the tangential velocity
     friction: float
     height: float  # above the cloth [m]
-    ratio: float  # of the frequencies of a contact that yields along the slip; 0: it is rigid
+    ratio: float  # frequency of the spring along the slip over the normal spring's; 0: it is rigid
 
 
 class CushionBounce(NamedTuple):

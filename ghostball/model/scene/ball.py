@@ -1,4 +1,4 @@
-"""Balls.
+"""The balls of a scene.
 
 The values that a field may have are defined in `scene.fields`.
 """

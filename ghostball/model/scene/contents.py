@@ -178,9 +178,9 @@ def rolls_alone(v: Sequence[float], w: Sequence[float], radius: float) -> bool:
 def usual_ball(table: str | None, physics: str | None) -> Mapping[str, float] | None:
     """Return the radius [m] and mass [kg] of balls for which a scene gives none.
 
-    `table` and `physics` are the presets of the scene's table and physics, or None. Each may belong
-    to a game, which has its own balls; without one, balls are pool balls. None: the presets belong
-    to different games.
+    `table` and `physics` are the presets of the scene's table and physics, or None. A preset may
+    belong to a game with its own balls; if neither does, balls are pool balls. The result is None
+    if the presets belong to different games.
     """
     on_table = Table.BALLS.get(table or "")
     measured = Physics.BALLS.get(physics or "")

@@ -34,7 +34,7 @@ MAX_FALL_DRAG = 1e6
 
 At this limit, a falling ball reaches its terminal speed within a thousandth of a second. At the top
 of a flight, the terms of the power series grow with a rate of at most 1e9 times the root of this
-limit, to the 24th power: 1e288.
+limit, 1e12 1/s. The 24th power of this rate is 1e288.
 """
 
 SMALLEST = 1.0 / LARGEST
@@ -62,7 +62,7 @@ def _not_tiny(value: float) -> float:
 
 
 def whole_number(value: Any) -> Any:
-    """Reject a value that isn't an int; a literal compares by value, and true == 1.0 == 1."""
+    """Reject a value that isn't an int, because a `Literal[1]` would accept true and 1.0."""
     if type(value) is not int:
         raise PydanticCustomError("literal_error", "not a whole number", {"expected": "1"})
     return value

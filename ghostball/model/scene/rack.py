@@ -49,8 +49,8 @@ class Rack(ScenePart):
 
     Presets. In both, every ball is uneven by as much as its gaps allow.
 
-    "template" (a thin sheet with holes, in which the balls settle): gaps of 0 to 30 um, mean 15.
-        Assumed: nobody has published measured gaps.
+    "template" (a thin sheet with holes, in which the balls settle): gaps of 0 to 30 um, mean
+        15 um. Assumed: nobody has published measured gaps.
     "wooden" (a triangle of wood or plastic): gaps of 0 to 0.1 mm, mean 0.05 mm. Assumed.
     """
 

@@ -57,7 +57,7 @@ def check_each_rule(scene: SceneContents) -> None:
 
 
 def check_places(scene: SceneContents, starts: InitialStates) -> None:
-    """Check initial positions: of all balls of a scene, in one shot or in many consecutive shots.
+    """Check the initial positions of all balls of a scene, in one shot, or shot after shot in many.
 
     Raises `PydanticCustomError` for the first rule that is broken.
     """
@@ -147,7 +147,7 @@ def _check_inside(scene: SceneContents, starts: InitialStates) -> None:
     k = _first(np.any(beyond, axis=0))
     if k is not None:
         side = int(np.argmax(beyond[:, k]))
-        far = "its radius" if reach[k] == radii[k] else "so far at this height"
+        far = "its radius" if reach[k] == radii[k] else "its reach at the height of the nose"
         raise problem(
             "outside",
             f"{starts.name(k, '.position')} must be inside the table: ball "

@@ -43,8 +43,8 @@ class Scene(SceneContents):
         None: an unbounded cloth.
     physics : Physics
     rack : Rack or None
-        Only when a scene is made: its balls are added after those in `balls`. A scene itself has
-        all balls in `balls`, and None here.
+        An argument only: the balls of the rack are added after those in `balls`. A finished scene
+        has all balls in `balls`, and None here.
     t_max : float or None
         Time at which the simulation stops [s]; None: when all balls are at rest.
     """
@@ -91,7 +91,7 @@ class Scene(SceneContents):
         strikes: Mapping[int, Strike] | None = None,
         **fields: Any,
     ) -> Scene:
-        """Make a scene of n balls from arrays. Faster than ball by ball, with the same checks.
+        """Make a scene of n balls from arrays: faster than from `Ball`s, with the same checks.
 
         Parameters
         ----------
@@ -135,8 +135,8 @@ class Scene(SceneContents):
 
         Balls that were pocketed or left the table are removed. The other balls keep their id,
         radius, mass and frictions; the table, the physics and `t_max` stay the same. The new scene
-        has no title and no tags. All values come from `result.scene`, because this is a class
-        method.
+        has no title and no tags. All values come from `result.scene`, even if the method is called
+        on another scene.
 
         Parameters
         ----------

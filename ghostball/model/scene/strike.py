@@ -50,7 +50,7 @@ Components = tuple[FloatArray, FloatArray, FloatArray]
 
 FASTEST_CUE = LARGEST / 10.0
 """Largest speed of a cue [m/s]. The ball leaves the cue at no more than twice this speed, with a
-surface speed of at most five times."""
+surface speed of at most five times this speed."""
 
 _IMPULSE_TO_STICK = 2.0 / 7.0
 """Impulse over mass that ends a slip speed of 1, for a solid sphere."""
@@ -296,7 +296,7 @@ def bounced(
 
     The law is that of a landing: the downward speed is reversed and multiplied by `restitution`.
     The friction of the cloth ends the slip, or is the coefficient `friction` times the upward
-    impulse. A ball that isn't pushed into the table keeps its velocity and spin.
+    impulse if that is less. A ball that isn't pushed into the table keeps its velocity and spin.
     """
     vx, vy, vz = velocity.T
     wx, wy, wz = spin.T

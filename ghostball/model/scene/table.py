@@ -87,8 +87,8 @@ class Table(ScenePart):
 
     A `preset` sets the size and pockets of a standard table, and the radius and mass of balls for
     which the scene gives none. Any field overrides the preset. The name of a preset may replace the
-    table in a scene. `vertices` make the table any simple polygon instead. A ball meets a corner
-    that points into the table as a point.
+    table in a scene. `vertices` make the table any simple polygon instead. A corner that
+    points into the table acts on balls as a point.
     """
 
     PRESETS: ClassVar[dict[str, dict[str, Any]]] = {

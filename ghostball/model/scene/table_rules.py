@@ -291,7 +291,7 @@ def _check_rails(size: tuple[float, float], pockets: Pockets) -> None:
                 "pockets",
                 f"`pockets` must leave a part of each cushion straight, but along the {name} of "
                 f"{dict(zip(free, size, strict=True))[name]:g} m, mouths and jaws are "
-                f"{-left:.6g} m longer than the cushion. Give smaller ones",
+                f"{-left:.6g} m longer than the cushion. Give smaller mouths or jaws",
                 at=("pockets",),
             )
 
@@ -306,6 +306,6 @@ def _check_holes(size: tuple[float, float], pockets: Pockets) -> None:
                     "pockets",
                     f"`pockets` must have holes apart from each other, but two of radius "
                     f"{one.radius:g} and {other.radius:g} m are "
-                    f"{math.dist(one.centre, other.centre):.6g} m apart. Give smaller ones",
+                    f"{math.dist(one.centre, other.centre):.6g} m apart. Give smaller holes",
                     at=("pockets",),
                 )

@@ -1,8 +1,8 @@
 """Orientation of balls, as quaternions with w first.
 
 The orientation is computed after a run from the recorded motion, because the motion doesn't depend
-on it. Between events, the angular velocity is a polynomial in time, w(s) = w_0 + w_1 s + ..., if a
-piece ends when the vertical spin has decayed; without air, the polynomial is linear. If all
+on it. Between events, the angular velocity is a polynomial in time, w(s) = w_0 + w_1 s + ...;
+a new piece starts when the vertical spin has decayed. Without air, the polynomial is linear. If all
 coefficients are parallel, the ball turns about their axis by the integral of w. Otherwise the axis
 moves, and q' = w(s) q / 2 is solved by a power series.
 """
@@ -99,10 +99,9 @@ def orientation_at(times: FloatArray, pieces: Pieces) -> FloatArray:
 
     `times` (k,) are between the start of the first piece and the end of the last [s]. Raises
     `GhostballError` if a ball needs more than `MAX_STEPS` steps. The steps depend only on the
-        motion, not on `times`, so the result for one time has the same bits for any other `times`.
-        The error is a few roundings for each step, plus the effect of the rounding of the time, |w|
-        eps t. The latter dominates: about 1e-13 rad for a ball that turns a hundred times in ten
-        seconds.
+    motion, not on `times`, so the result for one time has the same bits for any other `times`. The
+    error is a few roundings for each step, plus the effect of the rounding of the time, |w| eps t.
+    The latter dominates: about 1e-13 rad for a ball that turns a hundred times in ten seconds.
     """
     fixed = has_fixed_axis(pieces)
     steps = _steps_of(pieces, fixed)
@@ -150,8 +149,8 @@ def fixed_axis_turn(spin: FloatArray, duration: FloatArray) -> FloatArray:
 def series_turn(spin: FloatArray, duration: FloatArray, terms: int) -> FloatArray:
     """Return the turn by a spin (m, d, 3) during a short time, quaternions (m, 4), for any axes.
 
-    `spin` is as in `Pieces`. `duration` (m,) [s] must be such that |w| times it is at most
-    `STEP_TURN` throughout. `terms` is the number of terms of the series, including the first. With
+    `spin` is as in `Pieces`. |w| times `duration` (m,) [s] must be at most `STEP_TURN`
+    throughout. `terms` is the number of terms of the series, including the first. With
     q = sum C_n and w s = sum W_k, by power of the time, the equation q' = w q / 2 gives 2 (n + 1)
     C_{n+1} = sum_k W_k C_{n-k}. The series converges everywhere.
     """

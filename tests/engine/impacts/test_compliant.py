@@ -358,5 +358,5 @@ def test_two_clusters_at_once_are_followed_together():
 
 def test_there_is_no_tangent_map_of_impacts_that_last():
     result = simulate(shot(t_max=0.3), record="trajectory")
-    with pytest.raises(UnsupportedSceneError, match='no tangent map of `impacts` = "compliant"'):
+    with pytest.raises(UnsupportedSceneError, match='no tangent map for `impacts` = "compliant"'):
         result.sensitivity([0.2])

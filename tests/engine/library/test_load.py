@@ -94,7 +94,7 @@ def test_sources_that_are_changed_while_a_program_runs_are_not_compiled(copy):
     process["args"][2] = CALL.replace(";", f"; {edit}", 1)
     done = subprocess.run(**process, check=False)
     assert done.returncode == 1
-    assert "its sources changed after the program started" in done.stderr
+    assert "sources of the kernel changed after the program started" in done.stderr
     assert not [*(copy / "cache" / "libraries").glob("*.so")]
     assert run_copy(copy, copy / "cache")[0] == 10.0
 

@@ -20,7 +20,7 @@ TWO = np.ones((1, 2, 7))
 
 def test_a_recorded_motion_must_be_that_of_the_scene():
     one, two = recorded(find_scene("stop")), recorded(find_scene("half-ball-cut"))
-    with pytest.raises(GhostballError, match="must be those of the scene, of 2 balls"):
+    with pytest.raises(GhostballError, match="must be those of the scene, which has 2 balls"):
         tangent_of(two.scene, one.trajectory, one.events, np.ones((1, 2, 7)))
     events = two.events.copy()
     events["a"][0] = 99
