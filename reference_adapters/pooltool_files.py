@@ -33,6 +33,9 @@ LEAST_FRICTION = 1e-9
 _SAME = 1e-9
 """Largest difference of two positions that count as equal [m]."""
 
+_SPACING = 1e-6
+"""Distance by which pooltool moves a ball away from what it hits [m]."""
+
 _LARGEST_RADIUS = 0.2
 """Largest radius of a ball [m]; a larger number isn't in metres."""
 
@@ -174,7 +177,7 @@ def _scene_of(system: _System, name: str) -> Scene:
         "cushion_frequency_ratio": FREQUENCY_RATIO,
         "cushion_restitution": first.e_c,
         "cushion_friction": first.f_c,
-        "cushion_height": height,
+        "cushion_height": first.R * (1.0 + _sine(height - first.R, first.R + _SPACING)),
         **_frictions_of(first),
     }
     table: dict[str, Any] = {"length": length, "width": width}
@@ -192,6 +195,24 @@ def _frictions_of(params: _Params) -> dict[str, float]:
         "rolling_friction": params.u_r,
         "spinning_friction_rate": rate,
     }
+
+
+def _sine(opposite: float, adjacent: float) -> float:
+    """Return the sine of the angle with these sides; see `_height_for_pooltool`."""
+    return opposite / math.hypot(opposite, adjacent)
+
+
+def _height_for_pooltool(scene: Scene) -> float:
+    """Return the height of the nose that gives Stronge's cushion the same normal in pooltool [m].
+
+    The sine of the normal's elevation is (height - R) / R here. In pooltool, the normal points from
+    the nose to the centre of the ball, which is `_SPACING` more than R beside the nose.
+    """
+    radius, height = float(scene.radii[0]), scene.physics.cushion_height
+    if scene.physics.cushion != "stronge2000":
+        return height
+    sine = (height - radius) / radius
+    return radius + (radius + _SPACING) * sine / math.sqrt(1.0 - sine * sine)
 
 
 def _strike_of(cue: _Cue) -> dict[str, Any]:
@@ -347,7 +368,7 @@ def pooltool_json(scene: Scene) -> str:
 
 def _written_table(scene: Scene) -> dict[str, Any]:
     assert scene.table is not None
-    width, height = scene.table.width, scene.physics.cushion_height
+    width, height = scene.table.width, _height_for_pooltool(scene)
     linear: dict[str, Any] = {}
     discs: dict[str, Any] = {}
     holes: dict[str, Any] = {}
