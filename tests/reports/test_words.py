@@ -287,4 +287,4 @@ def test_a_run_that_is_wrong_on_the_way_is_not_called_right():
     events["t"][:1] -= 0.01
     text = reason_of(replace(ours, result=replace(ours.result, events=events)))
     assert text.startswith("The final positions of mine are right (")
-    assert 'its events have "cue" hits "object" 0.01 s too early' in text
+    assert 'in its events, "cue" hits "object" 0.01 s too early' in text

@@ -37,7 +37,7 @@ class AcceptError(GhostballError, ValueError):
 
 
 class NothingToAcceptError(AcceptError):
-    """Nothing changed that isn't accepted already."""
+    """No selected scene has a change that could be accepted."""
 
 
 class RefusedError(AcceptError):
@@ -97,8 +97,8 @@ def accept(
     if unsteady := [one.scene for one in asked if one.change == "not-deterministic"]:
         raise RefusedError(
             f"engine `{gate.engine}` gives a different result each time it simulates "
-            f"{', '.join(unsteady)}, so no baseline can be kept. Make it deterministic, and run "
-            "`ghostball regress` again. To accept other scenes, name them"
+            f"{', '.join(unsteady)}, so no baseline can be kept. Make the engine deterministic, "
+            "and run `ghostball regress` again. To accept other scenes, name them"
         )
     others = (one for one in regression.scenes if one not in asked and one.can_be_accepted)
     left = tuple(one.scene for one in others if _is_left(one, gate))
@@ -114,10 +114,12 @@ def accept(
     if not chosen:
         if lost:
             said = "; ".join(f"{one.scene}: {one.summary}" for one in lost)
-            raise RefusedError(f"{gate.engine}: {said}. Fix it, and run `ghostball regress` again")
+            raise RefusedError(
+                f"{gate.engine}: {said}. Fix the engine, and run `ghostball regress` again"
+            )
         raise NothingToAcceptError(
-            f'no change to accept in "{" ".join(only)}"; changes to accept: '
-            f"{', '.join(left) or 'none'}"
+            f'the selected scenes ("{" ".join(only)}") have no change to accept; other scenes with '
+            f"changes: {', '.join(left) or 'none'}"
         )
     broken = [one for one in chosen if one.broken]
     if not even_though_limits_fail:
@@ -131,7 +133,7 @@ def accept(
 
 
 def _regression_in(results: Path, gate: Gate) -> Regression:
-    """Return the comparison of an engine in a results folder; it must be by the present code."""
+    """Return the stored comparison of an engine; the code must be the same as then."""
     regression = load_regression(results, gate.engine)
     if regression is None:
         raise AcceptError(

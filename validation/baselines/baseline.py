@@ -41,13 +41,13 @@ SCHEMA: Final = 4
 KEPT_EVENTS = 64
 """Number of events that a baseline stores one by one; most shipped shots have fewer.
 
-A difference in later events shows in the hashes only; `ghostball diff` of two runs finds its place.
+Later differences show only in the hashes. To find the place, compare two runs by `ghostball diff`.
 """
 
 ENDING = ".json"
 _RESTORE = "Restore it (git checkout), or remove it and accept again"
 _LINES = 3
-"""Nesting levels of a file whose entries have a line each, so git shows which of them changed."""
+"""Nesting levels whose entries have a line each, so that git shows which entries changed."""
 
 
 class BaselineError(GhostballError, ValueError):
@@ -118,7 +118,7 @@ class Baseline(StrictModel):
 
     @model_validator(mode="after")
     def _events_are_of_the_record(self) -> Self:
-        """Check contents that a matching hash can't guarantee: a wrong program hashes, too."""
+        """Check what a hash can't: a faulty program may hash wrong contents."""
         record, log, balls = self.record, self.events.log, len(self.record.definition["balls"])
         met = log.events["kind"] == EventKind.BALL_BALL
         named = [*log.events["a"].tolist(), *log.events["b"][met].tolist()]
@@ -181,7 +181,7 @@ _REQUIRED = {
 
 
 def _kept(record: CaseRecord) -> CaseRecord:
-    """Return a record without fields that the engine doesn't determine, or that judge it."""
+    """Return a record without fields that judge the run, or that equal runs may differ in."""
     metrics = {name: value for name, value in record.metrics.items() if name != "wall_time"}
     return replace(
         record,
@@ -261,7 +261,7 @@ def load_baseline(path: Path, engine: str = OURS) -> Baseline:
         raise BaselineError(f"{path}: {describe_validation_error(error)}. {_RESTORE}") from None
     if baseline.hash != _hash_in(data):
         raise BaselineError(
-            f"{path}: `hash` isn't that of `record` and `events`: the file was edited. {_RESTORE}"
+            f"{path}: `hash` doesn't match `record` and `events`: the file was edited. {_RESTORE}"
         )
     if baseline.record.scene != path.name.removesuffix(ENDING):
         raise BaselineError(

@@ -9,7 +9,7 @@ compare the runs of two folders or engines. All of them, and every report, call 
 | rounding | rounding explains the difference |
 | better | the result is closer to the reference result than before |
 | worse | the result is farther from the reference result or unphysical, or the run did not finish |
-| wrong collisions | fewer collisions agree with the reference, or else with the earlier result |
+| wrong collisions | fewer collisions agree with the reference (without it: the earlier result) |
 | changed | not rounding, and neither better nor worse by the third rule |
 
 Three rules give the answer; the first that applies decides:
@@ -162,7 +162,7 @@ _WHY = (
 def _by_error(one: CaseRecord, two: CaseRecord, explained: Allowance | None) -> Answer | None:
     """Return the answer of the third rule; None if no reference result gives one."""
     before, after = one.accuracy, two.accuracy
-    # An unphysical run needs no reference result: only its own motion shows it.
+    # A run's own motion shows that it is unphysical: no reference result is needed.
     was_broken = before is not None and before.kind == "broken"
     if after is not None and after.kind == "broken":
         return "changed" if was_broken else "worse"
@@ -245,7 +245,8 @@ def _places(case: CaseRecord) -> tuple[tuple[float, ...], ...] | None:
 def _apart(before: EventLog, after: EventLog, explained: Allowance | None) -> Pair | None:
     """Return the first event, up to the horizon, that rounding doesn't explain.
 
-    For two different engines, whose times always differ: the first collision that only one has.
+    The times of two different engines always differ. For them, return the first collision that
+    only one of the two has.
     """
     until = min(before.until, after.until)
     if explained is None:
@@ -285,7 +286,7 @@ def _by_collisions(before: EventLog, after: EventLog, horizon: float) -> Answer:
 def _end_moved(
     one: CaseRecord, before: EventLog, two: CaseRecord, after: EventLog, explained: Allowance
 ) -> bool:
-    """Return True if rounding doesn't explain the difference of the ends, up to the horizon."""
+    """Return True if status, rest time or rest positions differ by more than rounding explains."""
     if one.status != two.status:
         return True
     if explained.rest is None:

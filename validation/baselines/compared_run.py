@@ -43,7 +43,7 @@ class EventLog:
 
 @dataclass(frozen=True, eq=False)
 class ComparedRun:
-    """A record, and a function that returns its events; it is called only if the hashes differ."""
+    """A record, and a function that returns its events, called only if the hashes differ."""
 
     record: CaseRecord
     log: Callable[[], EventLog]

@@ -119,7 +119,7 @@ def compare_results(
 ) -> Regression:
     """Compare the runs of an engine in a results folder with their baselines.
 
-    `whole`: True if all scenes with a baseline were run. Then baselines of other scenes cause a
+    `whole`: True if all scenes of the project were run. Then baselines of other scenes cause a
         warning, and Ghostball's engine also runs the shots with many balls.
     `only`: names of the scenes that are compared; None: all scenes that were run.
     `time_limit` [s]: for each scene that is simulated again, as in `run_suite`.

@@ -33,7 +33,7 @@ Change = Literal[Answer, "no-baseline", "not-comparable", "not-deterministic"]
 """The change of a scene: an answer of `compare`, or why there is none."""
 
 UNCOMPARED: Final = ("no-baseline", "not-comparable")
-"""Changes without a baseline that could be compared."""
+"""The changes that mean: there is no baseline, or the baseline can't be compared."""
 
 FailOn = Literal["changed", "worse", "limits"]
 """Changes that count as failures, the strictest choice first.
@@ -47,7 +47,7 @@ LENIENT: Final[dict[FailOn, str]] = {
     "worse": "only changes for the worse count as failures",
     "limits": "only failed limits count as failures",
 }
-"""Sentences in the output of the less strict choices."""
+"""Sentences that the output shows for the less strict choices."""
 
 
 class StrictModel(BaseModel, frozen=True, extra="forbid", populate_by_name=True):
@@ -66,7 +66,7 @@ class FirstDifference(StrictModel):
 
 
 class ValueChange(StrictModel):
-    """A metric or a work counter that differs; None on a side where it has no value."""
+    """A metric or a work counter that differs; a side without a value is None."""
 
     name: str
     unit: str
@@ -86,12 +86,12 @@ class SceneChange(StrictModel):
     `label`: the engine, or both engines of a comparison of two; "" in a comparison with baselines.
     `summary`: one sentence: what changed and by how much.
     `broken`: the limits that the head fails, one sentence each.
-    `horizon` [s]: time up to which the two can be compared; None: to the end.
+    `horizon` [s]: time up to which the two runs can be compared; None: to the end.
     `first_difference`: None if all events are equal, times included.
     `base_error`, `head_error` [m]: largest rest position error; None if unknown.
     `base_is_exact`, `head_is_exact`: whether this error is no larger than rounding.
     `metrics`: metrics that differ, without run times; `counters`: work counters that differ.
-    `base_hash`, `head_hash`: of events and rest positions, to the bit; "" if there is no result.
+    `base_hash`, `head_hash`: hash of events and rest positions; "" if there is no result.
     `rest_base`, `rest_head` ((x, y, z), ...) [m] or None: rest positions, in the order of the
         scene.
     `command`: command that shows the difference, or simulates the scene again.
@@ -124,7 +124,7 @@ class SceneChange(StrictModel):
         `ours`: True for Ghostball's engine, which promises identical bits: a difference by rounding
             then fails too, until somebody accepts it.
         """
-        # no result, or none of finite numbers
+        # no result, or a result with NaN or infinity
         lost = self.change == "worse" and not self.head_hash
         if self.broken or lost or fail_on == "limits":
             return bool(self.broken) or lost
@@ -176,7 +176,7 @@ class Regression(StrictModel):
 
     @property
     def moved(self) -> tuple[SceneChange, ...]:
-        """The scenes that fail because their results changed, not only because of limits."""
+        """The failed scenes with a changed result or work counter."""
         return tuple(change for change in self.scenes if change.failed and change.moved)
 
     @property

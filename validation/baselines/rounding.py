@@ -32,7 +32,7 @@ from ghostball.validation.runs.time_steps import step_of
 from ghostball.validation.truth.certificates import certificate_of
 
 UNAMPLIFIED = 64.0 * 2.0 * UNIT_ROUNDOFF
-"""Relative difference that counts as rounding without a tangent map: a few sums of a few terms."""
+"""Relative difference that counts as rounding without a tangent map: the error of a few sums."""
 
 
 _SOURCES = {
@@ -52,14 +52,13 @@ class Allowance:
         compared.
     `map_end` [s]: time from which no derivative exists, for example because of simultaneous
         collisions; inf: never. Later, only rounding without amplification is allowed.
-    `event_times` (m,) float64 [s]: allowed difference of each event time; after `map_end` this is
-        `UNAMPLIFIED`.
+    `event_times` (m,) float64 [s]: allowed difference of each event time.
     `rest` (n,) float64 [m] or None: allowed difference of each rest position; None if the horizon
         comes before the end.
     `source`: source of the error growth: the certified result; Ghostball's engine, if the shot
         isn't certified to its end; or nothing, if Ghostball's engine doesn't support the shot.
-    `roundings`: errors that the engine may make at each event, in units of one rounding: the
-        roundings of all time steps for a time-stepping engine.
+    `roundings`: number of roundings allowed at each event; for a time-stepping engine, at least its
+        number of time steps.
     """
 
     horizon: float
@@ -156,7 +155,7 @@ def allowance_of_other(scene: Scene, events: Events, steps: float = 0.0) -> Allo
 
 
 def _believed_until(own: Growth, growth: Growth, times: FloatArray) -> float:
-    """Return the time [s] from which the own error growth exceeds the certified one; inf: never.
+    """Return the time [s] from which the run's error growth exceeds the certified growth, or inf.
 
     The growth of each ball is compared between consecutive events, as the largest value so far.
     Event times of the run may differ a little from the certified times, so the result may be one

@@ -37,14 +37,14 @@ def paired(base: Results, head: Results, labels: Mapping[str, str]) -> list[Pair
 def changes_of(base: Results, head: Results, pairs: Sequence[Pair]) -> list[SceneChange]:
     """Compare the cases of two runs.
 
-    A change fails if the head drops an accuracy class, or fails where the base does not.
+    A change fails if the head has a worse accuracy class, or if only the head's case fails.
     """
     found = []
     for one, two in pairs:
         if one is None or two is None:
             case, where = (two, base) if one is None else (one, head)
             assert case is not None
-            why = f"missing: {where.path} has no such case"
+            why = f"missing: {where.path} doesn't contain this case"
             change = SceneChange(
                 scene=case.scene, title=case.title, change="not-comparable", summary=why
             )

@@ -25,7 +25,7 @@ ROUNDS = 5
 """Number of samples for each scene and revision."""
 
 LONGEST = 2.0
-"""Run time [s] of a shot above which one sample must suffice."""
+"""A shot with a longer run time [s] is measured once."""
 
 _PROGRAM = """\
 import json, os, sys
@@ -59,7 +59,7 @@ def run_time_ratios(
     `cases`: cases that ran at both revisions.
     `time_limit` [s]: for each shot.
 
-    Raises `GhostballError` if a shot fails, or takes longer.
+    Raises `GhostballError` if a shot fails, or exceeds the time limit.
     """
     with _player(base, time_limit) as before, _player(head, time_limit) as after:
 

@@ -53,8 +53,8 @@ LARGEST_ERROR: Final[Mapping[AccuracyKind, float]] = {
 BROKEN_SHARE: Final = 1e-2
 """Relative energy gain above which a shot is unphysical.
 
-A ball with 1 % more energy rolls 1 % farther, which shows in its rest position; a larger gain has
-no physical cause. The same share is allowed for changes of velocity without a cause.
+A smaller gain counts only by its effect: a ball with 1 % more energy rolls 1 % farther, which shows
+in its rest position. The same share is allowed for changes of velocity without a cause.
 """
 
 PASSED_THROUGH: Final = 1.0
@@ -116,7 +116,7 @@ def _kind(errors: FloatArray, rounding: FloatArray) -> AccuracyKind:
 
 
 def _rounding(result: Result, truth: Truth, within: Gradable | None) -> FloatArray:
-    """Return the effect of one rounding of the scene, or of each event, on the end, (n,) [m]."""
+    """Return by how much one rounding, of the scene or at each event, moves the ends, (n,) [m]."""
     scene = result.scene
     rounding = np.full(len(scene.balls), EPS * extent_of(scene))
     if truth.conditioning is not None:

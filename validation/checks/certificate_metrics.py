@@ -173,7 +173,7 @@ def _quality_factor(run: RunAndTruth) -> float:
     return found.quality_factor
 
 
-@lru_cache(maxsize=1)  # both metrics of the path use them
+@lru_cache(maxsize=1)  # `path_error` and `path_factor` use the same states
 def _states(run: RunAndTruth) -> tuple[FloatArray, Samples, Samples]:
     """Return times up to the horizon, (k,) [s], the states of the run, and the reference states."""
     until, right = run.grade.until, certified_motion(run, "path")
@@ -263,9 +263,9 @@ def first_landing(certificate: Certificate) -> Event | None:
 
 
 def _may_touch(scene: Scene, motion: ExactTrajectory, event: Event, error: float) -> bool:
-    """Return True if an event is a possible contact, compared with a certified motion.
+    """Return True if the bodies of an event are near each other in a certified motion.
 
-    Both bodies may be displaced by a radius plus `error` [m]; beyond that, the event doesn't count.
+    The run may displace each body by the smallest radius plus `error` [m].
     """
     if event.kind in PHASE_ENDS:
         return False
@@ -295,8 +295,8 @@ def _path_factor(run: RunAndTruth) -> float:
     speeds = np.linalg.norm(true.velocities, axis=2)
     coordinates = np.maximum(np.linalg.norm(true.positions, axis=2), extent_of(scene))
     places = rounding.places_at(times) + coordinates + times[:, np.newaxis] * speeds
-    # Velocities and surface velocities are rounded, too: by the deceleration during a rounding of
-    # time, and by the line of centres, which the rounding of positions turns.
+    # Rounding also changes velocities and surface velocities: a rounded time by the deceleration,
+    # rounded positions by turning the line of centres.
     faster = np.linalg.norm(shown.velocities - true.velocities, axis=2)
     faster += scene.radii * np.linalg.norm(
         shown.angular_velocities - true.angular_velocities, axis=2
@@ -313,10 +313,10 @@ def _path_factor(run: RunAndTruth) -> float:
 
 
 def in_roundings(errors: FloatArray, sizes: FloatArray) -> float:
-    """Return the largest error over the effect of one rounding; `sizes`: effects over 2^-53."""
+    """Return the largest error, in effects of one rounding; `sizes`: these effects over 2^-53."""
     finite = np.isfinite(sizes)
     if not finite.any():
-        raise NotMeasuredError("the effect of rounding on the shot isn't known up to there")
+        raise NotMeasuredError("the effect of rounding on these values isn't known")
     rounding = UNIT_ROUNDOFF * sizes
     # In a shot of 1e-310 s, one rounding is the smallest positive double.
     rounding[sizes > 0.0] = np.maximum(rounding[sizes > 0.0], LEAST_DOUBLE)

@@ -13,8 +13,8 @@ those that name the engine, then those with the most settings in their selector,
 state a claim.
 
 Limits for every engine in every scene are in `scenes/common.expect.toml`, for `engines = ["*"]`;
-`law` defines which limit applies if a scene states one, too. Limits that several shipped scenes
-share are in `scenes/shared.expect.toml`, once.
+`requirements` defines which limit applies if a scene states one, too. Limits that several shipped
+scenes share are in `scenes/shared.expect.toml`, once.
 
     [[criteria]]
     engines = ["*"]

@@ -140,9 +140,9 @@ class Criterion(ForEngines):
     A criterion with `claiming` covers only engines with this claim; "exact" also covers the claim
     "rounding".
 
-    A metric may have no value, or a value that compares Ghostball's engine with itself. Then a
-    criterion with `if_measured` is skipped, and the record states why; any other criterion fails.
-    If a run stops early, or the value isn't finite, both kinds fail.
+    If a metric has no value, a criterion with `if_measured` is skipped, and the record states why;
+    any other criterion fails. If a run stops early, or the value isn't finite, both kinds fail. A
+    value that compares Ghostball's engine with itself gives no verdict.
 
     A criterion with `past_horizon` judges the end of a shot even if the engine can't be expected to
     predict it. Limits on `accuracy` are classes, such as "nanometres".
@@ -282,7 +282,7 @@ class StepRule(ForEngines):
 
 
 class BeyondStep(ForEngines):
-    """Engines without computed limits in a scene: their errors there exceed those of a step.
+    """Engines without computed limits in a scene: their time step doesn't explain their errors.
 
     `reason`: the other cause of the errors.
     """

@@ -88,7 +88,7 @@ def _differences(result: Result, truth: Result) -> tuple[FloatArray, FloatArray]
 
 @lru_cache(maxsize=1)
 def _instants(result: Result, truth: Result) -> FloatArray:
-    """Return the instants of the whole run at which both have had the same events, (k,) [s]."""
+    """Return all instants at which run and reference have had the same events, (k,) [s]."""
     logs = [events_in(events_of(run), _JUMPS) for run in (truth, result)]
     pairs = compare_logs(*logs).pairs
     instants = np.array([(one.t, other.t) for one, other in pairs]).reshape(-1, 2)

@@ -39,8 +39,7 @@ _ROUNDINGS_SEEN = 4.0
 """Roundings of a time, or of a height, that don't count as a gain."""
 
 _MOST_CONTACT_STEPS = 64
-"""Largest number of contact steps with errors of the same sign: more than a contact usually takes.
-"""
+"""Largest number of contact steps whose errors may have the same sign; most contacts take fewer."""
 
 _SURFACE_SPEEDS = 1.0 + math.sqrt(2.5)
 """Largest sum of m (v + R w) over all balls, in units of sqrt(2 E sum m); see `_rounding`."""

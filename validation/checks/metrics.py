@@ -100,13 +100,13 @@ class CaseMetrics:
         """Add the metric `accuracy`, if a class describes the end of the shot.
 
         If only the horizon can be compared, the metric has a value only if the error there exceeds
-        that of an exact engine, or if there are wrong collisions. `why` adds details of an
+        `TOLERANCE`, or if there are wrong collisions. `why` adds details of an
         unphysical run. `compared` states whether the run has a reference.
         """
         name = "accuracy"
         self.values[name] = None
         if found is None and compared:
-            self.notes[name] = "after the horizon: rounding alone may change the collisions before"
+            self.notes[name] = "rounding alone may change the collisions of this shot"
         elif found is None:
             self.notes[name] = "there is no reference result"
         elif found.at is not None and found.error is not None and found.error <= TOLERANCE:

@@ -129,9 +129,9 @@ def asked_of(
 
 
 def faults_of(grade: Grade, scene: Scene) -> tuple[str, ...]:
-    """Return the limits that a grade fails, of those for engines with rounding errors only.
+    """Return the failed limits for engines with rounding errors only, one sentence each.
 
-    One sentence for each; a metric without a value fails none.
+    A metric without a value fails no limit.
     """
     values = {
         "events_missing": len(grade.missing),

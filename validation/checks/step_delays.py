@@ -37,7 +37,7 @@ class SteppedShot:
     """A shot as simulated by an engine that detects events up to a time step late.
 
     `rule`: the kinds of events that it detects late.
-    `truth`: the reference of the shot. All members but `last` and `between` need its lateness.
+    `truth`: the reference of the shot. Delays, `words` and all methods need its lateness.
     `resolution` [m]: of the engine.
     `longest` [s]: the time step; inf for an engine that states none.
     """
@@ -122,7 +122,7 @@ class SteppedShot:
         delays = self.delays[:many]
         _, within_reach, factors = margins.followed(delays, len(scene.balls), self.drift)
         begins = [(float(margins.since[k]), margins.pasts[k]) for k in within_reach]
-        assert truth.certificate is not None  # lateness is of its motion
+        assert truth.certificate is not None  # lateness is computed from its motion
         end, horizon = float(truth.certificate.t_end), truth.horizon_of(self.resolution)
         if not truth.certificate.proved:
             # The certified motion ends there because of the events at that time.
@@ -165,8 +165,8 @@ class SteppedShot:
     def separate_collisions(self) -> tuple[bool, bool] | None:
         """Return whether collisions come one at a time: those of each ball, and all of them.
 
-        None if one time step may change the collisions: because a ball may have a second collision
-        in it that its first one causes, or because a ball may move by the smallest radius or more.
+        None if one time step may change the collisions: a collision may cause a second one of the
+        same ball within the step, or a ball may move by the smallest radius or more.
         """
         lateness = self.lateness
         meet = np.array([kind is EventKind.BALL_BALL for kind in lateness.kinds], dtype=bool)

@@ -11,10 +11,10 @@ engine that ends its steps when balls touch has a delay of its resolution r over
 It may end a step r before the contact and detect the contact with an overlap of r:
 delay_k <= 2 r / approach_k, and never more than the step.
 
-If balls are displaced or overlap when they meet, the line of centres turns by more than its
+If balls are displaced or overlap when they collide, the line of centres turns by more than its
 derivative: by d / depth, where d is the displacement and depth the displacement that would make
-them miss. Each such meeting multiplies the errors that it passes on (`Margins.amplified`). A
-meeting shortly before the balls would stop multiplies them, too: a displacement by a part x of
+them miss. Each such collision multiplies the errors that it passes on (`Margins.amplified`). A
+collision shortly before the balls would stop multiplies them, too: a displacement by a part x of
 the remaining path multiplies them by up to 1 / sqrt(1 - x). The motion between contacts adds r
 once: v dt for a time-stepping engine, and for an engine that detects contacts without delay but
 drifts. So
@@ -37,14 +37,14 @@ on T_i isn't only to first order: if a delay changes a slip by more than the sli
 ends earlier or later by the whole change. The energy that a collision dissipates is no error until
 the engine detects the collision (`energy_curve`). dE is the error that remains afterwards: friction
 has acted on the old motion for longer, and the balls separate along another line. In a step, a
-solver may collide balls with the velocities from before the step, without the friction of this
-step, with the surface speeds from before the step, or with both. So each sum includes the delay and
+solver may compute a collision with velocities from before the step (without the friction in this
+step), with surface speeds from before the step, or with both. So each sum includes the delay and
 velocities and surface speeds that are as old as the delay. An engine that drifts detects a
 collision late or early, by v dt over the approach speed. F is the largest energy that friction
 dissipates in all balls while the fastest ball moves one metre: a rolling ball loses 7/5 mu_r m g; a
 sliding ball loses mu_s m g times its slip. The slip is the velocity of a ball minus the velocity of
-its surface. It is at most the speed of the fastest ball, plus the same again or, if larger, the
-initial speed of the fastest surface, as with draw or spin alone.
+its surface. It is at most the speed of the fastest ball plus that of the fastest surface. A surface
+is as fast as the fastest ball at most or, with draw or spin alone, as the fastest surface at first.
 
 An engine with larger errors violates a physical law, or its time step is longer than it states.
 
@@ -116,15 +116,15 @@ _LANDING_LEAD = 1e-9
 """Time before a landing at which the velocity is sampled, relative to the time of the landing."""
 
 LEAST_LIMIT = 1e-12
-"""Error allowed at any time step [m], [s]: the roundings of some thousand steps."""
+"""Error allowed whatever the time step [m], [s]: the roundings of some thousand steps."""
 
 SLIDING_NOISE = 1e-6
-"""Allowed relative gain of energy if balls slide: the contact with a table in space is noisy."""
+"""Allowed relative gain of energy if balls slide: contact with the table is noisy in 3D engines."""
 
 OVERLAP_MARGIN = 10.0
 """Allowed overlap at a contact that ends a step, in units of the resolution.
 
-The last step must be long enough for the engine to detect the contact: some resolutions.
+The last step must be long enough for the engine to detect the contact, so balls overlap more.
 """
 
 _TOUCHING_ROUNDINGS = 1024.0
@@ -362,7 +362,8 @@ def _of_motion(shot: SteppedShot) -> Iterator[_Limit]:
     if 2.0 * resolution < shot.longest * shot.fastest:
         overlap = OVERLAP_MARGIN * resolution
         reason = (
-            f"Time steps end within {scaled(resolution, 'm')} of touching; the next one continues."
+            f"Time steps end within {scaled(resolution, 'm')} of touching; "
+            "balls overlap in the next step."
         )
     if overlap < shot.smallest:
         yield "overlap_max", {"at_most": touching(scene, shot.truth) + overlap}, reason
@@ -371,7 +372,7 @@ def _of_motion(shot: SteppedShot) -> Iterator[_Limit]:
 def touching(scene: Scene, truth: Truth) -> float:
     """Return the gap below which an exact engine may treat balls as touching [m].
 
-    1e-12 m for pool balls on their table. The gap grows with the size of the balls, with the
+    The gap is 1e-12 m for pool balls on their table. It grows with the size of the balls, with the
     largest coordinate, and with the distance that a ball with all of the energy moves in a rounding
     of time.
 
@@ -389,7 +390,7 @@ def touching(scene: Scene, truth: Truth) -> float:
 def travel(engine: ReferenceEngine, scene: Scene) -> float:
     """Return how far the fastest ball moves in a time step [m], at most the smallest radius.
 
-    The radius if the engine has no time step.
+    For an engine without a time step, return the smallest radius.
     """
     step, radius = step_of(engine), float(np.min(scene.radii))
     return radius if step is None else min(resolution_of_step(step, scene), radius)

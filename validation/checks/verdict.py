@@ -133,8 +133,8 @@ def unjudged_engines(cases: Collection[CaseRecord]) -> tuple[str, ...]:
 def few_ends_judged(cases: Collection[CaseRecord]) -> str:
     """Return in how many scenes the end of the shot was judged; "" if in all scenes.
 
-    `cases`: of one engine. One judged scene is enough for a pass, so readers must know their
-        number. Returns "" for an engine that is excused, or was run with selected metrics.
+    `cases`: of one engine. One judged scene is enough for a pass, so readers must know how
+        many are judged. Returns "" for an engine that is excused, or was run with selected metrics.
     """
     ran = [case for case in cases if case.outcome == "ran" and not case.varied_from]
     judged = sum(case.is_own_measure or is_outcome_judged(case) for case in ran)

@@ -39,7 +39,7 @@ SAMPLE_OFFSET: Final = 1e-6
 """Time before and after a contact at which an exact motion is sampled [s]."""
 
 FRAMES_AFTER: Final = 1
-"""Frames after that of a contact: an engine may report the contact before velocities change."""
+"""Frames skipped after a contact: an engine may report it before the velocities change."""
 
 LONGEST_INTERVAL: Final = 0.05
 """Longest interval around a contact [s]; a longer one includes more than the contact."""
@@ -229,6 +229,6 @@ def _pull(result: Result, balls: list[int], start: float, end: float) -> float |
     end = min(end, result.rest_time)
     if not end - start > 0.25 * WATCHED_TIME:
         return None
-    # Stops before the event at the end: frames average the velocities before and after it.
+    # The interval ends before the next event: frames average velocities before and after events.
     first, last = result.sample([start, end - 0.1 * (end - start)]).velocities[:, balls]
     return float(np.max(np.linalg.norm(last - first, axis=1)) / (0.9 * (end - start)))

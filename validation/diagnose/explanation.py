@@ -263,7 +263,7 @@ def _unless_ambiguous(
         return found
     diameter = 2.0 * float(scene.radii.max())
     least = min((one.length for one in margins if one.run == "truth"), default=diameter)
-    # otherwise an engine may treat the balls as touching
+    # below this length, an engine may treat the balls as touching
     if least > CONTACT_TOLERANCE * diameter:
         return found
     until = f"{least:.2g} m decides which collision comes first: the reference is ambiguous"

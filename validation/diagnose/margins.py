@@ -18,7 +18,7 @@ Centres = Callable[[FloatArray], FloatArray]
 """Times (k,) [s] -> centres (k, balls, 2) [m]."""
 
 SAMPLE_COUNT = 2_001
-"""Number of times at which a gap is sampled; twice more around the smallest gap."""
+"""Number of times at which a gap is sampled; sampling is repeated twice around the smallest gap."""
 
 
 Side = Literal["truth", "engine"]
@@ -32,8 +32,8 @@ class Margin:
     `run`: the run in which it was measured.
     `what`: "miss": the collision would be missed if its overlap were smaller by `length`.
         "collision": the collision would happen if the smallest gap were smaller by `length`.
-        "order": the collision would come after that of the other run if it came later; `length` is
-        this time multiplied by the approach speed.
+        "order": the collision would be second, as in the other run, if it came later; `length` is
+        `seconds` multiplied by the approach speed.
     `event`: the collision in this run, or in the other run if it doesn't happen here.
     `length` [m].
     `ulps` [1]: the length divided by the spacing of doubles at these coordinates.
@@ -64,7 +64,7 @@ def state_before(result: Result, t: float) -> tuple[float, Samples]:
 
 
 def ball_at(scene: Scene, states: Samples, ball: int, axes: int = 3) -> Ball:
-    """Return a ball of a scene with the position and velocity of the first of some sampled states.
+    """Return a ball of a scene in the first of the sampled states.
 
     `axes`: 2 if only the plane counts: the ball then lies on the cloth, and moves along it.
     """
@@ -216,7 +216,7 @@ def _margins_in(
     start = max(
         (one.t for one in common if not set(one.balls).isdisjoint(others.balls)), default=0.0
     )
-    # Up to twice the time that the balls took in the other run: a much later meeting doesn't count.
+    # Up to twice the time that the balls took in the other run: a much later contact doesn't count.
     end = run.rest_time if own is None else min(own.t, 2.0 * others.t - start + late)
     gap, _ = nearest_approach(run, others, start, end)
     if gap > 0.0:

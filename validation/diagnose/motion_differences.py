@@ -63,13 +63,13 @@ def _events(result: Result, known: KnownShot, step: float) -> str:
                 if kind is EventKind.BALL_CLOTH:
                     continue
                 return (
-                    f"its events have {what} {_times(len(mine))}; the reference has this "
+                    f"in its events, {what} {_times(len(mine))}; in the reference, "
                     f"{_times(len(right))}"
                 )
             late = max((b.t - a.t for a, b in zip(right, mine, strict=True)), key=abs)
             if abs(late) > worst:
                 side = "late" if late > 0.0 else "early"
-                worst, words = abs(late), f"its events have {what} {abs(late):.3g} s too {side}"
+                worst, words = abs(late), f"in its events, {what} {abs(late):.3g} s too {side}"
     return words
 
 

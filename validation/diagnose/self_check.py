@@ -21,7 +21,7 @@ from ghostball.validation.runs.sampling import events_of
 from ghostball.validation.truth.known_shot import KnownShot
 
 LARGEST_GAP: Final = 0.02
-"""Largest gap between colliding balls in the samples, in radii, besides their motion in two frames.
+"""Allowed gap of colliding balls in the samples, in radii; their motion in two frames is added.
 
 Solvers that add a margin to their shapes let balls collide this early.
 """

@@ -101,10 +101,10 @@ class Factor:
     `ball`: its ball; "" for all balls.
     `right`: the value in the scene; 1 for a spin, which has several numbers.
     `value`: the value that the engine uses.
-    `before`, `after` [m]: the largest distance of a ball, within `until` [s], between the engine's
-        motion and that with the right value, and that with `value`.
-    `since` [s]: the last time up to which the right value explains the motion as well.
-    `rivals`: other factors that would explain it as well.
+    `before`, `after` [m]: largest distance of a ball up to `until` [s] between the engine's motion
+        and the motion with the right value (`before`) or with `value` (`after`).
+    `since` [s]: time up to which the right value explains the motion, too.
+    `rivals`: other factors that would explain the motion as well.
     `curve`: times [s], with the distances from the reference and from the motion with `value` [m].
     """
 

@@ -10,7 +10,7 @@ deceleration a by the cloth,
 
     v' = -a e - k |v| v,   u' = -(7/2) a e - k |v| v.
 
-Small changes of both obey the linear equation along the integrated motion:
+Small changes dv and du obey the linear equation along the integrated motion:
 
     dv' = -a E du - k D dv,   du' = -(7/2) a E du - k D dv,
     E = (1 - e e^T) / |u|,    D = |v| (1 + v v^T / |v|^2).
@@ -127,9 +127,9 @@ class Slide(NamedTuple):
 
         With the drag D and c = (7/2) a, c |u| - D.u decreases at the rate c^2 - D^2, for any
         rotation of the slip. A change du shortly before the end therefore delays the end by (c e -
-        D).du / (c^2 - D^2). Friction doesn't change v - (2/7) u either. Both are constant from
-        shortly before the end, so the derivatives are taken there. At the end itself, the direction
-        of the slip diverges as the logarithm of the remaining time, and the derivatives across it
+        D).du / (c^2 - D^2). Friction doesn't change v - (2/7) u. These two derivatives are constant
+        from shortly before the end, so they are taken there. At the end itself, the direction of
+        the slip diverges as the logarithm of the remaining time, and the derivatives across it
         don't vanish.
         """
         flow, done, e = self._until_last(t)
@@ -197,7 +197,7 @@ def _collocated(series: SlideSeries, a: float, k: float, start: float, step: flo
 
 
 def _collocation() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the Gauss points on [0, 1], and the integration weights up to each and up to 1."""
+    """Return the Gauss points on [0, 1], and integration weights up to each point and up to 1."""
     points, weights = legendre.leggauss(_STAGES)
     nodes = np.asarray(0.5 * (points + 1.0), dtype=np.float64)
     powers = nodes[:, np.newaxis] ** np.arange(_STAGES)

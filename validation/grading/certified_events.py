@@ -56,7 +56,7 @@ class EventChange(NamedTuple):
     t: float
     balls: tuple[int, ...]
     segments: tuple[int, ...]  # of each ball after the event
-    matrix: FloatArray | None = None  # (7 b, 7 b), by the state at the segments before
+    matrix: FloatArray | None = None  # (7 b, 7 b) derivative by the state at the segments before
     late: FloatArray | None = None  # (7 b,) change of the state per second of late detection
     # (2, 7 b) change per second of older velocities, and older surface velocities
     stale: FloatArray | None = None
@@ -117,9 +117,9 @@ class _Passage:
 
     `states` (7,) float64 each: of the balls, just before.
     `change` (7 b, 7 b + 3) float64: derivatives of the balls by the state at the segments before.
-        The last three columns are derivatives by using velocities that are older by a time, by
-        using surface velocities that are older, and by detecting the event late. A solver may use
-        either old velocity.
+        The last three columns are derivatives by the age of the velocities that a solver uses, by
+        the age of the surface velocities, and by the delay of the detection. A solver may use old
+        velocities, old surface velocities, or both.
     `later` (7 b + 3,) float64: derivatives of the event time.
     `approach` [m/s]: approach speed of a collision.
     `meets`: see `Approach`.

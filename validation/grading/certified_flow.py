@@ -41,7 +41,7 @@ _Moved = tuple[_Vector, _Vector, _Vector, _Vector, _Vector]
 _SURE_SHARE = 2.0**-10
 """Share of its initial size that a slip must have, so that its series gives its direction.
 
-No piece but the last one of a slide reduces the slip further.
+Only the last piece of a slide reduces the slip further.
 """
 
 _DRIFT = np.eye(PARTS)
@@ -63,7 +63,7 @@ class CertifiedBall:
         `Certificate.starts`.
     `radius` [m].
     `slides_by`, `rolls_by` [m/s^2]: deceleration by the cloth during a slide, and during a roll.
-    `spins_by` [rad/s^2].
+    `spins_by` [rad/s^2]: deceleration of the vertical spin.
     `quadratic`, `drag` [1/m]: coefficient b of the deceleration b v^2 during a roll, and
         coefficient k of k v^2 during a slide.
     `flies`: whether it may be in the air; then no derivative is known.
@@ -235,7 +235,7 @@ class CertifiedBall:
         return flow
 
     def _flow_in(self, k: int, s: float) -> FloatArray:
-        """Return the same derivative within a segment."""
+        """Return the derivative of `flow` within one segment, (7, 7)."""
         flow = _DRIFT.copy()
         flow[0, 2] = flow[1, 3] = s
         form = self._form(k)
@@ -275,8 +275,9 @@ class CertifiedBall:
     def end_of_phase(self, k: int, s: float) -> tuple[FloatArray, FloatArray]:
         """Return the flow to the end of a phase, and the derivative of the end time.
 
-        After a time s [s]; (7, 7), and (7,), both by the state at the start. A roll ends after |v|
-        / (mu_r g), a slide after |u| / (7/2 mu_s g); for air see `Slide.end`.
+        The phase ends after a time s [s]. Both derivatives, (7, 7) and (7,), are by the state at
+        the start. A roll ends after |v| / (mu_r g), a slide after |u| / (7/2 mu_s g); for air see
+        `Slide.end`.
         """
         later = np.zeros(PARTS)
         last, in_piece = self._piece(k, s)

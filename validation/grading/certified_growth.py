@@ -124,8 +124,8 @@ class CertifiedGrowth:
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return the rms displacement of each ball by rounding, over 2^-53: (k, n) [m].
 
-        Each number of the state is rounded once at the start and at each event, and each distance
-        of colliding bodies. Infinite without a derivative, that is from `derivative_ends` on.
+        Each number of the state is rounded once at the start and at each event, and so is each
+        distance of colliding bodies. The sizes are infinite from `derivative_ends` on.
         """
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
         sizes = np.empty((len(t), len(self.balls)))

@@ -53,7 +53,7 @@ class FlightGrowth:
                 self._events[ball].append((event.t, width))
 
     def sizes(self, times: ArrayLike) -> FloatArray:
-        """Return the path of the fastest ball in the uncertainty of each ball's last event.
+        """Return how far the fastest ball moves within the uncertainty of each ball's last event.
 
         The uncertainty is that of a certified computation in double precision. Values are divided
         by 2^-53: (k, n) [m].
@@ -84,8 +84,8 @@ class FlightGrowth:
 def width_sizes(certificate: Certificate) -> FloatArray:
     """Return the possible displacement of each ball by rounding at the certified end: (n,) [m].
 
-    Over 2^-53. A ball at rest without events isn't displaced. For other balls, the rounding of the
-    coordinates is added.
+    The values are divided by 2^-53. A ball at rest without events isn't displaced. For other balls,
+    the rounding of the coordinates is added.
     """
     moved = {ball for event in events_of_certificate(certificate) for ball in event.balls}
     moved |= {k for k, v in enumerate(certificate.velocities) if any(map(float, v))}

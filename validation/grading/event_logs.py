@@ -121,8 +121,7 @@ class Parting:
 class Agreement:
     """The agreement of two logs.
 
-    `pairs`: the events that both have, the one of the reference first, in the order of the
-        reference.
+    `pairs`: the events that both logs have, as (reference, other), in the order of the reference.
     `index_pairs`: their indices in the two given logs.
     `missing`: indices of reference events that the other log lacks.
     `invented`: indices of events of the other log that the reference lacks.

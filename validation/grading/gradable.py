@@ -3,7 +3,7 @@
     >>> within = gradable(scene, certify(scene, motion=True))
     >>> within.extent, within.why, within.until
 
-It ends at the horizon of the shot, after which rounding decides; at vanishing bounces, which
+The part ends at the horizon of the shot, after which rounding decides; at vanishing bounces, which
 engines treat as a contact; or at the end of the certified part.
 """
 
@@ -50,7 +50,7 @@ class Gradable:
     `until` [s]: last time at which events are compared; inf: the end of the shot.
     `compared_at` [s]: time at which positions are compared: `until`, or earlier if the derivative
         of the certified motion ends earlier; inf: at the end of the shot.
-    `sizes` (n,) float64 [m] or None: displacement of each ball by rounding up to then, over 2^-53;
+    `sizes` (n,) float64 [m] or None: displacement of each ball by rounding then, over 2^-53;
         infinite without a derivative. None for time-stepping engines, because their errors are
         larger.
     """
@@ -70,7 +70,7 @@ def gradable(
     until: float | None = None,
     growth: Growth | None = None,
 ) -> Gradable:
-    """Return the part of a certified result that can be compared; it is the same for exact engines.
+    """Return the part of a certified result that can be compared; all exact engines have the same.
 
     `certificate`: of that scene, with its motion: `certify(scene, motion=True)`.
     `exact`: whether the engines record their motion, not frames.
@@ -133,7 +133,7 @@ def _is_narrow(certificate: Certificate) -> bool:
 
 
 def _extent(certificate: Certificate, until: float, low_bounce: float) -> tuple[Extent, str, float]:
-    """Return the compared part, why it isn't longer, and the last time of it."""
+    """Return the compared part, why it isn't longer, and its last time."""
     end = float(certificate.t_end)
     if low_bounce <= min(until, end):
         why = f"a bounce stays below {LOWEST_BOUNCE:.2g} diameters until t = {low_bounce:.6g} s"
@@ -164,7 +164,7 @@ def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
     if not bounces:
         return math.inf
     kinds, a, b, start, end = (np.array(column) for column in zip(*bounces, strict=True))
-    # In space if balls may fly; otherwise balls of different sizes have the same height.
+    # Gaps are in space only if balls may fly; otherwise, heights of balls don't count.
     in_space = scene.physics.airborne
     places = truth.sample(0.5 * (start + end)).positions[:, :, : 3 if in_space else 2]
     rows, radii = np.arange(len(bounces)), scene.radii
@@ -180,7 +180,7 @@ def _first_low_bounce(scene: Scene, certificate: Certificate) -> float:
             _, across[k] = scene.table.facing(int(b[k]), x, y)
         if in_space:
             above = places[rows, a, 2] - scene.physics.cushion_height
-            across = np.hypot(across, np.where(b < FIRST_POST, above, 0.0))  # a post is as tall
+            across = np.hypot(across, np.where(b < FIRST_POST, above, 0.0))  # posts: any height
         across -= radii[a]
         gaps = np.where(pair, gaps, across)
     # Simultaneous collisions are no bounce: a ball pushed against a cushion returns at once.

@@ -52,9 +52,9 @@ class Grade:
         that aren't certified. After a difference in the order of a ball's events, these include all
         its further events.
     `first`: the earliest of these.
-    `swapped`: number of events that come before another one instead of after it, without a common
-        ball. Their time errors are compared.
-    `negligible`: number of ends of slides and rolls, certified or in the run, that last no longer
+    `swapped`: number of events that have changed places with an event of other balls. Their time
+        errors are compared.
+    `negligible`: number of slides, rolls and flights, certified or in the run, that last no longer
         than rounding; left out.
     `paired`: indices of the certified events that the run has.
     `late_by` (m,) float64 [s]: absolute time error of each of these.
@@ -231,8 +231,8 @@ def _end_of_found(scene: Scene, pairs: Sequence[tuple[Event, Event]], until: flo
 
     It is just before the last matching event of the run, which may be early or late by its error:
     events at this time, or after it, may depend on what isn't certified. If a certified part ends
-    at the start of the shot, with touching balls, the time of this event is a rounding of their
-    positions: `TIE` times the time in which the fastest ball moves a radius.
+    at the start of the shot, with touching balls, rounding of their positions shifts this event by
+    a time of this size: `TIE` times the time in which the fastest ball moves a radius.
     """
     last = min(until, pairs[-1][1].t) if pairs else until
     speed = float(np.max(np.linalg.norm(scene.velocities, axis=1)))
@@ -256,7 +256,7 @@ def _swapped(pairs: Sequence[tuple[Event, Event]]) -> int:
 def position_errors(
     result: Result, certificate: Certificate, within: Gradable
 ) -> tuple[float, FloatArray]:
-    """Compare positions at the time of comparison.
+    """Compare positions at `within.compared_at`, or at the last frame before that time.
 
     `result`: recorded with `record="trajectory"`.
     `certificate`: of the same scene, with its motion.
@@ -308,7 +308,7 @@ def _quality(result: Result, errors: FloatArray, within: Gradable) -> tuple[floa
     scale = UNIT_ROUNDOFF * within.sizes
     known = np.isfinite(scale)
     if not known.any():
-        return None, "the effect of rounding can't be computed up to that time"
+        return None, "the effect of rounding on the compared positions isn't known"
     errors, scale = errors[known], scale[known]
     if not scale.any() and not errors.any():
         return None, "no ball has moved in the compared part of the shot"

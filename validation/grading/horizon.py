@@ -81,7 +81,7 @@ def growth_along(scene: Scene, certificate: Certificate | None, result: Result) 
 def growth_along_certificate(
     scene: Scene, certificate: Certificate
 ) -> CertifiedGrowth | FlightGrowth:
-    """Return the growth of errors along the certified part of a shot, which has its motion."""
+    """Return the error growth along the certified part of a shot; it must store its motion."""
     if is_differentiated(scene):
         return growth_of_certificate(scene, certificate)
     return FlightGrowth(scene, certificate)
@@ -141,7 +141,7 @@ class RunGrowth:
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return the displacement by a relative error of 1 at the start and each event.
 
-        inf if balls pushed each other in impacts that last: there is no tangent map of those.
+        inf if balls had compliant impacts, because these have no tangent map.
         """
         if self.result.work.get("compliant_impacts", 0) > 0:
             return np.full((np.size(times), len(self.result.scene.balls)), np.inf)

@@ -27,8 +27,8 @@ _LONGEST_PATH = 0.25
 _MOST_NUMBERS = 30_000_000
 """Largest number of values that are stored for one shot, 240 MB. Longer shots aren't examined.
 
-Nine values for the state of each ball, and one for each gap, at each sample: 40 000 samples of 16
-balls on a table with pockets.
+A sample has nine values for the state of each ball, and one for each gap. The limit allows 40 000
+samples of 16 balls on a table with pockets.
 """
 
 _TOUCHING_GAP = 2.0**-25
@@ -152,7 +152,7 @@ class Gaps:
         return sorted(found, key=lambda one: one.t)
 
     def beside(self, event: EventChange, e: int) -> Iterator[NearMiss]:
-        """Yield the bodies near the balls of a collision, or a fall, without a contact there.
+        """Yield the bodies that are near the balls of a collision or a fall, but don't touch them.
 
         `e`: the index of the event.
         """

@@ -32,7 +32,7 @@ from ghostball.validation.grading.near_misses import Gaps, NearMiss, pairs_of, s
 MOST_EVENTS = 600
 """Largest number of events for which the effect of each late event on later ones is computed.
 
-Time and memory grow with its square: 0.2 s, 30 MB.
+Time and memory grow with its square; this number takes 0.2 s and 30 MB.
 """
 
 
@@ -50,7 +50,7 @@ class Margins:
     `balls`: the displaced balls, one or two.
     `since` (m,) float64 [s]: time at which the bodies came near, so that the different path may
         begin.
-    `pasts`: the events that led to it, one bit each: they precede the different path.
+    `pasts`: the events before the different path that led to it, one bit each.
     `until` [s]: time up to which the shot was examined; inf: to its end.
     """
 
@@ -67,7 +67,7 @@ class Margins:
     def amplified(self, delays: FloatArray, n: int, drift: float = 0.0) -> FloatArray | None:
         """Return the factor on each ball's first-order displacement at the end, (n,).
 
-        None if the shot may have a different path by then.
+        None if the shot may have a different path before its end.
 
         `delays` (events,) float64 [s]: largest delay of each event.
         `n`: number of balls in the scene.

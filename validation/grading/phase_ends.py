@@ -83,8 +83,8 @@ def _is_same_kind_in(one: Event, true: Event, leg: _Leg) -> bool:
 def _late_by(true: Event, times: Sequence[float], same: Sequence[float]) -> float:
     """Return the largest time error of the ends that a run reports for a certified end [s].
 
-    `times`: the reported ones of this leg; `same`: the certified ones. A reported end belongs to
-    the nearest certified one; if none belongs to `true`, the nearest is compared.
+    `times`: reported ends in this leg; `same`: certified ends in it. A reported end belongs to the
+    nearest certified end. If none belongs to `true`, the nearest reported end is compared.
     """
     own = [t for t in times if min(same, key=lambda one: abs(one - t)) == true.t]
     return max((abs(t - true.t) for t in own), default=min(abs(t - true.t) for t in times))

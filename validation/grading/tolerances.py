@@ -18,7 +18,7 @@ The common limit on `quality_factor`: up to the horizon, such errors stay small.
 """
 
 TOLERANCE = 1e-3
-"""Displacement [m] by such errors at which a shot is no longer predictable.
+"""Displacement [m] by `ROUNDINGS` at which a shot is no longer predictable.
 
 A thirtieth of a pool ball's radius: it may turn the next collision by two degrees, so the one after
 that may be a miss.

@@ -2,7 +2,7 @@
 
 A worker of the cluster runs each task in a separate process, as this machine would: a crash loses
 one task and is reported, a task has its time limit, and its output is kept. If a worker itself is
-killed, another one repeats its tasks. A task is ended if nobody waits for its result, because the
+killed, another worker repeats its tasks. A task is ended if nobody waits for its result, because the
 run was interrupted or killed.
 """
 
@@ -300,7 +300,7 @@ _IDLE: dict[Process, tuple[str, threading.Timer]] = {}
 def serve(run: str, first: bytes, key: str, pickled: bytes, limit: float | None) -> _Answer:
     """Run a task in a process of this worker.
 
-    `run`: the run and the kind of the task: idle processes of both are used again.
+    `run`: the run and the kind of the task; an idle process of the same run and kind is reused.
     `first`: `_first` and its argument, pickled: what a new process does before its first task.
     `key`: Dask's key of the task.
     `pickled`: the function and the task, pickled.

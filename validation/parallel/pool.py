@@ -1,8 +1,8 @@
 """Run tasks in several processes: a crash loses one task, an interrupt leaves no process behind.
 
-With a time limit, a task that hangs also loses only itself. Each process has its own pipe, so that
-one that crashes while it sends an answer can't damage the answer of another. It leads a process
-group, which includes the processes that its tasks start; the group ends with the process.
+With a time limit, a task that hangs also loses only itself. Each process has its own pipe, so a
+process that crashes while it sends an answer can't damage another answer. Each process leads a
+process group with the processes that its tasks start; the group ends with the process.
 
 This module imports nothing that tasks need: a process imports what its own tasks need.
 """
@@ -245,7 +245,7 @@ class Process:
         return self._pipe, self._process.sentinel
 
     def give(self, pickled: bytes, limit: float | None) -> None:
-        """Start a task with a time limit [s]; the one before must have been answered."""
+        """Start a task with a time limit [s]; the task before must have been answered."""
         os.ftruncate(self._output.fileno(), 0)  # remove the output of the task before
         self._pickled, self._limit = pickled, limit
         if self._is_ready:

@@ -145,7 +145,7 @@ def writing(folder: Path) -> Iterator[sqlite3.Connection]:
             yield database
         finally:
             # Back to a single file, which can be copied, and read from a read-only folder. While
-            # another process reads it, the mode can't change; this is equally safe.
+            # another process reads it, it stays in WAL mode, which is equally safe.
             with suppress(sqlite3.OperationalError):
                 database.execute("PRAGMA busy_timeout = 0")
                 database.execute("PRAGMA journal_mode = DELETE")

@@ -80,13 +80,13 @@ def _check(parts: dict[str, NDArray[Any]], events: Events) -> None:
                 f"shape {array.shape}"
             )
     if "phases" in parts and not np.all(np.isin(parts["phases"], [int(one) for one in Phase])):
-        raise ValueError("`phases` must be those of balls")
+        raise ValueError("`phases` must be values of `Phase`")
     known = np.select(
         [events["kind"] == EventKind.BALL_BALL, events["kind"] == EventKind.POCKETED],
         [n, len(POCKETS)],
         np.iinfo(np.int32).max,
     )
     if not np.all((events["a"] >= 0) & (events["a"] < n) & (events["b"] < known)):
-        raise ValueError(f"`events` must be of the {n} balls, got a = {events['a'].tolist()}")
+        raise ValueError(f"`events` must name the {n} balls, got a = {events['a'].tolist()}")
     if k == 0 or not np.all(np.diff(parts["times"]) >= 0.0):
         raise ValueError("`times` must be instants in order of time")

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 SMALLEST = 1e-16
-"""Smallest number with a prefix; smaller ones get a power of ten, because few know smaller
-prefixes.
+"""Smallest number with a prefix; smaller numbers get a power of ten, because their prefixes are
+hardly known.
 """
 
 # By exponent, because 1e-3 * 1e-6 is not 1e-9 in floating point.

@@ -217,7 +217,7 @@ class CaseRecord:
     `left_out`: metrics with limits that weren't judged, because the run didn't ask for these
         metrics.
     `excused`: why the limits common to all engines don't apply to this one; else "".
-    `not_asked`: the metrics of these limits.
+    `not_asked`: the metrics of the limits that `excused` suspends.
     `unstated`: whether the engine states no resolution here, so that no common limit applies to its
         final state.
     `measured`: date and time of the run in UTC, ISO 8601; `wall_time` was measured then.
@@ -317,7 +317,7 @@ class CaseRecord:
 class Motion:
     """Events and sampled motion of one case.
 
-    `events`, a structured array (`engine.EVENT_DTYPE`), in order of time.
+    `events`, a structured array (`model.EVENT_DTYPE`), in order of time.
     `times` (k,) float64 [s]: a uniform grid united with the event times and, for curved paths,
         enough further times to draw them; increasing.
     `positions`, `velocities`, `angular_velocities` (k, n, 3) float64 [m], [m/s], [rad/s].

@@ -54,7 +54,7 @@ __all__ = [
 ]
 
 LISTED = 6
-"""Labels of engines that the `repr` of results names."""
+"""Number of engines that the `repr` of results names."""
 
 Pair = tuple[str, str]
 """The name of a scene and the label of an engine."""
@@ -64,7 +64,7 @@ Finished = tuple[CaseRecord, Motion | None]
 
 
 class _Suite(Environment):
-    """The fields that are read of the options and the state of a run."""
+    """The fields of a run's options and state that are read."""
 
     run: str = ""
     state: RunState

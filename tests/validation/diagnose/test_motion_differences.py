@@ -53,7 +53,7 @@ def test_an_event_of_any_kind_that_is_late_is_named():
         k = int(np.flatnonzero(events["kind"] == kind)[0])
         events["t"][k] -= 0.02
         said = differs_before_end(replace(ours, events=np.sort(events, order="t")), known)
-        assert said == f"its events have {what} 0.02 s too early"
+        assert said == f"in its events, {what} 0.02 s too early"
 
 
 def test_another_pocket_is_named():
@@ -63,8 +63,8 @@ def test_another_pocket_is_named():
     fell = events["kind"] == EventKind.POCKETED
     events["b"][fell] = (events["b"][fell] + 1) % 6
     said = differs_before_end(replace(ours, events=events), known)
-    assert said.startswith('its events have "object" falls into the pocket "')
-    assert said.endswith('" never; the reference has this once')
+    assert said.startswith('in its events, "object" falls into the pocket "')
+    assert said.endswith('" never; in the reference, once')
 
 
 def test_both_balls_of_a_collision_too_many_are_named():
@@ -73,4 +73,4 @@ def test_both_balls_of_a_collision_too_many_are_named():
     again = ours.events[ours.events["kind"] == EventKind.BALL_BALL]
     twice = np.sort(np.concatenate([ours.events, again]), order="t")
     said = differs_before_end(replace(ours, events=twice), known)
-    assert said == 'its events have "cue" hits "object" twice; the reference has this once'
+    assert said == 'in its events, "cue" hits "object" twice; in the reference, once'

@@ -46,8 +46,8 @@ def test_scenes_of_only_one_side_are_described(here):
     assert result.exit_code == 0, result.output
     assert "3 of 6 cases unchanged" in result.stdout
     assert "head-on" in result.stdout
-    assert "missing: b has no such case" in result.stdout
-    assert "missing: b has no such case" in cli("diff", "b", "a").stdout
+    assert "missing: b doesn't contain this case" in result.stdout
+    assert "missing: b doesn't contain this case" in cli("diff", "b", "a").stdout
 
 
 def test_two_engines_of_one_folder_are_compared_scene_by_scene(here):
