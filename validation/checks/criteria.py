@@ -92,8 +92,8 @@ class SharedCriteria(BaseModel, frozen=True, extra="forbid"):
 class Criteria(BaseModel, frozen=True, extra="forbid"):
     """All criteria of a scene, and the kind of reference result that it needs.
 
-    If a scene states `truth`, its reference must be certified to its end where that is possible, or
-    for as many events as it states in `proved`. The part that isn't certified isn't judged.
+    If a scene states `truth`, and its features can be certified, the shot must be certified to its
+    end, or for as many events as `proved` states. The part that isn't certified isn't judged.
     """
 
     truth: WantedTruth | None = None

@@ -82,7 +82,7 @@ func begin(path):
 		var body = RigidBody2D.new()
 		body.mode = RigidBody2D.MODE_CHARACTER # doesn't turn
 		body.physics_material_override = bouncy
-		body.linear_damp = -1 # with that of the project, which is set to 0 below
+		body.linear_damp = -1 # the damping of the project, which is set to 0 below
 		body.mass = ball.mass
 		body.can_sleep = false
 		body.position = UNITS * Vector2(ball.position[0], ball.position[1])

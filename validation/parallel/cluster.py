@@ -2,8 +2,8 @@
 
 A worker of the cluster runs each task in a separate process, as this machine would: a crash loses
 one task and is reported, a task has its time limit, and its output is kept. If a worker itself is
-killed, another worker repeats its tasks. A task is ended if nobody waits for its result, because the
-run was interrupted or killed.
+killed, another worker repeats its tasks. A task is ended if nobody waits for its result, because
+the run was interrupted or killed.
 """
 
 from __future__ import annotations

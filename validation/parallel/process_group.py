@@ -18,8 +18,8 @@ FAILED = 1
 _GUARD = "exec 3<&0; (read -r _ <&3; kill -KILL 0) &"
 """Shell command that waits until its standard input ends, then kills its own process group.
 
-The command waits in a second process, so that the process that runs it has no child that never ends:
-an engine may wait for all of its children.
+The command waits in a second process, so that the process that runs it has no child that never
+ends: an engine may wait for all of its children.
 """
 
 

@@ -50,7 +50,7 @@ PRECISION_ENGINES = (*DEFAULT_ENGINES, "pymunk:iterations=1", "certified")
 """The validated engines, a solver with one iteration, and the certified engine."""
 
 LEAST_SAMPLE, MOST_RUNS = 5e-3, 50
-"""Least duration of a sample [s], which may need several runs, and their largest number."""
+"""Least duration of a sample [s], and the largest number of runs in a sample."""
 
 MANY_STEPS, FEW_SAMPLES = 5_000, 2
 """A shot with more steps has only this number of samples. The limit counts steps, not time, so that

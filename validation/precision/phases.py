@@ -49,10 +49,10 @@ def start_of(scene: Scene, step: float | None, turn: int) -> Scene:
 
 
 def started_earlier(scene: Scene, dt: float) -> Scene | None:
-    """Return the scene `dt` [s] before its start, or None if that isn't known.
+    """Return the scene `dt` [s] before its start, or None if the earlier state isn't known.
 
-    Its `t_max` is later by `dt`. It isn't known if a ball had a collision in between, or would
-    start on the other side of a cushion or inside a ball.
+    Its `t_max` is later by `dt`. The earlier state isn't known if a ball had a collision in
+    between, or would start on the other side of a cushion or inside a ball.
 
     Rolling: v = v0 + mu g dt along v0. Sliding: the slip keeps its direction and grows by 7/2 mu g
     dt. Spin about the vertical grows by its deceleration. The result is checked by simulating it

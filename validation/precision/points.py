@@ -68,8 +68,8 @@ def seconds_to(
     `points`: of one engine on one scene, the longest step first.
     `lost` [s]: steps with a failed or stopped run; longer steps than these don't count.
 
-    A step that is accurate by chance doesn't count: all shorter ones must be as accurate, for every
-    phase.
+    A step that is accurate by chance doesn't count: all shorter steps must be as accurate, for
+    every phase.
     """
     seconds = []
     for point in reversed(points):

@@ -155,8 +155,9 @@ def in_other_process(
     `time_limit` [s]: for each shot; None runs the shots in this process, which a crash then ends.
     `printed`: called with the output of a shot, if there is any; without it the output is dropped.
 
-    Engines created from the yielded one with other settings run there too. The process ends with
-    the block. Ghostball's engine always runs in this process, because it is trusted.
+    Engines that the block creates from the yielded engine with other settings run there, too. The
+    process ends with the block. Ghostball's engine always runs in this process, because it is
+    trusted.
     """
     if type(engine) is GhostballEngine:  # another class may have the same `name`
         yield engine

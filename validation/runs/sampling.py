@@ -118,9 +118,9 @@ def energy_times(result: Result) -> FloatArray:
 
 
 def _uncompressed(result: Result, times: FloatArray) -> FloatArray:
-    """Return the times at which no balls push each other in impacts that last, (k,) [s].
+    """Return the times at which no balls are in a compliant impact, (k,) [s].
 
-    At the other times balls overlap by as much as they yield, and the contacts have energy.
+    During such an impact, the balls are compressed, so they overlap and their contact has energy.
     """
     if result.work.get("compliant_impacts", 0) == 0:
         return times

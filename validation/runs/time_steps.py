@@ -25,7 +25,7 @@ LONGEST_STEP: Final = 0.02
 """
 
 MOST_STEPS, MOST_LEVELS = 16_000, 20
-"""Largest number of time steps of a shot with the shortest halved step, and of halvings."""
+"""Largest number of time steps in a shot, and of halved steps."""
 
 REMAINING_SHARE: Final = 0.5
 """A difference disappears if the shortest step leaves at most this share of it.

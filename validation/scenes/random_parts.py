@@ -199,7 +199,7 @@ def table_of(
             (None, Table(length=UNBOUNDED_SIZE[0], width=UNBOUNDED_SIZE[1], cushions=()))
         )
     if kind == "narrow":
-        flies = options["flight"] != "no"  # then also at the height of the noses
+        flies = options["flight"] != "no"  # its equator may touch the noses
         widest = 2.0 * max(ball["radius"] if flies else reach(ball, physics) for ball in sizes)
         least = 0.125 if flies or _is_elastic(options, physics) else 0.0
         return Table(

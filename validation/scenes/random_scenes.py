@@ -116,7 +116,7 @@ _EXCLUSIONS: Final[tuple[tuple[tuple[Option, ...], tuple[Option, ...]], ...]] = 
     ),
     # Laws that integrate over an impact need balls on the cloth.
     (_all("flight", "no"), _INTEGRATED),
-    # Impacts that last are between balls on the cloth, and lose no more than half of the speed.
+    # Compliant impacts are between balls on the cloth, and lose at most half of the speed.
     (
         (("impacts", "compliant"),),
         (

@@ -129,7 +129,7 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
             return failed(record, differs), None
         return judge(record, case, truth, result, resolution, limits, engine)
     except EngineUnavailableError as error:
-        # planned as installed, so this process, for example on a cluster, lacks it
+        # The plan found the engine, so only this process lacks it, for example on a cluster.
         if case.is_here:
             return failed(record, str(error)), None
         return replace(record, outcome="unavailable", reason=str(error)), None

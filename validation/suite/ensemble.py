@@ -22,8 +22,8 @@ from ghostball.validation.results.files import describe_problem
 from ghostball.validation.runs.rolling import rolling_spin
 
 LARGEST_POSITION = 0.25
-"""In units of the smallest radius: a ball that moves farther could change places with its
-neighbour.
+"""Largest change of position, in units of the smallest radius: a ball that moves farther could
+change places with its neighbour.
 """
 
 SWEEPS = 256

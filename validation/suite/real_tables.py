@@ -107,7 +107,7 @@ def _measure(spec: str, time_limit: float | None) -> TableAgreement:
 
 
 def _given(done: Done[str, TableAgreement]) -> TableAgreement:
-    """Return the result of a task; the task can't crash, because every shot has its own process."""
+    """Return the result of a task, which always exists, because tasks run in this process."""
     assert done.given is not None
     return done.given
 

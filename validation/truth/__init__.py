@@ -1,1 +1,1 @@
-"""Reference results of scenes: closed forms, certified results, or Ghostball's own engine."""
+"""Reference results: closed forms, certified results, integrations, or Ghostball's engine."""

@@ -24,7 +24,7 @@ def certificate_of(
 
     `settings`: limits of the computation.
 
-    Certificates are stored on the disk. If one takes long to compute, a message is logged.
+    Certificates are stored on the disk. A message is logged if computing one takes long.
     """
     if why := refused_features(scene):
         return None, why

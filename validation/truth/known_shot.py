@@ -1,7 +1,6 @@
 """The best known motion of a scene, and its source.
 
-`validation.truth.scene_truth` gives the final positions and the collisions only. This module gives
-a whole motion, which can be sampled at any time, to explain differences.
+`explain` compares a run with this motion, which can be sampled at any time.
 """
 
 from __future__ import annotations

@@ -107,7 +107,7 @@ class Truth:
     `graded`: the certified part that an exact engine is compared with; None without a certificate,
         or if "certificate" wasn't requested.
     `graded_steps`: the same for time-stepping engines: up to the horizon if the whole shot is
-        certified and that is the reference; otherwise to the end.
+        certified and has no closed form; otherwise to the end.
     """
 
     kind: str | None
@@ -240,7 +240,7 @@ def truth_of(
         and certified is None
         and (least is None or len(certificate.events) < least)
     ):
-        must, found = "all to its end" if least is None else f"{least}", len(certificate.events)
+        must, found = "all" if least is None else f"{least}", len(certificate.events)
         raise TruthError(
             f'scene "{scene.name}": only {found} of its events are certified, but {must} are '
             f"required: {partial}. If no more can be certified, write `proved` = {found} into its "

@@ -212,7 +212,7 @@ def test_a_scene_that_states_its_truth_is_proved_to_its_end_or_as_far_as_it_stat
     stated = shipped_criteria(scene)
     assert (stated.proved, stated.least_certified) == (4, 4)
     assert isinstance(truth_or_failure(scene, stated), Truth)
-    for proved, must in ((None, "all to its end"), (5, "5")):
+    for proved, must in ((None, "all"), (5, "5")):
         failure = truth_or_failure(scene, stated.model_copy(update={"proved": proved}))
         assert isinstance(failure, TruthFailure)
         assert f"only 4 of its events are certified, but {must} are required" in failure.reason

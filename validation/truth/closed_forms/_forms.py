@@ -1,4 +1,4 @@
-"""Closed forms: of short shots by their collisions, of other shipped scenes by name."""
+"""Closed forms: for short shots by their collisions, for other shipped scenes by name."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _separate_pairs(setup: Setup) -> FormResult:
     )
 
 
-# a nudge for the conditioning changes one pair, or all pairs by one number
+# Most nudges for the conditioning change one pair only; the other pairs come from the cache.
 @lru_cache(maxsize=256)
 def _solve_pair(setup: Setup) -> _Pair:
     shot = OrderedShot(setup)

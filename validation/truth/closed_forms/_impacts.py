@@ -26,7 +26,7 @@ NORMALS = {"left": (-1, 0), "right": (1, 0), "bottom": (0, -1), "top": (0, 1)}
 def alciatore_friction(speed: mpf) -> mpf:
     """Return the friction of two balls with surfaces that slip at `speed` [m/s] (TP A.14).
 
-    Marlow's measurements, fitted by Alciatore; the coefficients are the doubles of an engine.
+    Marlow's measurements, fitted by Alciatore; the coefficients are doubles, as in the engines.
     """
     return mp.mpf(9.951e-3) + mp.mpf(0.108) * mp.exp(-mp.mpf(1.088) * speed)
 
@@ -146,7 +146,7 @@ def _han(
 
 
 def sprung_part(setup: Setup, slip: mpf, e: mpf) -> mpf:
-    """Return the part of the slip that the impulse along the slip has: Stronge's two springs.
+    """Return the impulse along the slip divided by the slip, by Stronge's two springs.
 
     `slip`: over the closing speed.
 

@@ -162,7 +162,7 @@ def numbers_of(scene: Scene) -> dict[Key, mpf]:
         found |= {("length",): table.length, ("width",): table.width}
         found |= {(name,): getattr(physics, name) for name in _CUSHION_FIELDS}
         if physics.cushion_restitution_loss == 0.0:
-            # without loss it is a different law, not a value with an error
+            # a loss of 0 stands for another law, not for a rounded value
             del found["cushion_restitution_loss",]
     return {key: mp.mpf(value) for key, value in found.items()}
 
@@ -182,7 +182,7 @@ def setup_of(scene: Scene, numbers: Mapping[Key, mpf], *, verify: bool) -> Setup
         return x, y, z
 
     def height(i: int) -> mpf:
-        # If the scene gives no height, it is the radius, even if that is nudged.
+        # If the scene gives no height, the height is the radius, even a nudged radius.
         return numbers.get(("position", i, 2), numbers["radius", i]) - numbers["radius", i]
 
     def of_the_cloth(name: str) -> tuple[mpf, ...]:

@@ -77,8 +77,8 @@ class OrderedShot:
     def next_collision(self) -> Collision | None:
         """Return the next collision, or None if the shot ends before any.
 
-        Raises `OrderError` if it happens immediately, or simultaneously with another one: then it
-        doesn't involve two bodies only.
+        Raises `OrderError` if the collision comes immediately, or together with another one: a form
+        needs collisions between two bodies.
         """
         found = [(when, one) for one, when in self._possible() if when is not None]
         found = [(when, one) for when, one in found if when < self._time_left()]
