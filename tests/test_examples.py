@@ -17,6 +17,8 @@ import pytest
 
 from ghostball import Ball, Scene, Strike, simulate
 
+pytestmark = pytest.mark.compiled  # hundreds of shots
+
 EXAMPLES = Path(__file__).parents[1] / "docs/examples"
 
 

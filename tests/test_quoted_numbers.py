@@ -17,6 +17,7 @@ from benchmarks.racks import RacksMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.skips import SkipsMeasurement
 from benchmarks.speed import TargetsMeasurement
+from benchmarks.strokes import StrokesMeasurement
 from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.scenes.library import select
 
@@ -80,6 +81,15 @@ def of_first_result() -> tuple[str, ...]:
     return *stepped, f"{error['ghostball']:.1e}"
 
 
+def of_strokes() -> tuple[str, ...]:
+    measured = StrokesMeasurement.load(MEASUREMENTS / "strokes.json")
+    strokes, velocities = measured.rows
+    git = measured.environment["git"]
+    assert (measured.shots, git["dirty"]) == (100_000, False)
+    times = strokes.seconds, 1e6 * strokes.per_start, velocities.seconds
+    return *(f"{one:.1f}" for one in times), git["revision"][:7]
+
+
 def of_rebounds() -> tuple[str, ...]:
     found = best_of_each(committed(ReboundsMeasurement))
     best = {one.engine: f"{one.typical:.1f}" for one in found}
@@ -135,6 +145,12 @@ QUOTED = {
         r"step of 1 ms, pymunk has a rest error of ([\d.]+) mm and pybullet of ([\d.]+) mm\. .* "
         r"The rest error of Ghostball's own engine is ([\d.e-]+) m\.",
         of_first_result,
+    ),
+    "strokes": (
+        "docs/planning.md",
+        r"takes ([\d.]+) s on these cores\. .* takes ([\d.]+) µs of processor time\. .* take "
+        r"([\d.]+) s\. .* at revision (\w+)\.",
+        of_strokes,
     ),
     "rebounds": (
         "README.md",

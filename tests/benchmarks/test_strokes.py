@@ -3,9 +3,12 @@
 from io import StringIO
 
 import numpy as np
+import pytest
 from rich.console import Console
 
 from benchmarks.strokes import WAYS, shots_in, strokes
+
+pytestmark = pytest.mark.compiled  # hundreds of shots
 
 
 def test_both_ways_are_the_same_shots_to_their_ends():

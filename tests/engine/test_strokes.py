@@ -169,6 +169,7 @@ def test_noise_that_leaves_hardly_any_stroke_possible_is_refused():
         drawn(1, noise={"offset_up": 1e9})
 
 
+@pytest.mark.compiled
 def test_the_bits_do_not_depend_on_the_threads():
     strokes = Strokes(np.full(600, 3.0), 0.2, noise=NOISE, seed=1)
     one, two = (simulate_starts(layout(), strokes=strokes, threads=n) for n in (1, 2))
