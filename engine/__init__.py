@@ -50,14 +50,17 @@ the deceleration grows with the speed, and the curves aren't parabolas (`engine/
 
 Impacts
 -------
-Impacts take no time. `Physics.ball_impact` and `Physics.cushion` select the impact laws
-(`ghostball/model/impact_laws.py` lists them). Laws that change spin need `motion` = "sliding".
+Impacts take no time, unless `Physics.impacts` is "compliant". `Physics.ball_impact` and
+`Physics.cushion` select the impact laws (`ghostball/model/impact_laws.py` lists them). Laws that
+change spin need `motion` = "sliding".
 
 `Physics.impacts` decides how simultaneous impacts that share a ball are resolved:
 
 - "simultaneous": together, independently of the order of the balls, with Coulomb friction whatever
   `ball_impact` is.
 - "sequential": one after another, the fastest first.
+- "compliant": impacts last, and balls that push each other at the same time are integrated together
+  (`engine/impacts/compliant.py`).
 
 A ball that hits both cushions of a corner at once bounces off both together. If a ball hits a
 cushion and another ball at the same time, the cushion is resolved first. Vertical impulses change

@@ -45,7 +45,8 @@ def simulate(
         Limit of work, after which the run stops: iterations of all loops, in units of about 6 ns.
         With this limit every run ends.
     no_skip : collection of str
-        Skips that are switched off; `engine.running.skips` has their names. The result is the same.
+        Skips that are switched off; `engine.running.skips` has their names. The result is the same,
+        for "advancement" within rounding.
 
     Returns
     -------
@@ -67,9 +68,10 @@ def simulate(
     -----
     Between events each ball moves in closed form, or in air along power series
     (`engine/motion/drag.py`); the next contact is the first time at which the exact gap
-    closes (`engine/scheduling/all_pairs.py`). There is no time step, except for balls that friction
-    presses together: these move in steps that keep their gaps within a stated tolerance
-    (`engine/resting_contact/step.py`), counted in `work["contact_steps"]`. Simultaneous impacts
+    closes (`engine/scheduling/all_pairs.py`). There is no time step, except for impacts that last
+    (`engine/impacts/compliant.py`), and for balls that friction presses together: these move in
+    steps that keep their gaps within a stated tolerance (`engine/resting_contact/step.py`), counted
+    in `work["contact_steps"]`. Simultaneous impacts
     that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in
     `work["joint_impacts"]`.
 

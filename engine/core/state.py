@@ -53,7 +53,7 @@ class Balls(NamedTuple):
     touched: Int32Array  # (n + 1,) the number of changed balls, then their indices
     touching: Int32Array  # (m, 2) as `Contacts.ends`: pairs that collide, or contacts to be held
     near: Int32Array  # (n,) scratch for the neighbours of a ball
-    counters: IntArray  # (COUNTERS,) as in the `Log`: every loop counts its iterations in WORK
+    counters: IntArray  # the counters of the `Log`: every loop counts its iterations in WORK
     powers: FloatArray | None  # (n, POWERS_COLUMNS): columns JERK_X ...
     series: FloatArray | None  # (SERIES_ROWS, SERIES_TERMS) scratch for the series of a piece
     height: FloatArray | None  # (n, HEIGHT_COLUMNS): columns BASE ...

@@ -4,7 +4,7 @@ Three more are in `model.rounding`, because they decide which scenes are rejecte
 given positions, that of contacts in flight, and `CONTACT_TOLERANCE`. The engine keeps the gaps of
 resting contacts within the last one (4e-13 m for pool balls), so that forces are not computed from
 noise. The engine makes no approximations other than these tolerances and the limited accuracy of
-laws that integrate over an impact. `work["contact_steps"]` tells whether a run used resting
+impacts that are integrated. `work["contact_steps"]` tells whether a run used resting
 contacts.
 
 The tolerances down to `SLIP_ROUNDING` are derived from the rounding of double precision and only

@@ -74,7 +74,7 @@ def play(
         `who` on. If k is 0, all shots have the initial state of the scene.
     `clocks` (k, CLOCKS + n) float64: times of each shot, and when each ball left the table.
     `counts` (k, COUNTERS + OUTCOMES n) int64: counters of each shot, and the outcomes of each ball;
-        STATUS is how it ended.
+        STATUS tells how the shot ended.
     `ends` (k, p, n, 3) float64: final positions of each shot; velocities if p > 1, angular
         velocities if p > 2.
     `time`, `what`, `ball`, `motion`: the `Log`, if there is only one shot; empty for no log.

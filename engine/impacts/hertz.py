@@ -31,8 +31,8 @@ CONTACT_TIME = 2.9432751843247043
 2 int_0^1 dx / sqrt(1 - x^2.5)."""
 
 _ROOT_STEPS = 64
-"""Most Newton steps for a fifth root: the first may overshoot, each of the next ones takes up to a
-fifth off an estimate that is too large, and the last ones double the digits."""
+"""Largest number of Newton steps for a fifth root. The first step may overshoot. Each further step
+reduces an estimate that is too large by up to a fifth, and the last steps double the digits."""
 
 
 @kernel

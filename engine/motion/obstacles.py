@@ -215,8 +215,8 @@ def _time_to_any(
 def _part_along(nx: float, ny: float, x: float, y: float) -> float:
     """Return the component of a vector along a normal; 0 if it is only rounding.
 
-    A ball that moves along a slanting side has such a component, which no bounce can remove, so
-    that it would bounce there endlessly. Along an axis nothing is rounded.
+    A ball that moves along a slanting side has such a component by rounding. No bounce can remove
+    it, so the ball would bounce there endlessly. Along an axis nothing is rounded.
     """
     part_x, part_y = nx * x, ny * y
     part = part_x + part_y

@@ -247,7 +247,7 @@ def _free_pushed(world: World, members: int, count: int, solved: bool) -> bool:
     """Let members at rest respond to their impulses if the cloth doesn't stop them immediately.
 
     "Immediately" means within `CAPTURE_HEIGHT`; if no impulses were found, all members respond.
-    Return whether there is such a member.
+    Return whether any member responds now that didn't respond before.
     """
     balls, contacts = world.balls, world.contacts
     found = False

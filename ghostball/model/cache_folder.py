@@ -10,7 +10,7 @@ CACHE_DIR_VARIABLE = "GHOSTBALL_CACHE_DIR"
 
 
 def cache_folder(name: str) -> Path:
-    """Return the folder of a cache: `libraries`, `pages`, `proofs`, `revisions` or `workers`.
+    """Return the folder of a cache: `libraries`, `proofs`, `revisions` or `workers`.
 
     If the user has chosen the parent folder, it may contain other files. Ghostball writes and
     removes files only inside the folders of its caches.

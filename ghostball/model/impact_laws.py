@@ -30,7 +30,7 @@ class LawEntry(NamedTuple):
     integrated: bool = False
     """Whether the law is a numerical integration over the impact.
 
-    Such laws are compiled only if a scene uses one.
+    Such laws exclude airborne balls and impacts that last.
     """
     fitted: bool = True
     """Whether tracks of balls can determine the coefficients of the law."""

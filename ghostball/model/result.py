@@ -160,7 +160,7 @@ class Result:
         -----
         Ghostball's engine treats all bounces on the table that are lower than 3e-9 m as one motion,
         which lasts at most a few milliseconds. During this motion, the vertical speed of the ball
-        isn't known. A ball that lies on another ball bounces there, lower than 1e-8 m; these
+        isn't known. A ball that lies on other balls bounces there, by less than 1e-6 m; these
         bounces differ in the new scene.
         """
         instants = _instants(t, "t")

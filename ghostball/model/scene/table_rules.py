@@ -124,7 +124,7 @@ def _check_simple(vertices: Sequence[Point]) -> None:
 
 
 def _side(a: Point, b: Point, c: Point) -> float:
-    """Return a positive number if c is on the left of the line from a to b, else a negative one."""
+    """Return a positive number if c is left of the line from a to b, 0 on it, negative if right."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
