@@ -172,7 +172,7 @@ class DrawnStrokes(NamedTuple):
 def numbers_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Return `values` as a checked array (k,); error messages call it `name`."""
     try:
-        array = np.atleast_1d(np.asarray(values, dtype=np.float64))
+        array = np.atleast_1d(np.array(values, dtype=np.float64))  # a copy
     except (TypeError, ValueError):
         raise GhostballError(f"`{name}` must be numbers, got {repr(values)[:80]}") from None
     if array.ndim != 1:

@@ -109,6 +109,13 @@ def test_other_balls_move_as_in_the_scene(places):
     assert_same(batch, 0, simulate(expected))
 
 
+def test_strokes_keep_their_values_when_an_array_changes():
+    speeds = np.array([1.0, 2.0])
+    strokes = Strokes(speeds, 0.1)
+    speeds[:] = 3.0
+    assert strokes.drawn(layout()).speed.tolist() == [1.0, 2.0]
+
+
 def test_no_strokes_give_an_empty_batch():
     assert len(simulate_starts(layout(), strokes=Strokes([], 0.1)).status) == 0
 
