@@ -175,6 +175,30 @@ ShotLimit = Annotated[
     ),
 ]
 
+ALL_RELATIONS = "all"
+"""Value of `--relations` without names."""
+
+RELATION_NAMES = (
+    "rotate",
+    "translate",
+    "mirror",
+    "renumber",
+    "scale",
+    "boost",
+    "split",
+    "far-ball",
+)
+"""The names in `validation.checks.relations.WORDS`, without importing it."""
+
+Relations = Annotated[
+    str | None,
+    typer.Option(
+        metavar="[NAME,...]",
+        help="Also simulate related shots, and check that both runs agree: "
+        f"{', '.join(RELATION_NAMES)}. Without names: every relation that the scene supports.",
+    ),
+]
+
 Rerun = Annotated[
     bool, typer.Option("--rerun", help="Run everything again, even if it is unchanged.")
 ]

@@ -69,6 +69,7 @@ from ghostball.validation.checks.criterion import (
     SharedCriterion,
     StepRule,
 )
+from ghostball.validation.checks.relations import WORDS, bits_of, factor_of
 from ghostball.validation.results.files import describe_problem, field_of, toml_of
 from ghostball.validation.results.records import LimitKind
 from ghostball.validation.scenes.library import CRITERIA_SUFFIX, FOLDER
@@ -79,6 +80,9 @@ COMMON = FOLDER / f"common{CRITERIA_SUFFIX}"
 
 SHARED = FOLDER / f"shared{CRITERIA_SUFFIX}"
 """The file with the criteria that several shipped scenes share; each row names its scenes."""
+
+RELATED = FOLDER / f"relations{CRITERIA_SUFFIX}"
+"""The file with the criteria of relations between shots, which apply on request."""
 
 _Model = TypeVar("_Model", bound=BaseModel)
 
@@ -227,6 +231,24 @@ def criteria_beside(scene_path: str | Path) -> Criteria:
     shared = tuple(one.alone() for one in shared_criteria().criteria if name in one.scenes)
     # Built from the fields, so that both parts are checked for contradictions.
     return Criteria(**(dict(own) | {"criteria": (*own.criteria, *shared)}))
+
+
+def relation_criteria(names: Sequence[str] = ()) -> Criteria:
+    """Return the criteria of relations between shots; without names, those of all relations.
+
+    Raises `CriteriaError` if there is no such relation.
+    """
+    for name in names:
+        if name not in WORDS:
+            close = get_close_matches(name, WORDS, n=1)
+            hint = f"Did you mean {close[0]}? " if close else ""
+            raise CriteriaError(
+                f"`relations` must name known relations, got {name!r}. {hint}"
+                f"Known: {', '.join(WORDS)}"
+            )
+    wanted = {metric for name in names or WORDS for metric in (factor_of(name), bits_of(name))}
+    whole = Criteria.load(RELATED)
+    return Criteria(criteria=tuple(one for one in whole.criteria if one.metric in wanted))
 
 
 @cache

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from ghostball.reference_adapters.base import ReferenceEngine, Resolution
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_growth import RoundingEffects
 from ghostball.validation.grading.grading import Grade, grade
+from ghostball.validation.grading.horizon import SampledGrowth, growth_along, sampled_growth
+from ghostball.validation.runs.engine_runs import run_ours
 from ghostball.validation.truth.scene_truth import Truth, TruthPart
 
 T = TypeVar("T")
@@ -39,6 +41,8 @@ class RunAndTruth:
     `resolution` [m]: of the engine: `reference_adapters.base.resolution_of`.
     `engine`: simulates the second shot that a metric of `relations` needs; None: these metrics have
         no value.
+    `said`: details of the values of metrics, in words, by metric.
+    `related`: second shots by relation, with their comparison.
 
     Each property raises `NotMeasuredError` if it doesn't exist for this shot.
     """
@@ -48,6 +52,8 @@ class RunAndTruth:
     horizon: float = math.inf
     resolution: Resolution = 0.0
     engine: ReferenceEngine | None = None
+    said: dict[str, str] = field(default_factory=dict)
+    related: dict[str, Any] = field(default_factory=dict)
 
     def known(self, part: TruthPart, value: T | None) -> T:
         """Return a part of the reference."""
@@ -76,6 +82,13 @@ class RunAndTruth:
     def certificate(self) -> Certificate:
         """The certified result of the shot, or of its beginning."""
         return self.known("certificate", self.truth.certificate)
+
+    @cached_property
+    def growth(self) -> SampledGrowth:
+        """The growth of errors along the whole shot: certified, else that of Ghostball's engine."""
+        scene = self.result.scene
+        ours = run_ours(scene)
+        return sampled_growth(growth_along(scene, self.truth.certificate, ours), ours)
 
     @property
     def rounding(self) -> RoundingEffects:

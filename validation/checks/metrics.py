@@ -28,7 +28,7 @@ from ghostball.validation.checks.motion_metrics import MOTION
 from ghostball.validation.checks.outcome_metrics import OUTCOME
 from ghostball.validation.checks.relations import RELATIONS
 from ghostball.validation.grading.tolerances import TOLERANCE
-from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy
+from ghostball.validation.results.records import ACCURACY_KINDS, Accuracy, RelatedRun
 from ghostball.validation.truth.scene_truth import Truth
 
 Value = int | float | None
@@ -81,6 +81,7 @@ class CaseMetrics:
     `values`: by name, one for each requested metric, in the order of `METRICS`.
     `notes`: why a value is None.
     `said`: details of a value.
+    `related`: both runs of each relation that was measured, by the name of its metric.
     `incomplete`: metrics without a valid value because the run stopped early, isn't finite, or is
         unphysical.
     `unpredictable`: metrics of the end of the shot without a value, because the end is after the
@@ -93,6 +94,7 @@ class CaseMetrics:
     notes: dict[str, str] = field(default_factory=dict)
     said: dict[str, str] = field(default_factory=dict)
     ball_errors: FloatArray | None = None
+    related: dict[str, RelatedRun] = field(default_factory=dict)
     incomplete: set[str] = field(default_factory=set)
     unpredictable: set[str] = field(default_factory=set)
 
@@ -163,6 +165,8 @@ def measure(
             measured.incomplete.add(name)
             continue
         measured.values[name] = value
+    measured.said |= run.said
+    measured.related = {name: compared.ends for name, (_, compared) in run.related.items()}
     if any(
         measured.values.get(f"rest_error_{kind}") is not None for kind in ("max", "rms", "ulps")
     ):

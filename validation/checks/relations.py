@@ -3,23 +3,38 @@
 Each relation is a metric. If a scene has a limit on this metric, the engine also simulates the
 second shot. A relation needs no reference result. It has no value if it doesn't hold for a shot of
 this kind.
+
+`related_shots` makes the second shots, and `related_runs` compares them with the first. For each
+relation, `NAME_factor` is the largest distance between the two runs in units of the distance that
+the engine's own error explains. For relations that round nothing, `NAME_bits` counts the numbers
+that differ in any bit.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 
-from ghostball.model import Ball, Result, Scene, SceneError, Table, UnsupportedSceneError
+from ghostball.model import Record, Result, Scene, SceneError, UnsupportedSceneError
 from ghostball.reference_adapters.base import ReferenceEngine
 from ghostball.validation.checks.energy_curve import conserves_energy
 from ghostball.validation.checks.metric import (
+    Compute,
     MetricGroup,
     NotMeasuredError,
     RunAndTruth,
     RunIncompleteError,
 )
+from ghostball.validation.checks.related_runs import (
+    Comparison,
+    compare_runs,
+    own_error,
+    relative_error,
+)
+from ghostball.validation.checks.related_shots import SECOND_SHOTS, RelatedShot, mirror, split
 from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
 from ghostball.validation.runs.engine_runs import run_engine, run_ours
 
@@ -28,7 +43,30 @@ RELATIONS: Final = MetricGroup()
 RETURN_DISTANCE = 1e-3
 """Largest distance from the start that counts as a return, in radii of the smallest ball."""
 
-_IMAGES: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "right"}
+WORDS: Final[Mapping[str, str]] = {
+    "rotate": "the shot turned by 90 degrees (180 with side pockets)",
+    "translate": "the shifted shot",
+    "mirror": "the mirrored shot",
+    "renumber": "the shot with its balls in reverse order",
+    "scale": "the shot in units of twice the length and time",
+    "boost": "the shot with a velocity added to all balls",
+    "split": "the shot continued from its middle",
+    "far-ball": "the shot with a further ball, which nothing reaches",
+}
+"""The second shot of each relation in words, in the order of reports."""
+
+ROUNDING_FREE: Final = ("mirror", "renumber", "scale", "far-ball")
+"""Relations that may change no digit of any number of a scene."""
+
+
+def factor_of(relation: str) -> str:
+    """Return the name of the metric that compares the runs of a relation within errors."""
+    return f"{relation.replace('-', '_')}_factor"
+
+
+def bits_of(relation: str) -> str:
+    """Return the name of the metric that compares the runs of a relation to the bit."""
+    return f"{relation.replace('-', '_')}_bits"
 
 
 def _engine_of(run: RunAndTruth) -> ReferenceEngine:
@@ -37,6 +75,64 @@ def _engine_of(run: RunAndTruth) -> ReferenceEngine:
         raise NotMeasuredError("this metric needs an engine that simulates a second shot")
     run.require_end()
     return run.engine
+
+
+def _compared(run: RunAndTruth, relation: str) -> tuple[RelatedShot, Comparison]:
+    """Return the second shot of a relation and the comparison with the first, made once."""
+    if relation not in run.related:
+        engine = _engine_of(run)
+        result = run.result
+        if relation == "split":
+            # in the part of the shot that is predictable, as nothing is compared later
+            known = own_error(engine, result.scene)
+            related = split(result, math.inf if known is None else run.growth.horizon(known))
+        else:
+            related = SECOND_SHOTS[relation](result)
+        second = _played(engine, related.scene, "trajectory")
+        error = relative_error(engine, result, related, second)
+        compared = compare_runs(result, related, second, run.growth, error)
+        run.related[relation] = related, compared
+    return run.related[relation]
+
+
+def _factor(relation: str) -> Compute:
+    def compute(run: RunAndTruth) -> float:
+        _, compared = _compared(run, relation)
+        if compared.factor is None:
+            raise NotMeasuredError(compared.words)
+        run.said[factor_of(relation)] = compared.words
+        return compared.factor
+
+    return compute
+
+
+def _bits(relation: str) -> Compute:
+    def compute(run: RunAndTruth) -> int:
+        related, compared = _compared(run, relation)
+        if not related.exact:
+            raise NotMeasuredError(
+                "the second shot rounds numbers, or solves contacts in another order"
+            )
+        return compared.differing
+
+    return compute
+
+
+for _relation, _words in WORDS.items():
+    RELATIONS.metric(
+        factor_of(_relation),
+        "1",
+        f"largest distance between the shot and {_words}, in units of the distance that the "
+        "engine's own error explains",
+        on_demand=True,
+    )(_factor(_relation))
+for _relation in ROUNDING_FREE:
+    RELATIONS.metric(
+        bits_of(_relation),
+        "1",
+        f"positions and end of {WORDS[_relation]} that differ from the shot in any bit",
+        on_demand=True,
+    )(_bits(_relation))
 
 
 @RELATIONS.metric(
@@ -50,38 +146,11 @@ def _mirror_error(run: RunAndTruth) -> float:
     # In reverse order, to detect results that depend on the order of balls. An exact engine gives
     # bit-identical results in both cases.
     engine, result = _engine_of(run), run.result
-    other = _played(engine, mirrored(result.scene))
-    ends = other.rest_positions[::-1][:, [1, 0, 2]]
-    return float(np.max(np.linalg.norm(ends - result.rest_positions, axis=1)))
-
-
-def mirrored(scene: Scene) -> Scene:
-    """Return a scene with x and y swapped and its balls in reverse order.
-
-    Raises `NotMeasuredError` if the table is no rectangle.
-    """
-    table = scene.table
-    if table is not None:
-        if table.obstacles:
-            raise NotMeasuredError("only a rectangular table has a mirror image that is a table")
-        cushions = tuple(_IMAGES[side] for side in table.cushions)
-        table = Table(length=table.width, width=table.length, cushions=cushions)
-    balls = tuple(_image(ball) for ball in reversed(scene.balls))
-    return scene.model_copy(update={"table": table, "balls": balls})
-
-
-def _image(ball: Ball) -> Ball:
-    """Return a ball with x and y swapped; a mirror reverses its spin, which is an axial vector."""
-    ball = ball.without_strike()
-    (x, y, z), (vx, vy, vz) = ball.position, ball.velocity
-    spin = ball.angular_velocity
-    return ball.model_copy(
-        update={
-            "position": (y, x, z),
-            "velocity": (vy, vx, vz),
-            "angular_velocity": None if spin is None else (-spin[1], -spin[0], -spin[2]),
-        }
-    )
+    related = mirror(result)
+    scene = related.scene.model_copy(update={"balls": related.scene.balls[::-1]})
+    ends = _played(engine, scene).rest_positions[np.newaxis, ::-1]
+    off = related.expected(np.array([result.rest_time]), ends)[0] - result.rest_positions
+    return float(np.max(np.linalg.norm(off, axis=1)))
 
 
 @RELATIONS.metric(
@@ -171,10 +240,10 @@ def scene_from_end(result: Result, t_max: float, sign: float = 1.0) -> Scene:
     )
 
 
-def _played(engine: ReferenceEngine, scene: Scene) -> Result:
+def _played(engine: ReferenceEngine, scene: Scene, record: Record = "rest") -> Result:
     """Simulate the second shot; an engine that doesn't finish it fails."""
     try:
-        result = run_engine(engine, scene, "rest")
+        result = run_engine(engine, scene, record)
     except UnsupportedSceneError as error:
         raise NotMeasuredError(f"the engine doesn't support the second shot: {error}") from error
     if not result.status.complete:

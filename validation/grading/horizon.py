@@ -24,10 +24,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ghostball.model import EventKind, Events, Result, Scene
 from ghostball.model.arrays import FloatArray
+from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_certificate
 from ghostball.validation.grading.certified_widths import FlightGrowth, is_differentiated
-from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
+from ghostball.validation.grading.tolerances import (
+    CONTACT_STEP,
+    INTEGRATED_IMPACT,
+    ROUNDINGS,
+    UNIT_ROUNDOFF,
+)
 from ghostball.validation.runs.sampling import events_of
 
 _INTERVALS = 4
@@ -36,6 +42,9 @@ _INTERVALS = 4
 _CHUNK = 256
 """Number of times that are sampled together: more would need too much memory for hundreds of balls.
 """
+
+_MOST_TIMES = 2048
+"""Largest number of times at which the growth along a whole shot is stored."""
 
 _HALVINGS = 40
 """Number of bisections for the time at which a growth passes a limit."""
@@ -151,6 +160,57 @@ class RunGrowth:
     def derivative_ends(self) -> float:
         """Time from which the displacement of a ball is unknown [s]; inf: never."""
         return _first_beyond(self, _looks(self), np.finfo(np.float64).max)
+
+
+@dataclass(frozen=True, eq=False)
+class SampledGrowth:
+    """The growth of errors along a shot at some times, and the meetings that errors may change.
+
+    `times` (k,) float64 [s]: increasing.
+    `largest` (k,) float64 [m]: largest displacement of a ball so far by relative errors of 1 at the
+        start and at each event, at least the extent of the scene; inf if it is unknown.
+    `extent` [m]: of the scene.
+    `known_until` [s]: time from which the growth is unknown; inf: never.
+    `meetings`: of the shot.
+    `least_error`: relative error at each event that any engine may have: that of the steps of a
+        contact, if balls stay in contact, or of an impact law that is integrated; else 0.
+    """
+
+    times: FloatArray
+    largest: FloatArray
+    extent: float
+    known_until: float
+    meetings: Meetings
+    least_error: float
+
+    def horizon(self, error: float) -> float:
+        """Return the time up to which relative errors of this size can't change the shot [s]."""
+        error = max(error, self.least_error)
+        return min(self.known_until, self.meetings.horizon(error * self.extent))
+
+
+def sampled_growth(growth: Growth, result: Result) -> SampledGrowth:
+    """Return the growth of errors at no more than `_MOST_TIMES` times of a run of the shot."""
+    times, extent = _looks(growth), extent_of(result.scene)
+    if len(times) > _MOST_TIMES:
+        times = times[np.linspace(0, len(times) - 1, _MOST_TIMES).astype(np.intp)]
+    chunks = range(0, len(times), _CHUNK)
+    sizes = np.concatenate([np.max(growth.sizes(times[k : k + _CHUNK]), axis=1) for k in chunks])
+    sizes = np.maximum(np.where(np.isnan(sizes), np.inf, sizes), extent)
+    largest = np.maximum.accumulate(sizes)
+    unknown = np.flatnonzero(np.isinf(largest))
+    known_until = float(times[unknown[0]]) if len(unknown) else math.inf
+    least = max(
+        CONTACT_STEP if result.work.get("contact_steps") else 0.0,
+        INTEGRATED_IMPACT if _has_integrated_law(result.scene) else 0.0,
+    )
+    return SampledGrowth(times, largest, extent, known_until, meetings_of(growth, result), least)
+
+
+def _has_integrated_law(scene: Scene) -> bool:
+    physics = scene.physics
+    chosen = ((BALL_LAWS, physics.ball_impact), (CUSHION_LAWS, physics.cushion))
+    return any(law.integrated for laws, name in chosen for law in laws if law.name == name)
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,13 @@ friction coefficients. Ghostball's engine uses the same tolerance (`engine.core.
 both together.
 """
 
+INTEGRATED_IMPACT = 4e-9
+"""Error of an impact law that is integrated over the impact, in units of the approach speed.
+
+Slower slips count as held by friction. Ghostball's engine uses the same tolerance (`STILL` in
+`engine.impacts.laws.impulse_integrator`); change both together.
+"""
+
 TIE = 2.0**-40
 """Relative difference of times that count as simultaneous (1e-12).
 

@@ -180,6 +180,19 @@ class Accuracy:
 
 
 @dataclass(frozen=True, eq=False)
+class RelatedRun:
+    """A run and the run of a related shot, seen as the first, at one time.
+
+    `t` [s]: of the largest difference, in units of the allowed one.
+    `first`, `second` (n, 3) float64 [m]: positions of all balls; nan for a ball that isn't there.
+    """
+
+    t: float
+    first: StoredArray
+    second: StoredArray
+
+
+@dataclass(frozen=True, eq=False)
 class CaseRecord:
     """The result of one scene on one engine.
 
@@ -222,6 +235,7 @@ class CaseRecord:
         final state.
     `measured`: date and time of the run in UTC, ISO 8601; `wall_time` was measured then.
     `reused`: whether an earlier run made this record, and this run reused it unchanged.
+    `related`: both runs of each relation that was measured, by the name of its metric.
     `varied_from`: the scene of which this one is a perturbed initial state (`suite.ensemble`); else
         "".
     """
@@ -265,6 +279,7 @@ class CaseRecord:
     unstated: bool = False
     measured: str = ""
     reused: bool = False
+    related: dict[str, RelatedRun] = field(default_factory=dict)
     varied_from: SceneName | Literal[""] = ""
 
     __pydantic_config__ = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
@@ -275,6 +290,9 @@ class CaseRecord:
         check_shape("truth_positions", self.truth_positions, (n, 3))
         check_shape("rest_positions", self.rest_positions, (n, 3))
         check_shape("ball_errors", self.ball_errors, (n,))
+        for name, one in self.related.items():
+            check_shape(f"related.{name}.first", one.first, (n, 3))
+            check_shape(f"related.{name}.second", one.second, (n, 3))
         wall_time = self.metrics.get("wall_time")
         if wall_time is not None and not 0.0 <= wall_time < math.inf:
             raise ValueError(f"`metrics.wall_time` must be seconds, at least 0, got {wall_time}")

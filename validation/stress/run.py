@@ -46,6 +46,7 @@ def run_stress(
     reuse: bool = True,
     announce: Callable[[Reuse[CaseRecord]], None] | None = None,
     time_limit: float | None = None,
+    relations: Sequence[str] | None = None,
 ) -> SuiteResult:
     """Run shots on engines; results of other shots by the same code stay in the folder.
 
@@ -69,6 +70,7 @@ def run_stress(
         time_limit=time_limit,
         only=_pairs(shots, labels),
         keeps_motion=False,
+        relations=relations,
     )
 
 

@@ -103,6 +103,7 @@ def judge(
         wall_time=float(result.wall_time),
         metrics=measured.values,
         notes=measured.notes,
+        related=measured.related,
         checks=_checks(asked, measured, truth, record.engine),
         left_out=tuple(one.metric for one in limits if one not in asked and not case.varied_from),
     )

@@ -19,7 +19,7 @@ from ghostball.reference_adapters.registry import (
     engine_names,
     make_engine,
 )
-from ghostball.validation.checks.criteria import Criteria, criteria_beside
+from ghostball.validation.checks.criteria import Criteria, criteria_beside, relation_criteria
 from ghostball.validation.checks.metrics import METRICS, choose_metrics
 from ghostball.validation.checks.requirements import Requirements, asked_of
 from ghostball.validation.parallel.sources import is_ours
@@ -80,6 +80,7 @@ def plan(
     only: Collection[Name] | None = None,
     ensemble: Ensemble | None = None,
     keeps_motion: bool = True,
+    relations: Sequence[str] | None = None,
 ) -> SuitePlan:
     """Return what will run and the limits that apply; refuse invalid input before anything runs.
 
@@ -88,7 +89,11 @@ def plan(
 
     Raises `GhostballError`: see `validation.suite.suite.run_suite`.
     """
-    chosen = None if metrics is None else choose_metrics(metrics)
+    related = None if relations is None else relation_criteria(relations)
+    chosen = None
+    if metrics is not None:
+        more = () if related is None else (one.metric for one in related.criteria)
+        chosen = choose_metrics([*metrics, *more])
     check_each_once("scene", [scene.name for scene in scenes])
     check_each_once("engine", labels)
     origins: dict[str, str] = {}
@@ -122,8 +127,11 @@ def plan(
             pair, limits = (scene.name, label), own[scene.name]
             if only is not None and pair not in only:
                 continue
+            for_all = None if scene.name in origins else related
             asked[pair] = (
-                Requirements() if values is None else asked_of([(names[label], values)], limits)
+                Requirements()
+                if values is None
+                else asked_of([(names[label], values)], limits, for_all)
             )
             inputs[pair] = (
                 ""

@@ -132,6 +132,7 @@ def run_suite(
     only: Collection[Name] | None = None,
     ensemble: Ensemble | None = None,
     keeps_motion: bool = True,
+    relations: Sequence[str] | None = None,
 ) -> SuiteResult:
     """Run every scene on every engine and write a results folder.
 
@@ -176,6 +177,9 @@ def run_suite(
         Also run perturbed initial states of each scene, as cases of the run; see `suite.spread`.
     keeps_motion : bool
         Whether the motion of each case is stored; pictures and replays need it.
+    relations : sequence of str, optional
+        Also simulate related shots, and judge these relations: see `checks.relations`. Empty: all
+        relations. Default: none.
 
     Raises
     ------
@@ -192,7 +196,9 @@ def run_suite(
     too, for a later run with `reuse`.
     """
     check_limits(jobs, time_limit)
-    planned = plan(scenes, engine_specs, criteria or {}, metrics, only, ensemble, keeps_motion)
+    planned = plan(
+        scenes, engine_specs, criteria or {}, metrics, only, ensemble, keeps_motion, relations
+    )
     code = code_hash()
     store = (ResultsWriter if only is None else PartWriter)(out, code, code_with_engines(code))
     ran = run(

@@ -15,6 +15,7 @@ from ghostball.cli.options import (
     Figures,
     OriginChoice,
     RecordChoice,
+    Relations,
     SceneName,
     SceneNames,
     ShardOption,
@@ -119,6 +120,7 @@ class ValidateOptions(SuiteOptions):
     cluster: ClusterAddress = None
     report: Annotated[bool, typer.Option(help="Write report.html after the run.")] = True
     figures: Figures = FigureChoice.NONE
+    relations: Relations = None
     ensemble: Annotated[
         int | None,
         typer.Option(
@@ -303,6 +305,7 @@ class StressOptions(SuiteOptions):
             help="Number of random breaks (default: 100; with --full: 5000).",
         ),
     ] = None
+    relations: Relations = None
     out: Annotated[
         Path | None,
         out_option(

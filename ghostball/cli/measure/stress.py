@@ -12,6 +12,7 @@ from rich.markup import escape
 from ghostball.cli.measure.commands import StressOptions
 from ghostball.cli.options import Format
 from ghostball.cli.shared.config import load_config, named_engines
+from ghostball.cli.shared.relations import relations_of, relations_table, say_never_judged
 from ghostball.cli.shared.report import print_for_programs
 from ghostball.cli.shared.running import run_cases, say_all_printed
 from ghostball.cli.shared.tables import table_of
@@ -19,7 +20,7 @@ from ghostball.cli.shared.terminal import say, stdout, tables
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.page.stress import FOLDER
 from ghostball.validation.checks.verdict import not_judged
-from ghostball.validation.exit_status import ExitStatus
+from ghostball.validation.exit_status import ExitStatus, worst
 from ghostball.validation.results.files import cannot_write, write_whole
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.starts_files import Shard, parquet_of
@@ -59,10 +60,21 @@ def run(asked: StressOptions) -> ExitStatus:
     named = named_engines(asked.engine, config)
     folder = asked.out or config.out / FOLDER
     labels = named or DEFAULT_ENGINES
-    outcome = run_cases(run_stress, shots, labels, folder, asked, cluster=asked.cluster)
+    relations = relations_of(asked.relations)
+    outcome = run_cases(
+        run_stress,
+        shots,
+        labels,
+        folder,
+        asked,
+        cluster=asked.cluster,
+        relations=relations,
+    )
     if shard is not None:
         _write_shard(outcome, folder / shard.file_name("cases"))
     _show(outcome, asked.form)
+    if relations is not None:
+        tables(asked.form).print(relations_table(outcome.cases))
     print_for_programs(folder, asked.form)
     if outcome.interrupted:
         say(
@@ -74,7 +86,7 @@ def run(asked: StressOptions) -> ExitStatus:
     held = [case for case in outcome.cases if case.label in (named or (OURS,))]
     if why := not_judged(held):
         say(f"[bold yellow]{escape(why)}.[/]")
-    return exit_status_of(held)
+    return worst(exit_status_of(held), say_never_judged(held, relations))
 
 
 def _write_shard(outcome: SuiteResult, file: Path) -> None:

@@ -24,6 +24,7 @@ from ghostball.cli.measure.verdicts import (
 from ghostball.cli.shared.config import load_config, named_engines
 from ghostball.cli.shared.hints import hints
 from ghostball.cli.shared.progress import COMPILING, DRAWING, RUNNING, Steps
+from ghostball.cli.shared.relations import relations_of, relations_table, say_never_judged
 from ghostball.cli.shared.report import print_for_programs, write as write_report
 from ghostball.cli.shared.running import reused_text, run_cases, say_all_printed
 from ghostball.cli.shared.terminal import busy, say, tables
@@ -71,6 +72,7 @@ class _ValidationPlan:
     gates: list[Gate]
     fail_on: FailOn
     starts: Ensemble | None
+    relations: tuple[str, ...] | None
     out: Path
 
 
@@ -94,6 +96,7 @@ def run(asked: ValidateOptions) -> ExitStatus:
         criteria=plan.criteria,
         metrics=asked.metric or None,
         ensemble=plan.starts,
+        relations=plan.relations,
     )
     folder = escape(str(plan.out))
     if not outcome.cases:
@@ -135,7 +138,7 @@ def run(asked: ValidateOptions) -> ExitStatus:
     if why := not_judged(outcome.cases):  # last, because it explains the exit status
         advice = f" {_advice(outcome)}" if is_nothing_judged(outcome.cases) else ""
         say(f"[bold yellow]{escape(why)}.[/]{escape(advice)}")
-    return worst(outcome.exit_status, status)
+    return worst(outcome.exit_status, status, say_never_judged(outcome.cases, plan.relations))
 
 
 def _plan(asked: ValidateOptions) -> _ValidationPlan:
@@ -171,6 +174,7 @@ def _plan(asked: ValidateOptions) -> _ValidationPlan:
         gates,
         config.fail_on,
         starts,
+        relations_of(asked.relations),
         asked.out or config.out,
     )
 
@@ -202,6 +206,8 @@ def _show(
     console.print(verdict_tables(results, console), crop=False)
     if details:
         console.print(details_table(results), crop=False)
+    if plan.relations is not None:
+        console.print(relations_table(results.cases))
     if plan.starts is not None:
         console.print(spread_table(results, plan.starts.size))
     for line in _reference_lines(results, plan.criteria):

@@ -12,6 +12,9 @@ from importlib import import_module
 from typing import Any, TypeVar, get_type_hints
 
 import typer
+import typer.core
+
+from ghostball.cli.options import ALL_RELATIONS, RELATION_NAMES
 
 T = TypeVar("T")
 
@@ -39,10 +42,24 @@ def command(app: typer.Typer, module: str) -> Callable[[type[T]], type[T]]:
         fields = [one.replace(annotation=hints[one.name]) for one in declared]
         call.__signature__ = inspect.Signature(fields)  # type: ignore[attr-defined]
         call.__doc__ = inspect.getdoc(options)
-        app.command(module.rpartition(".")[2])(call)
+        app.command(module.rpartition(".")[2], cls=_Command)(call)
         return options
 
     return decorate
+
+
+class _Command(typer.core.TyperCommand):
+    """A command; `--relations` may stand without a value, which typer has no option for."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments, with the value "all" after a bare `--relations`."""
+        given = list(args)
+        for place, one in enumerate(args):
+            named = {*args[place + 1].split(",")} if place + 1 < len(args) else set()
+            if one == "--relations" and not named & {ALL_RELATIONS, *RELATION_NAMES}:
+                given.insert(place + 1, ALL_RELATIONS)
+        parsed: list[str] = super().parse_args(ctx, given)
+        return parsed
 
 
 def refuse_given(context: typer.Context, why: str, *names: str) -> None:

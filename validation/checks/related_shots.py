@@ -1,0 +1,386 @@
+"""Second shots that the laws of motion relate to a first one, and how the two are related.
+
+    >>> related = mirror(result)
+    >>> related.scene, related.expected(times, positions_of_the_second_shot)
+
+Each relation changes the scene of a shot. The second shot must then be the first one, seen from
+another side, in other units, or later: `RelatedShot.expected` turns its positions back into those
+of the first shot. No relation needs a reference result, so relations can judge shots with flights,
+air, pockets or chaos, too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ghostball.model import Ball, GhostballError, Physics, Result, Scene, SceneError, Table
+from ghostball.model.arrays import FloatArray
+from ghostball.model.impact_laws import CUSHION_LAWS
+from ghostball.model.scene.pockets import Pocket, Pockets
+from ghostball.model.scene.sides import INWARD
+from ghostball.validation.checks.metric import NotMeasuredError
+from ghostball.validation.grading.horizon import extent_of
+from ghostball.validation.grading.tolerances import LOWEST_BOUNCE
+from ghostball.validation.runs.sampling import events_of
+
+_SAME: Final = np.eye(3)
+_QUARTER_TURN: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+_HALF_TURN: Final = np.diag([-1.0, -1.0, 1.0])
+_SWAP: Final = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+_FLIP: Final = np.diag([1.0, -1.0, 1.0])
+
+_LONGEST_NAME: Final = 48
+"""Number of characters of a scene's name that the name of its second shot keeps."""
+
+_BOOST: Final = (0.5, 0.25)
+"""Added velocity along x and y, in units of the fastest speed; powers of two round least."""
+
+_FAR: Final = 16.0
+"""Least distance of the far ball on an unbounded cloth, in units of the largest coordinate."""
+
+_GRID: Final = 24
+"""Number of places along each side of a table at which the far ball may be put."""
+
+_MIDDLE: Final = (0.25, 0.75)
+"""Part of a shot in which it is cut, in units of its duration."""
+
+
+@dataclass(frozen=True, eq=False)
+class RelatedShot:
+    """A second shot and its relation to the first.
+
+    A position p of the first shot at the time t corresponds to `unit` * `turn` @ p + `shift` +
+    `speed` * t in the second, at the time `clock` * (t - `start`).
+
+    `scene`: of the second shot.
+    `exact`: whether the relation changes no digit of a number of the scene. An engine that treats
+        directions, balls and units alike then gives the same bits.
+    `turn` (3, 3): a rotation or reflection in the plane, of 0, 1 and -1.
+    `shift` (3,) [m], `speed` (3,) [m/s].
+    `unit`, `clock`: new units of length and time.
+    `start` [s]: time of the first shot at which the second begins.
+    `order`: index in the second shot of each ball of the first; -1 if it isn't there.
+    `added`: indices of balls of the second shot that the first doesn't have.
+    """
+
+    scene: Scene
+    exact: bool
+    order: tuple[int, ...]
+    turn: FloatArray = field(default_factory=lambda: _SAME)
+    shift: FloatArray = field(default_factory=lambda: np.zeros(3))
+    speed: FloatArray = field(default_factory=lambda: np.zeros(3))
+    unit: float = 1.0
+    clock: float = 1.0
+    start: float = 0.0
+    added: tuple[int, ...] = ()
+
+    @property
+    def kept(self) -> NDArray[np.intp]:
+        """Indices in the first shot of the balls that the second has, (k,)."""
+        return np.flatnonzero(np.array(self.order) >= 0)
+
+    def times(self, times: FloatArray) -> FloatArray:
+        """Return the times of the second shot for times of the first, (m,) [s]."""
+        moved: FloatArray = self.clock * (times - self.start)
+        return moved
+
+    def expected(self, times: FloatArray, positions: FloatArray) -> FloatArray:
+        """Return the positions that the first shot must have, (m, k, 3) [m], for `kept` balls.
+
+        `times` (m,) [s]: of the first shot.
+        `positions` (m, n, 3) [m]: of the second shot at `self.times(times)`.
+        """
+        theirs = positions[:, [index for index in self.order if index >= 0]]
+        moved = theirs - self.shift - self.speed * times[:, np.newaxis, np.newaxis]
+        # Each component is a sum of one number and zeros, so only the shifts round.
+        back: FloatArray = moved @ self.turn / self.unit
+        return back
+
+
+def rotate(result: Result) -> RelatedShot:
+    """Turn everything by 90 degrees, or by 180 if the table has side pockets."""
+    turn = _HALF_TURN if _has_side_pockets(result.scene) else _QUARTER_TURN
+    return _seen_from(result.scene, "rotate", turn, exact=result.scene.table is None)
+
+
+def mirror(result: Result) -> RelatedShot:
+    """Swap x and y, or only reverse y if the table has side pockets."""
+    scene = result.scene
+    if _has_side_pockets(scene):
+        return _seen_from(scene, "mirror", _FLIP, exact=False)
+    # Forces of contacts that last are found one after another, in an order that depends on places.
+    exact = not result.work.get("contact_steps")
+    return _seen_from(scene, "mirror", _SWAP, exact=exact)
+
+
+def translate(result: Result) -> RelatedShot:
+    """Shift all balls; a table without the cushion at x = 0 or y = 0 becomes longer or wider."""
+    scene = result.scene
+    table = scene.table
+    extent = 2.0 ** math.ceil(math.log2(extent_of(scene)))
+    free = np.array([extent, 0.5 * extent, 0.0])
+    if table is not None:
+        if table.obstacles or scene.physics.airborne:
+            raise NotMeasuredError("the place of the table is fixed")
+        free *= ("left" not in table.cushions, "bottom" not in table.cushions, False)
+        if not np.any(free):
+            raise NotMeasuredError("the cushions at x = 0 and y = 0 have a fixed place")
+        size = {"length": table.length + free[0], "width": table.width + free[1]}
+        table = Table(cushions=table.cushions, **size)
+    balls = [_moved(ball, shift=free) for ball in scene.balls]
+    made = _scene(scene, "translate", balls, table=table)
+    return RelatedShot(made, False, _in_order(balls), shift=free)
+
+
+def renumber(result: Result) -> RelatedShot:
+    """List the balls in reverse order."""
+    scene = result.scene
+    if len(scene.balls) < 2:
+        raise NotMeasuredError("the scene has only one ball")
+    if scene.physics.impacts == "sequential" and len(scene.balls) > 2:
+        raise NotMeasuredError('`impacts` = "sequential" depends on the order of the balls')
+    balls = [_moved(ball) for ball in reversed(scene.balls)]
+    return RelatedShot(_scene(scene, "renumber", balls), True, _in_order(balls)[::-1])
+
+
+def scale(result: Result) -> RelatedShot:
+    """Double the units of length and time, so that speeds keep their numbers.
+
+    Masses grow by 8, so that densities and elastic constants keep theirs.
+    """
+    scene, old = result.scene, result.scene.physics
+    law = next(law for law in CUSHION_LAWS if law.name == old.cushion)
+    changed = {
+        "gravity": 0.5 * old.gravity,
+        "spinning_friction_rate": 0.25 * old.spinning_friction_rate,
+        "air_drag": 0.5 * old.air_drag,
+        "rolling_friction_quadratic": 0.5 * old.rolling_friction_quadratic,
+    }
+    if "cushion_height" in law.uses or old.airborne:
+        changed["cushion_height"] = 2.0 * old.cushion_height
+    physics = Physics.model_validate(dict(old) | changed)
+    table = scene.table
+    if table is not None:
+        table = _table_from(table, _SAME, np.zeros(3), unit=2.0)
+    balls = [_moved(ball, unit=2.0, clock=2.0) for ball in scene.balls]
+    t_max = None if scene.t_max is None else 2.0 * scene.t_max
+    made = _scene(scene, "scale", balls, table=table, physics=physics, t_max=t_max)
+    return RelatedShot(made, True, _in_order(balls), unit=2.0, clock=2.0)
+
+
+def boost(result: Result) -> RelatedShot:
+    """Add one velocity to all balls; for balls that nothing else touches."""
+    scene, physics = result.scene, result.scene.physics
+    if scene.table is not None:
+        raise NotMeasuredError("a table that moves can't be described")
+    slides = physics.motion == "sliding" and np.any(scene.sliding_frictions)
+    slowed = slides or np.any(scene.rolling_frictions)
+    if slowed or physics.air_drag or physics.rolling_friction_quadratic:
+        raise NotMeasuredError("cloth or air slows the balls, and neither can move with them")
+    fastest = float(np.max(np.linalg.norm(scene.velocities, axis=1)))
+    if fastest == 0.0:
+        raise NotMeasuredError("nothing moves")
+    speed = np.array([*(part * fastest for part in _BOOST), 0.0])
+    spins = scene.angular_velocities.tolist() if physics.motion == "sliding" else None
+    balls = [
+        _moved(ball, speed=speed, spin=None if spins is None else spins[i])
+        for i, ball in enumerate(scene.balls)
+    ]
+    return RelatedShot(_scene(scene, "boost", balls), False, _in_order(balls), speed=speed)
+
+
+def split(result: Result, until: float = math.inf) -> RelatedShot:
+    """Cut the shot in its middle, in the longest time without events, and go on from there.
+
+    `until` [s]: if it comes before the end, the shot is cut in the middle of this time.
+    """
+    scene = result.scene
+    low, high = (part * min(result.rest_time, until) for part in _MIDDLE)
+    times = events_of(result)["t"]
+    marks = np.unique([low, *times[(times > low) & (times < high)], high])
+    if high <= low:
+        raise NotMeasuredError("nothing moves, or the shot is unpredictable from its start")
+    longest = int(np.argmax(np.diff(marks)))
+    start = float(0.5 * (marks[longest] + marks[longest + 1]))
+    height, up = (array[0, :, 2] for array in result.sample([start])[:2])
+    lowest = 4.0 * scene.physics.gravity * LOWEST_BOUNCE * scene.radii
+    if scene.physics.airborne and np.any((height > scene.radii) & (up**2 < lowest)):
+        raise NotMeasuredError(f"at t = {start:.6g} s a ball lies on another, or bounces too low")
+    try:
+        made = result.at(start, name=_name(scene, "split"))
+    except GhostballError as error:
+        raise NotMeasuredError(f"its state at t = {start:.6g} s starts no shot: {error}") from error
+    places = {ball.id: k for k, ball in enumerate(made.balls)}
+    order = tuple(places.get(ball.id, -1) for ball in scene.balls)
+    return RelatedShot(made, False, order, start=start)
+
+
+def far_ball(result: Result) -> RelatedShot:
+    """Add a ball that rests where nothing comes near."""
+    scene = result.scene
+    times = np.union1d(events_of(result)["t"], np.linspace(0.0, result.rest_time, 257))
+    paths = result.sample(times).positions[:, :, :2]
+    radius, mass = float(np.min(scene.radii)), float(np.min(scene.masses))
+    clear = radius + 2.0 * float(np.max(scene.radii))
+    name = "far"
+    while any(ball.id == name for ball in scene.balls):
+        name += "-"
+    for place in _far_places(scene, paths, clear):
+        ball = Ball(id=name, position=place, radius=radius, mass=mass)
+        balls = [*(_moved(one) for one in scene.balls), ball]
+        try:
+            made = _scene(scene, "far-ball", balls)
+        except SceneError:  # a hole or a post is there
+            continue
+        added = len(scene.balls)
+        return RelatedShot(made, True, _in_order(scene.balls), added=(added,))
+    raise NotMeasuredError("there is no free place that no ball comes near")
+
+
+SECOND_SHOTS: Final[dict[str, Callable[[Result], RelatedShot]]] = {
+    "rotate": rotate,
+    "translate": translate,
+    "mirror": mirror,
+    "renumber": renumber,
+    "scale": scale,
+    "boost": boost,
+    "split": split,
+    "far-ball": far_ball,
+}
+"""Every relation by name, in the order of reports: the function returns the second shot of a run.
+
+Each raises `NotMeasuredError` if the relation doesn't exist for the scene.
+"""
+
+
+def _far_places(scene: Scene, paths: FloatArray, clear: float) -> Sequence[tuple[float, float]]:
+    """Return places that are at least `clear` [m] away from all paths (k, n, 2), best first."""
+    table = scene.table
+    if table is None:
+        most = max(float(np.max(np.abs(paths))), extent_of(scene))
+        far = 2.0 ** math.ceil(math.log2(_FAR * most))
+        return [(far, far)]
+    inside = np.arange(1, _GRID) / _GRID
+    xs, ys = np.meshgrid(inside * table.length, inside * table.width)
+    grid = np.stack([xs.ravel(), ys.ravel()], axis=1)
+    nearest = np.full(len(grid), np.inf)
+    for ball in range(paths.shape[1]):
+        nearest = np.minimum(nearest, _distances(grid, paths[:-1, ball], paths[1:, ball]))
+    order = np.argsort(-nearest, kind="stable")
+    return [(float(x), float(y)) for x, y in grid[order[nearest[order] > clear]]]
+
+
+def _distances(grid: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return the distance of points (g, 2) from a path of straight lines (k, 2), (g,) [m]."""
+    along = ends - starts
+    squares = np.maximum(np.sum(along**2, axis=1), np.finfo(np.float64).tiny)
+    nearest = np.full(len(grid), np.inf)
+    for k in range(len(starts)):
+        part = np.clip((grid - starts[k]) @ along[k] / squares[k], 0.0, 1.0)
+        away = grid - starts[k] - part[:, np.newaxis] * along[k]
+        nearest = np.minimum(nearest, np.hypot(away[:, 0], away[:, 1]))
+    return nearest
+
+
+def _has_side_pockets(scene: Scene) -> bool:
+    table = scene.table
+    return table is not None and table.pockets is not None and table.pockets.side is not None
+
+
+def _seen_from(scene: Scene, name: str, turn: FloatArray, *, exact: bool) -> RelatedShot:
+    """Return a scene that is turned or mirrored, with the low corner of its table at (0, 0)."""
+    table, shift = scene.table, np.zeros(3)
+    if table is not None:
+        corner = turn @ np.array([table.length, table.width, 0.0])
+        shift = np.maximum(-corner, 0.0)
+        table = _table_from(table, turn, shift)
+    balls = [_moved(ball, turn=turn, shift=shift) for ball in scene.balls]
+    made = _scene(scene, name, balls, table=table)
+    return RelatedShot(made, exact, _in_order(balls), turn=turn, shift=shift)
+
+
+def _table_from(table: Table, turn: FloatArray, shift: FloatArray, unit: float = 1.0) -> Table:
+    """Return a table that is turned or mirrored, shifted, and has a larger unit of length."""
+
+    def place(point: Sequence[float]) -> tuple[float, float]:
+        x, y, _ = (unit * (turn @ np.array([*point, 0.0])) + shift + 0.0).tolist()
+        return x, y
+
+    posts = tuple(
+        post.model_copy(update={"centre": place(post.centre), "radius": unit * post.radius})
+        for post in table.posts
+    )
+    if table.vertices:
+        vertices = [place(point) for point in table.vertices]
+        if np.linalg.det(turn) < 0.0:
+            vertices.reverse()  # counterclockwise again
+        return Table(vertices=tuple(vertices), posts=posts)
+    length, width, _ = (unit * np.abs(turn) @ np.array([table.length, table.width, 0.0])).tolist()
+    names = {normal: name for name, normal in INWARD.items()}
+    turned = [turn[:2, :2] @ np.array(INWARD[name]) + 0.0 for name in table.cushions]
+    cushions = tuple(names[x, y] for x, y in (one.tolist() for one in turned))
+    pockets = table.pockets
+    if pockets is not None:
+        sizes = [_larger(one, unit) for one in (pockets.corner, pockets.side)]
+        pockets = Pockets(corner=sizes[0], side=sizes[1])
+    return Table(length=length, width=width, cushions=cushions, pockets=pockets, posts=posts)
+
+
+def _larger(pocket: Pocket | None, unit: float) -> Pocket | None:
+    if pocket is None:
+        return None
+    lengths = ("mouth", "jaw_radius", "depth", "radius")
+    return pocket.model_copy(update={name: unit * getattr(pocket, name) for name in lengths})
+
+
+def _moved(
+    ball: Ball,
+    *,
+    turn: FloatArray = _SAME,
+    shift: FloatArray | None = None,
+    speed: FloatArray | None = None,
+    unit: float = 1.0,
+    clock: float = 1.0,
+    spin: Sequence[float] | None = None,
+) -> Ball:
+    """Return a ball in the second shot; see `RelatedShot`.
+
+    `spin` [rad/s]: its angular velocity, if the velocity no longer determines it.
+    """
+    ball = ball.without_strike()
+    spin = ball.angular_velocity if spin is None else spin
+    place = unit * (turn @ np.array(ball.position)) + (0.0 if shift is None else shift)
+    velocity = unit / clock * (turn @ np.array(ball.velocity)) + (0.0 if speed is None else speed)
+    changed: dict[str, Any] = {
+        "position": tuple((place + 0.0).tolist()),
+        "velocity": tuple((velocity + 0.0).tolist()),
+        "angular_velocity": None,
+        # Stated, because the presets of the table and of the physics would give others.
+        "radius": unit * ball.radius,
+        "mass": unit**3 * ball.mass,
+    }
+    if spin is not None:  # an axial vector: a mirror reverses it
+        axis = np.linalg.det(turn) * (turn @ np.array(spin)) / clock
+        changed["angular_velocity"] = tuple((axis + 0.0).tolist())
+    if ball.spinning_friction_rate is not None:
+        changed["spinning_friction_rate"] = ball.spinning_friction_rate / clock**2
+    return ball.model_copy(update=changed)
+
+
+def _scene(scene: Scene, relation: str, balls: Sequence[Ball], **changed: Any) -> Scene:
+    fields = {"table": scene.table, "physics": scene.physics, "t_max": scene.t_max}
+    return Scene(name=_name(scene, relation), balls=balls, **fields | changed)
+
+
+def _name(scene: Scene, relation: str) -> str:
+    return f"{scene.name[:_LONGEST_NAME]}.{relation}"
+
+
+def _in_order(balls: Sequence[Ball]) -> tuple[int, ...]:
+    return tuple(range(len(balls)))
