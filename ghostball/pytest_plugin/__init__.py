@@ -72,7 +72,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="NAME[:KEY=VALUE,...]",
         help="Apply the limits of another engine, such as ghostball or pymunk:contact_steps=exact.",
     )
-
+    group.addoption(
+        "--ghostball-relations",
+        nargs="?",
+        const="",
+        metavar="NAME,...",
+        help="Also simulate related shots, such as the mirrored one, and check that both runs "
+        "agree: names as for `ghostball validate --relations` (without names: every relation that "
+        "the scene supports).",
+    )
     group.addoption(
         "--ghostball-time-limit",
         metavar="SECONDS",

@@ -25,7 +25,7 @@ from ghostball.reports.style import format_length
 from ghostball.reports.words import many
 from ghostball.validation.baselines import ComparedRun, Gate, compare_case
 from ghostball.validation.baselines.regression import UNCOMPARED, FailOn
-from ghostball.validation.checks.criteria import Criteria
+from ghostball.validation.checks.criteria import Criteria, relation_criteria
 from ghostball.validation.checks.metrics import METRICS
 from ghostball.validation.checks.requirements import Requirements
 from ghostball.validation.checks.verdict import not_judged
@@ -150,7 +150,7 @@ class _TestPlan:
     """Engine, scenes and limits of the tests, from the checked options.
 
     `own`: limits by scene name.
-    `for_all`: limits of `--ghostball-criteria`, or None.
+    `for_all`: limits of `--ghostball-criteria` and of relations, or None.
     `options`: options of the command that repeats one of the tests.
     `time_limit` [s]: for a scene; None is no limit, and the engine runs in this process.
     `gate`: the baselines of the engine.
@@ -193,6 +193,11 @@ class _TestPlan:
                     f"{file}: `truth` must be left out, because scenes have different kinds of "
                     "reference. Remove it"
                 )
+        if (named := option.ghostball_relations) is not None:
+            related = relation_criteria([one.strip() for one in named.split(",") if one.strip()])
+            given = Criteria() if for_all is None else for_all
+            rows = (*given.criteria, *related.criteria)
+            for_all = Criteria(**(dict(given) | {"criteria": rows}))
         seconds = option.ghostball_time_limit
         time_limit = None if seconds == math.inf else seconds
         check_limits(1, time_limit)
@@ -203,6 +208,7 @@ class _TestPlan:
             "--ghostball-as": option.ghostball_as,
             "--ghostball-criteria": file,
             "--ghostball-scenes": None if shipped else ",".join(names),
+            "--ghostball-relations": named,
             "--ghostball-time-limit": None if seconds == TIME_LIMIT else f"{seconds:g}",
         }
         options = [word for pair in again.items() if pair[1] is not None for word in pair]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
+from ghostball.model import Scene
 from ghostball.reports.figures._table import view_of
 from ghostball.reports.page.rendering import render
 from ghostball.validation.baselines import Regression
@@ -49,14 +51,18 @@ def _ends(case: CaseRecord, change: SceneChange) -> dict[str, Any] | None:
     """Return the picture of both results: the view, the table, and rest positions [m] by ball."""
     if change.rest_base is None or change.rest_head is None:
         return None
-    scene = case.load_scene()
-    both = np.array([change.rest_base, change.rest_head])
+    return picture_of(case.load_scene(), change.rest_base, change.rest_head)
+
+
+def picture_of(scene: Scene, base: Sequence[Place], head: Sequence[Place]) -> dict[str, Any]:
+    """Return the picture of two results; a ball with a nan isn't drawn."""
+    shown = [k for k, pair in enumerate(zip(base, head, strict=True)) if np.all(np.isfinite(pair))]
+    both = np.array([[base[k] for k in shown], [head[k] for k in shown]])
     left, right, bottom, top = view_of(scene, both, needed=both[1])
-    places = zip(scene.balls, change.rest_base, change.rest_head, strict=True)
     return {
         "box": (left, -top, right - left, top - bottom),
         "table": scene.table,
-        "balls": [(ball, base, head) for ball, base, head in places],
+        "balls": [(scene.balls[k], base[k], head[k]) for k in shown],
     }
 
 

@@ -23,6 +23,7 @@ from ghostball.reports.page.numbers import (
     timing_html,
 )
 from ghostball.reports.page.real_tables import real_tables_html
+from ghostball.reports.page.relations import relations_html
 from ghostball.reports.page.rendering import asset, engine_css, render, replay_script
 from ghostball.reports.page.scenes import ScenePagePart
 from ghostball.reports.page.stress import stress_html
@@ -97,6 +98,12 @@ def page_text(
             "Failures",
             "Failures explained",
             Part(lambda: failures_html(results, scenes, regression)),
+        ),
+        section(
+            "relations",
+            "Relations",
+            "Relations between shots",
+            Part(lambda: relations_html(results)),
         ),
         section(
             "numbers",

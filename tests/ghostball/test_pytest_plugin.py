@@ -297,3 +297,12 @@ def test_a_projects_baselines_are_compared_with(pytester):
     result = run(pytester, "--ghostball")
     result.stdout.fnmatch_lines(["changed: *the run ended at *", "*ghostball regress stop -*"])
     assert outcomes(result)["stop::baseline"] == "FAILED"
+
+
+def test_relations_are_tests_on_request(pytester):
+    options = ("--ghostball", STEPPER, "--ghostball-scenes=half-ball-cut")
+    found = pytester.runpytest_inprocess(*options, "--ghostball-relations=renumber,boost", "-rs")
+    found.stdout.fnmatch_lines(["*SKIPPED*a table that moves can't be described*"])
+    assert "renumber_factor" not in found.stdout.str()
+    found = pytester.runpytest_inprocess(*options, "--ghostball-relations=turn")
+    found.stderr.fnmatch_lines(["*must name known relations, got 'turn'*"])

@@ -81,7 +81,7 @@ class CaseMetrics:
     `values`: by name, one for each requested metric, in the order of `METRICS`.
     `notes`: why a value is None.
     `said`: details of a value.
-    `related`: both runs of each relation that was measured, by the name of its metric.
+    `related`: both runs of each measured relation, by its name.
     `incomplete`: metrics without a valid value because the run stopped early, isn't finite, or is
         unphysical.
     `unpredictable`: metrics of the end of the shot without a value, because the end is after the

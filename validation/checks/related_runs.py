@@ -21,7 +21,7 @@ from ghostball.validation.checks.related_shots import RelatedShot
 from ghostball.validation.grading.event_logs import Event, compare_logs, events_in
 from ghostball.validation.grading.horizon import SampledGrowth, extent_of
 from ghostball.validation.grading.near_misses import gaps_of, things_of
-from ghostball.validation.grading.tolerances import ROUNDINGS, UNIT_ROUNDOFF
+from ghostball.validation.grading.tolerances import ROUNDINGS, TIE, UNIT_ROUNDOFF
 from ghostball.validation.results.quantities import scaled
 from ghostball.validation.results.records import RelatedRun
 from ghostball.validation.runs.sampling import events_of
@@ -175,11 +175,12 @@ def _near_miss(
 ) -> float | None:
     """Return the time of a near miss that explains why the runs differ at `t` [s], or None.
 
-    One run has a collision that the other misses by less than `allowed` [m].
+    One run has a collision that the other misses by less than `allowed` [m], as when a ball meets
+    two bodies at almost the same instant.
     """
     first, other = _log(events_of(result)), _log_of_second(related, second)
     parting = compare_logs(first, other).parting
-    if parting is None or parting.t > t:
+    if parting is None:
         return None
     event, scene = parting.first, result.scene
     mine = event is parting.other  # the collision is missing from the first run
@@ -187,7 +188,10 @@ def _near_miss(
     if not all(ball in kept for ball in event.balls):
         return None
     state = result.sample([event.t]).velocities[0, list(event.balls)]
-    window = float(np.min(scene.radii)) / max(float(np.max(np.abs(state))), math.ulp(0.0))
+    fastest = max(float(np.max(np.abs(state))), math.ulp(0.0))
+    if event.t > t * (1.0 + TIE) + allowed / fastest:
+        return None
+    window = float(np.min(scene.radii)) / fastest
     low = max(event.t - window, related.start)
     times = np.linspace(low, event.t + window, _NEAR)
     centres = np.full((_NEAR, len(scene.balls), 3), np.nan)

@@ -114,8 +114,10 @@ def mirror(result: Result) -> RelatedShot:
     scene = result.scene
     if _has_side_pockets(scene):
         return _seen_from(scene, "mirror", _FLIP, exact=False)
-    # Forces of contacts that last are found one after another, in an order that depends on places.
-    exact = not result.work.get("contact_steps")
+    # Forces of contacts that last are found one after another, in an order that depends on places,
+    # and a mirrored polygon has its vertices in reverse order.
+    table = scene.table
+    exact = not result.work.get("contact_steps") and (table is None or not table.vertices)
     return _seen_from(scene, "mirror", _SWAP, exact=exact)
 
 

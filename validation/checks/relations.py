@@ -18,7 +18,14 @@ from typing import Final
 
 import numpy as np
 
-from ghostball.model import Record, Result, Scene, SceneError, UnsupportedSceneError
+from ghostball.model import (
+    EngineFailedError,
+    Record,
+    Result,
+    Scene,
+    SceneError,
+    UnsupportedSceneError,
+)
 from ghostball.reference_adapters.base import ReferenceEngine
 from ghostball.validation.checks.energy_curve import conserves_energy
 from ghostball.validation.checks.metric import (
@@ -246,6 +253,8 @@ def _played(engine: ReferenceEngine, scene: Scene, record: Record = "rest") -> R
         result = run_engine(engine, scene, record)
     except UnsupportedSceneError as error:
         raise NotMeasuredError(f"the engine doesn't support the second shot: {error}") from error
+    except EngineFailedError as error:
+        raise RunIncompleteError(f"in the second shot, {error}") from error
     if not result.status.complete:
         raise RunIncompleteError(f"the second shot stopped early ({result.status.value})")
     return result

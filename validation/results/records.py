@@ -235,7 +235,7 @@ class CaseRecord:
         final state.
     `measured`: date and time of the run in UTC, ISO 8601; `wall_time` was measured then.
     `reused`: whether an earlier run made this record, and this run reused it unchanged.
-    `related`: both runs of each relation that was measured, by the name of its metric.
+    `related`: both runs of each measured relation, by its name.
     `varied_from`: the scene of which this one is a perturbed initial state (`suite.ensemble`); else
         "".
     """

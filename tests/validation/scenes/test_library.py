@@ -110,7 +110,7 @@ def test_no_criteria_without_a_scene() -> None:
     beside = {
         path.name.removesuffix(CRITERIA_SUFFIX) for path in FOLDER.glob(f"*{CRITERIA_SUFFIX}")
     }
-    assert beside == {*NAMES, "common", "shared"}
+    assert beside == {*NAMES, "common", "relations", "shared"}
 
 
 def test_shared_criteria_name_scenes_that_there_are() -> None:

@@ -1,0 +1,232 @@
+"""Relations between two shots: our engine keeps them, and an engine that breaks one is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from biased_engines import RULES, Biased, BiasedSettings
+
+from ghostball.engine import simulate
+from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model.features import Capability, Feature
+from ghostball.model.scene.pockets import Pockets
+from ghostball.reference_adapters.registry import make_engine
+from ghostball.validation.checks.criteria import CriteriaError, relation_criteria
+from ghostball.validation.checks.metrics import CaseMetrics, measure
+from ghostball.validation.checks.related_shots import SECOND_SHOTS
+from ghostball.validation.checks.relations import ROUNDING_FREE, WORDS, bits_of, factor_of
+from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.scenes.random_scenes import random_scene
+from ghostball.validation.truth.scene_truth import Truth
+
+OURS = make_engine("ghostball")
+FACTORS = tuple(map(factor_of, WORDS))
+BITS = tuple(map(bits_of, ROUNDING_FREE))
+
+
+def cut(**fields: Any) -> Scene:
+    """Return a shot that supports every relation: two balls on ice without a table."""
+    given: dict[str, Any] = {"name": "cut", "t_max": 1.0, "physics": Physics(rolling_friction=0.0)}
+    balls = [
+        Ball(id="a", position=(0.1, 0.2), velocity=(1.0, 0.1)),
+        Ball(id="b", position=(0.5, 0.25), velocity=(-0.5, 0.2)),
+    ]
+    return Scene(**given | {"balls": balls} | fields)
+
+
+def related(scene: Scene, engine: Any = OURS) -> CaseMetrics:
+    result = engine.simulate(scene, record="trajectory")
+    return measure(result, Truth(None), (*FACTORS, *BITS), engine=engine)
+
+
+def broken(found: CaseMetrics) -> set[str]:
+    values = {name: found.values[factor_of(name)] for name in WORDS}
+    return {name for name, value in values.items() if value is not None and value > 1.0}
+
+
+# Each displacement grows with the way, which a boost changes. A wind is no mirror image of itself
+# after x and y are swapped, and a clock has a unit.
+CAUGHT = {
+    "rotate": {"rotate", "mirror", "boost"},
+    "translate": {"translate", "rotate", "mirror", "scale", "boost", "split"},
+    "mirror": {"mirror", "boost"},
+    "renumber": {"renumber", "boost"},
+    "scale": {"scale", "boost", "split"},
+    "boost": {"boost"},
+    "split": {"split", "scale", "boost"},
+    "far-ball": {"far-ball", "boost"},
+    "none": set(),
+}
+
+
+@pytest.mark.parametrize("way", RULES)
+def test_an_engine_that_breaks_a_relation_is_caught_by_it(way: str) -> None:
+    found = related(cut(), Biased(BiasedSettings(way=way)))
+    assert None not in [found.values[name] for name in FACTORS], found.notes
+    assert broken(found) == CAUGHT[way]
+
+
+TABLES = {
+    "rectangle": Table(length=2.0, width=1.0),
+    "open": Table(length=2.0, width=1.0, cushions=("right", "top")),
+    "pockets": Table(preset="wpa-9ft"),
+    "corner pockets": Table(
+        length=2.54, width=1.27, pockets=Pockets(corner=Table(preset="wpa-9ft").pockets.corner)
+    ),
+    "polygon": Table(vertices=((0.0, 0.0), (2.0, 0.0), (2.5, 0.6), (1.2, 1.4), (0.0, 1.0))),
+    "post": Table(length=2.0, width=1.0, posts=({"centre": (0.9, 0.4), "radius": 0.05},)),
+}
+
+
+@pytest.mark.parametrize("table", TABLES.values(), ids=TABLES.keys())
+def test_our_engine_keeps_every_relation_on_every_kind_of_table(table: Table) -> None:
+    balls = [
+        Ball(id="a", position=(0.4, 0.2), velocity=(2.0, 0.7), angular_velocity=(5.0, 8.0, 30.0)),
+        Ball(id="b", position=(0.9, 0.6), velocity=(-0.5, -1.2), mass=0.2),
+        Ball(id="c", position=(1.4, 0.5), radius=0.03),
+    ]
+    scene = Scene(name="shot", table=table, physics=Physics(preset="pool"), balls=balls)
+    found = related(scene)
+    kept = [name for name in WORDS if (found.values[factor_of(name)] or 0.0) <= 1.0]
+    assert kept == list(WORDS)
+    measured = {name for name in WORDS if found.values[factor_of(name)] is not None}
+    can = {"rotate", "mirror", "renumber", "scale", "split", "far-ball"}
+    assert measured == can | ({"translate"} if table is TABLES["open"] else set())
+    assert {found.values[name] for name in BITS} <= {0, None}
+
+
+@pytest.mark.parametrize(
+    "scene", ["draw-shot", "masse", "throw-slip", "flight-lands", "frozen-triangle", "break-7"]
+)
+def test_our_engine_keeps_every_relation_of_shipped_scenes(scene: str) -> None:
+    found = related(find_scene(scene))
+    assert broken(found) == set()
+    assert {found.values[name] for name in BITS} <= {0, None}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(3, 5000, 83))
+def test_our_engine_keeps_every_relation_of_random_scenes(number: int) -> None:
+    found = related(random_scene(number))
+    assert broken(found) == set()
+    assert {found.values[name] for name in BITS} <= {0, None}
+
+
+def test_a_difference_in_the_last_bit_is_seen_where_bits_are_promised() -> None:
+    class LastBit(type(OURS)):
+        def simulate(self, scene, *, record="rest"):
+            result = super().simulate(scene, record=record)
+            if scene.balls[0].id == "a":
+                return result
+            return replace(result, rest_time=float(np.nextafter(result.rest_time, 0.0)))
+
+    found = related(cut(), LastBit(OURS.settings))
+    assert found.values["renumber_bits"] >= 1
+    assert found.values["scale_bits"] == 0
+
+
+@pytest.mark.parametrize("relation", WORDS)
+def test_a_second_shot_is_the_first_seen_from_another_side(relation: str) -> None:
+    """Breaks where a scene is changed in one way, and its result turned back in another."""
+    result = simulate(cut(), record="trajectory")
+    made = SECOND_SHOTS[relation](result)
+    starts = made.expected(np.array([made.start]), made.scene.positions[np.newaxis])
+    there = result.sample([made.start]).positions[:, made.kept]
+    np.testing.assert_allclose(starts, there, rtol=0.0, atol=1e-15)
+    assert made.exact == (relation in (*ROUNDING_FREE, "rotate"))
+
+
+def sequential(scene: Scene) -> Scene:
+    ball = Ball(id="c", position=(2.0, 2.0))
+    physics = Physics(rolling_friction=0.0, impacts="sequential")
+    return cut(physics=physics, balls=[*scene.balls, ball])
+
+
+REFUSED = {
+    "boost": (cut(physics=Physics()), "cloth or air slows the balls"),
+    "translate": (cut(table=Table(length=2.0, width=1.0)), "have a fixed place"),
+    "renumber": (sequential(cut()), "depends on the order of the balls"),
+    "split": (cut(balls=[Ball(id="a", position=(0.1, 0.2))]), "nothing moves"),
+    "far-ball": (
+        Scene(
+            name="narrow",
+            t_max=1.0,
+            physics=Physics(rolling_friction=0.0),
+            table=Table(length=0.4, width=0.08),
+            balls=[Ball(id="a", position=(0.1, 0.04), velocity=(1.0, 0.0))],
+        ),
+        "no free place",
+    ),
+}
+
+
+@pytest.mark.parametrize("relation", REFUSED)
+def test_a_relation_that_a_scene_cannot_have_is_named_and_not_passed(relation: str) -> None:
+    scene, why = REFUSED[relation]
+    found = related(scene)
+    assert found.values[factor_of(relation)] is None
+    assert why in found.notes[factor_of(relation)]
+
+
+def grazing() -> Scene:
+    """Return a ball that passes another at a distance of 0.1 mm."""
+    radius = Ball(id="a", position=(0.0, 0.0)).radius
+    balls = [
+        Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+        Ball(id="b", position=(0.4, 2.0 * radius + 1e-4)),
+    ]
+    return cut(balls=balls)
+
+
+@pytest.mark.parametrize(("stated", "breaks"), [(1e-3, False), (0.0, True)])
+def test_a_near_miss_within_the_stated_error_breaks_no_relation(
+    stated: float, breaks: bool
+) -> None:
+    class Late(type(OURS)):
+        """Sees larger balls in the second shot, as an engine does whose contacts are late."""
+
+        def resolution(self, scene):
+            return stated
+
+        def simulate(self, scene, *, record="rest"):
+            if scene.name == "cut":
+                return super().simulate(scene, record=record)
+            radius = scene.balls[0].radius + 8e-5
+            balls = [
+                ball.model_copy(update={"radius": radius, "position": (*ball.position[:2], radius)})
+                for ball in scene.balls
+            ]
+            played = super().simulate(Scene(**dict(scene) | {"balls": balls}), record=record)
+            return replace(played, scene=scene)
+
+    found = related(grazing(), Late(OURS.settings))
+    assert ("renumber" in broken(found)) is breaks
+
+
+@pytest.mark.parametrize("support", ["exact", "approximate"])
+def test_an_engine_that_states_no_error_is_judged_only_if_it_claims_to_be_exact(
+    support: str,
+) -> None:
+    class Silent(Biased):
+        capabilities = dict.fromkeys(Feature, Capability(support, "in some way"))
+
+        def resolution(self, scene):
+            return None
+
+    found = related(cut(), Silent(BiasedSettings(way="mirror")))
+    assert ("mirror" in broken(found)) == (support == "exact")
+    assert ("states no `resolution`" in found.notes.get("mirror_factor", "")) == (
+        support == "approximate"
+    )
+
+
+def test_the_criteria_are_those_of_the_named_relations() -> None:
+    metrics = [one.metric for one in relation_criteria(["mirror", "split"]).criteria]
+    assert metrics == ["mirror_factor", "split_factor", "mirror_bits"]
+    everything = {one.metric for one in relation_criteria().criteria}
+    assert everything == {*FACTORS, *BITS}
+    with pytest.raises(CriteriaError, match="Did you mean mirror"):
+        relation_criteria(["miror"])
