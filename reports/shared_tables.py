@@ -11,7 +11,15 @@ from ghostball.reports.shots import standing_text
 from ghostball.reports.words import many
 from ghostball.validation.results.comparisons import comparisons_of
 from ghostball.validation.results.store import CaseRecord, Results
-from ghostball.validation.suite.spread import DIFFERS, QUANTITIES, SceneSpread, Spread, spreads_of
+from ghostball.validation.suite.statistics import (
+    FALSE_ALARMS,
+    POWER,
+    REST_POSITIONS,
+    EnsembleVerdict,
+    QuantityVerdict,
+    ensemble_verdicts,
+    runs_needed,
+)
 
 COMPARISON_HEADS = (
     "largest rest error",
@@ -31,17 +39,19 @@ COMPARISON_KEY = (
 """The meaning of the columns."""
 
 
-SPREAD_HEADS = ("scene", "engine", "finished", "rest positions", *QUANTITIES)
+ENSEMBLE_HEADS = ("scene", "engine", "finished", "rest positions", "verdict")
 
-SPREAD_KEY = (
+ENSEMBLE_KEY = (
     "Each scene from randomly perturbed initial states, the same for every engine; touching balls "
     "are only moved away from each other. Rest positions: rms distance of a ball from its mean "
-    "rest position. "
-    "Other columns: the mean ± the standard deviation of one shot, and the difference from the "
-    "mean of "
-    f"`{OURS}` in standard errors; ≠ if it is more than {DIFFERS:g}. This table compares "
-    "engines with each other, not with a reference."
+    f"rest position. Verdict: the distributions compared with those of `{OURS}`, which is no "
+    "independent reference, by Kolmogorov-Smirnov tests and the energy distance of the rest "
+    "positions. An engine with the right distributions is called different in at most "
+    f"{1.0 / FALSE_ALARMS:.0f}th of the scenes; a difference of the stated size is found in "
+    f"{POWER:.0%} of them."
 )
+
+QUANTITY_HEADS = ("scene", "engine", "quantity", "mean", "difference", "p", "visible")
 
 
 def comparison_cells(case: CaseRecord) -> tuple[str, ...] | None:
@@ -64,35 +74,65 @@ def comparison_cells(case: CaseRecord) -> tuple[str, ...] | None:
     )
 
 
-def spread_rows(results: Results) -> Iterator[list[str]]:
+def ensemble_rows(results: Results) -> Iterator[list[str]]:
     """Yield a row for each scene and engine with an ensemble."""
     last = ""
-    for one in spreads_of(results):
+    for one in ensemble_verdicts(results):
         scene, last = "" if one.scene == last else one.scene, one.scene
-        position_spread = (
-            "–" if one.position_spread is None else style.format_length(one.position_spread)
-        )
-        cells = [_spread_cell(one.quantities.get(name)) for name in QUANTITIES]
-        yield [scene, one.label, f"{one.ended} of {one.planned}", position_spread, *cells]
+        spread = "–" if one.position_spread is None else style.format_length(one.position_spread)
+        finished = f"{one.ended} of {one.planned}"
+        yield [scene, one.label, finished, spread, ensemble_words(one)]
 
 
-def spread_remarks(results: Results) -> Iterator[str]:
+def ensemble_words(one: EnsembleVerdict) -> str:
+    """Return the verdict on an ensemble in a sentence; "" if there is nothing to compare with."""
+    if one.label == OURS:
+        return "the reference of the other engines"
+    if not one.quantities:
+        return "nothing to compare: too few runs finished"
+    if one.different:
+        level = f"p < {FALSE_ALARMS:g}"
+        said = "; ".join(f"{q.name.partition(' [')[0]}, by {_by(q)}" for q in one.different)
+        more = "" if one.exact else " (allowed: the engine doesn't claim to be exact here)"
+        return f"different from the reference with {level} in {said}{more}"
+    if one.is_blind:
+        least = runs_needed(len(one.quantities))
+        return f"not judged: {one.ended} runs can't show a difference, {least} or more can"
+    seen = "; ".join(
+        f"{q.name.partition(' [')[0]} {_size(q.visible, q.name)}"
+        for q in one.quantities
+        if q.visible
+    )
+    return f"not distinguishable with {one.ended} runs; a difference would be seen of {seen}"
+
+
+def quantity_rows(results: Results) -> Iterator[list[str]]:
+    """Yield a row for each quantity of each compared ensemble, see `QUANTITY_HEADS`."""
+    for one in ensemble_verdicts(results):
+        for q in one.quantities:
+            mean = "–" if q.name == REST_POSITIONS else f"{q.mean:.4g} ± {q.deviation:.2g}"
+            visible = "–" if q.visible is None else _size(q.visible, q.name)
+            yield [one.scene, one.label, q.name, mean, _by(q), f"{q.p:.2g}", visible]
+
+
+def _by(q: QuantityVerdict) -> str:
+    sign = "+" if q.by > 0.0 and q.name != REST_POSITIONS else ""
+    return sign + _size(q.by, q.name)
+
+
+def _size(value: float, name: str) -> str:
+    unit = name.partition("[")[2].rstrip("]")
+    return f"{value:.3g} {unit}".strip()
+
+
+def ensemble_remarks(results: Results) -> Iterator[str]:
     """Yield a sentence for each scene and engine with failures in its ensemble."""
-    for one in spreads_of(results):
+    for one in ensemble_verdicts(results):
         if said := _wrong(one):
             yield f"{one.scene} on {one.label}: {said}"
 
 
-def _spread_cell(found: Spread | None) -> str:
-    if found is None:
-        return "–"
-    text = f"{found.mean:.4g} ± {found.deviation:.2g}"
-    if found.standard_errors is None:
-        return text
-    return f"{'≠ ' * found.differs}{text} ({found.standard_errors:+.1f})"
-
-
-def _wrong(one: SceneSpread) -> str:
+def _wrong(one: EnsembleVerdict) -> str:
     said = []
     if one.reasons:
         said.append(f"{many(one.planned - one.ended, 'run')} did not finish: {one.reasons[0]}")

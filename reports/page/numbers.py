@@ -1,4 +1,4 @@
-"""Sections of numbers: errors in ulps, run times, energy ledgers, hashes, horizons, spreads."""
+"""Sections of numbers: errors in ulps, run times, energy ledgers, hashes, horizons, ensembles."""
 
 from __future__ import annotations
 
@@ -12,7 +12,14 @@ from ghostball.reports import style
 from ghostball.reports.page.chart import Series, draw, log_axis
 from ghostball.reports.page.rendering import render
 from ghostball.reports.page.scenes import ScenePagePart
-from ghostball.reports.shared_tables import SPREAD_HEADS, SPREAD_KEY, spread_remarks, spread_rows
+from ghostball.reports.shared_tables import (
+    ENSEMBLE_HEADS,
+    ENSEMBLE_KEY,
+    QUANTITY_HEADS,
+    ensemble_remarks,
+    ensemble_rows,
+    quantity_rows,
+)
 from ghostball.reports.words import metric_of, run_time_text
 from ghostball.validation.baselines import Regression
 from ghostball.validation.checks.verdict import RestError, rest_error_standing
@@ -102,11 +109,18 @@ def horizons_html(results: Results) -> Markup:
 
 
 def ensembles_html(results: Results) -> Markup:
-    """Return the spread of the results of ensembles; "" if there are none."""
+    """Return the statistical verdicts on ensembles; "" if there are none."""
     if not results.varied:
         return Markup()
-    rows, remarks = list(spread_rows(results)), list(spread_remarks(results))
-    return render("ensembles.html", key=SPREAD_KEY, header=SPREAD_HEADS, rows=rows, remarks=remarks)
+    return render(
+        "ensembles.html",
+        key=ENSEMBLE_KEY,
+        header=ENSEMBLE_HEADS,
+        rows=list(ensemble_rows(results)),
+        remarks=list(ensemble_remarks(results)),
+        heads=QUANTITY_HEADS,
+        quantities=list(quantity_rows(results)),
+    )
 
 
 def ledgers_html(ledgers: Mapping[str, EnergyLedger]) -> Markup:

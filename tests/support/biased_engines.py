@@ -23,11 +23,13 @@ A ball at rest stays where it is.
 
 
 def _wind(scene: Scene, t: FloatArray, way: FloatArray) -> FloatArray:
-    return 1e-5 * np.abs(way[..., [0, 0, 0]]) * np.array([1.0, 0.0, 0.0])
+    along: FloatArray = 1e-5 * np.abs(way[..., [0, 0, 0]]) * np.array([1.0, 0.0, 0.0])
+    return along
 
 
 def _swirl(scene: Scene, t: FloatArray, way: FloatArray) -> FloatArray:
-    return 1e-5 * np.cross([0.0, 0.0, 1.0], way)
+    aside: FloatArray = 1e-5 * np.cross([0.0, 0.0, 1.0], way)
+    return aside
 
 
 RULES: Mapping[str, Rule] = {

@@ -13,6 +13,7 @@ from ghostball.validation.checks.certificate_metrics import certified_motion, in
 from ghostball.validation.checks.energy_curve import conserves_energy, energy_differences
 from ghostball.validation.checks.energy_gain import largest_gain
 from ghostball.validation.checks.metric import (
+    Compute,
     MetricGroup,
     NotMeasuredError,
     RunAndTruth,
@@ -20,7 +21,9 @@ from ghostball.validation.checks.metric import (
 )
 from ghostball.validation.runs.sampling import (
     energy_series,
+    energy_times,
     events_of,
+    frames_of,
     largest_cushion_overlap,
     largest_overlap,
     momentum_series,
@@ -168,6 +171,31 @@ def _momentum_drift(run: RunAndTruth) -> float:
 )
 def _pocketed_count(run: RunAndTruth) -> int:
     return int(np.count_nonzero(events_of(run.result)["kind"] == EventKind.POCKETED))
+
+
+ENERGY_TIMES: Final = {"energy_time_75": 0.75, "energy_time_50": 0.5, "energy_time_25": 0.25}
+"""Metrics of the decay of energy: the share of the initial energy that is left."""
+
+
+def _energy_time(share: float) -> Compute:
+    def compute(run: RunAndTruth) -> float:
+        energy, frames = energy_series(run.result), frames_of(run.result)
+        times = energy_times(run.result) if frames is None else frames.times
+        below = np.flatnonzero(energy <= share * _initial(run.result))
+        if not len(below):
+            raise NotMeasuredError(f"more than {share:.0%} of the energy is left at the end")
+        return float(times[below[0]])
+
+    return compute
+
+
+for _name, _share in ENERGY_TIMES.items():
+    MOTION.metric(
+        _name,
+        "s",
+        f"first recorded time at which at most {_share:.0%} of the energy is left",
+        on_demand=True,
+    )(_energy_time(_share))
 
 
 @MOTION.metric("event_count", "1", "events of any kind", on_demand=True)

@@ -322,7 +322,7 @@ def _table_from(table: Table, turn: FloatArray, shift: FloatArray, unit: float =
         vertices = [place(point) for point in table.vertices]
         if np.linalg.det(turn) < 0.0:
             vertices.reverse()  # counterclockwise again
-        return Table(vertices=tuple(vertices), posts=posts)
+        return Table.model_validate({"vertices": tuple(vertices), "posts": posts})
     length, width, _ = (unit * np.abs(turn) @ np.array([table.length, table.width, 0.0])).tolist()
     names = {normal: name for name, normal in INWARD.items()}
     turned = [turn[:2, :2] @ np.array(INWARD[name]) + 0.0 for name in table.cushions]

@@ -233,6 +233,8 @@ class CaseRecord:
     `not_asked`: the metrics of the limits that `excused` suspends.
     `unstated`: whether the engine states no resolution here, so that no common limit applies to its
         final state.
+    `claim`: the claim of the engine in the scene (`Claim` in `validation.checks.criterion`); "" if
+        it did not run.
     `measured`: date and time of the run in UTC, ISO 8601; `wall_time` was measured then.
     `reused`: whether an earlier run made this record, and this run reused it unchanged.
     `related`: both runs of each measured relation, by its name.
@@ -277,6 +279,7 @@ class CaseRecord:
     excused: str = ""
     not_asked: tuple[str, ...] = ()
     unstated: bool = False
+    claim: Literal["", "rounding", "exact", "less"] = ""
     measured: str = ""
     reused: bool = False
     related: dict[str, RelatedRun] = field(default_factory=dict)

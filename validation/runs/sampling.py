@@ -86,7 +86,7 @@ def motion_of(result: Result) -> Motion:
 
 def energy_at(result: Result, times: FloatArray) -> Energy:
     """Return the energy of a result at `times`, (k,) [J]; see the note of the module."""
-    frames = _frames(result)
+    frames = frames_of(result)
     if frames is None:
         return result.energy(times)
     at_frames = _energy_at_frames(result.scene, frames)
@@ -100,7 +100,7 @@ def energy_series(result: Result) -> FloatArray:
 
     For an exact motion: on a uniform grid, at each event, and just before each event.
     """
-    frames = _frames(result)
+    frames = frames_of(result)
     if frames is not None:
         return _energy_at_frames(result.scene, frames).total
     times = energy_times(result)
@@ -149,7 +149,7 @@ def largest_cushion_overlap(result: Result) -> float:
 @lru_cache(maxsize=1)
 def _largest_overlaps(result: Result) -> tuple[float, float]:
     """Return the largest overlap of two balls, and of a ball with a cushion [m]; 0 for none."""
-    scene, frames = result.scene, _frames(result)
+    scene, frames = result.scene, frames_of(result)
     if frames is None:
         times = union_times(
             result.rest_time,
@@ -180,7 +180,7 @@ def momentum_series(result: Result) -> FloatArray:
 
     The times are those of `energy_series`.
     """
-    frames = _frames(result)
+    frames = frames_of(result)
     if frames is None:
         velocities = result.sample(energy_times(result)).velocities
     else:
@@ -249,7 +249,8 @@ def _thinned(times: FloatArray, room: int) -> FloatArray:
     return times[np.linspace(0, len(times) - 1, max(room, 0)).astype(np.intp)]
 
 
-def _frames(result: Result) -> SampledTrajectory | None:
+def frames_of(result: Result) -> SampledTrajectory | None:
+    """Return the recorded frames of a time-stepping engine; None for an exact motion."""
     return result.trajectory if isinstance(result.trajectory, SampledTrajectory) else None
 
 

@@ -19,13 +19,19 @@ from ghostball.reference_adapters.base import ReferenceEngine, resolution_of
 from ghostball.reference_adapters.registry import EngineUnavailableError, engine_name, make_engine
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.metrics import METRICS, USUAL
-from ghostball.validation.checks.requirements import Requirements, approximations_of, is_unstated
+from ghostball.validation.checks.requirements import (
+    Requirements,
+    approximations_of,
+    claim_of,
+    is_unstated,
+)
 from ghostball.validation.parallel.compiling import compile_kernels
 from ghostball.validation.parallel.pool import Done, Progress
 from ghostball.validation.results.record_store import Name
 from ghostball.validation.results.records import CaseRecord, Fault
 from ghostball.validation.results.store import Finished
 from ghostball.validation.runs.engine_runs import blamed_on_engine, differs_by_record, run_engine
+from ghostball.validation.suite.ensemble import MEMBER_METRICS
 from ghostball.validation.suite.judge import Case, TruthFailure, judge
 from ghostball.validation.suite.plan import SuitePlan
 from ghostball.validation.truth.scene_truth import (
@@ -121,6 +127,7 @@ def run_case(case: Case, make: Callable[[str], ReferenceEngine] = make_engine) -
                 excused=case.asked.excuse,
                 not_asked=tuple(dict.fromkeys(one.metric for one in dropped)),
                 unstated=is_unstated(judged, case.scene),
+                claim=claim_of(judged, case.scene),
             )
         result = run_engine(engine, case.scene)
         if result.status is Status.FAILED:  # its numbers may be invalid
@@ -185,11 +192,12 @@ def _without_truth(metrics: Collection[str], asked: Requirements) -> tuple[str, 
     The accuracy class is kept, because it shows unphysical results, except for engines with limits
     of a time step: these limits need a reference result.
     """
-    return tuple(
+    kept = (
         name
         for name in metrics
         if METRICS[name].compares is None or (name == "accuracy" and asked.rule is None)
     )
+    return tuple(dict.fromkeys([*kept, *MEMBER_METRICS]))
 
 
 def truth_or_failure(

@@ -11,13 +11,14 @@ import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from ghostball.model import Ball, GhostballError, Scene, Table
+from ghostball.validation.checks.motion_metrics import ENERGY_TIMES
 from ghostball.validation.results.files import describe_problem
 from ghostball.validation.runs.rolling import rolling_spin
 
@@ -38,6 +39,10 @@ _LONGEST = 48
 
 _DRAWS = 4
 """Random numbers for each ball: speed, direction, x, y; drawn even if a number has no effect."""
+
+
+MEMBER_METRICS: Final = ("pocketed_count", *ENERGY_TIMES)
+"""Metrics on demand that the statistics of an ensemble need."""
 
 
 class EnsembleError(GhostballError, ValueError):

@@ -17,8 +17,8 @@ from ghostball.cli.measure.verdicts import (
     agreement_table,
     colour_of,
     details_table,
+    ensemble_table,
     headline,
-    spread_table,
     verdict_tables,
 )
 from ghostball.cli.shared.config import load_config, named_engines
@@ -49,6 +49,7 @@ from ghostball.validation.scenes.library import BOARD, CRITERIA_SUFFIX, FULL, sc
 from ghostball.validation.suite.ensemble import Ensemble, PerturbationSize
 from ghostball.validation.suite.plan import criteria_beside_paths
 from ghostball.validation.suite.real_tables import measure_agreements
+from ghostball.validation.suite.statistics import ensemble_verdicts
 from ghostball.validation.suite.suite import DEFAULT_ENGINES, SuiteResult, run_suite
 
 
@@ -138,6 +139,8 @@ def run(asked: ValidateOptions) -> ExitStatus:
     if why := not_judged(outcome.cases):  # last, because it explains the exit status
         advice = f" {_advice(outcome)}" if is_nothing_judged(outcome.cases) else ""
         say(f"[bold yellow]{escape(why)}.[/]{escape(advice)}")
+    if plan.starts is not None and any(one.failed for one in ensemble_verdicts(results)):
+        status = worst(status, ExitStatus.CHECK_FAILED)
     return worst(outcome.exit_status, status, say_never_judged(outcome.cases, plan.relations))
 
 
@@ -153,6 +156,8 @@ def _plan(asked: ValidateOptions) -> _ValidationPlan:
     # Replays show an engine over Ghostball's motion, so Ghostball's engine runs too.
     drawn = (OURS,) if asked.report and all(map(names_class, named)) else ()
     names, specs = asked.scenes or config.scenes, named or DEFAULT_ENGINES
+    if asked.ensemble is not None and OURS not in specs:
+        drawn = (OURS,)  # an ensemble is compared with that of Ghostball's engine
     scenes, gates = select(names), [Gate.of(spec, config.baselines) for spec in specs]
     for gate in gates:
         gate.check(sorted(scene.name for scene in scenes))
@@ -209,7 +214,7 @@ def _show(
     if plan.relations is not None:
         console.print(relations_table(results.cases))
     if plan.starts is not None:
-        console.print(spread_table(results, plan.starts.size))
+        console.print(ensemble_table(results, plan.starts.size))
     for line in _reference_lines(results, plan.criteria):
         console.print(line, soft_wrap=True)
     console.print(headline(outcome, seconds), soft_wrap=True)

@@ -26,11 +26,11 @@ from ghostball.reports.outcome import failures
 from ghostball.reports.shared_tables import (
     COMPARISON_HEADS,
     COMPARISON_KEY,
-    SPREAD_HEADS,
-    SPREAD_KEY,
+    ENSEMBLE_HEADS,
+    ENSEMBLE_KEY,
     comparison_cells,
-    spread_remarks,
-    spread_rows,
+    ensemble_remarks,
+    ensemble_rows,
 )
 from ghostball.reports.words import AGREEMENT_KEY, agreement_cell, many
 from ghostball.validation.checks.verdict import Verdict, unfinished_text, verdict_of
@@ -99,13 +99,12 @@ def _by_scene(results: Results) -> Iterable[CaseRecord]:
     return filter(None, (results.case(*pair) for pair in pairs))
 
 
-def spread_table(results: Results, size: PerturbationSize) -> RenderableType:
-    """Return the spread of the results of ensembles; `size` is the largest perturbation."""
-    heads = [escape(head) for head in SPREAD_HEADS]
-    rows = (tuple(map(escape, row)) for row in spread_rows(results))
-    table = table_of(heads, rows, right=heads[2:], whole=heads)
-    key = f"[dim]Initial states perturbed by at most {escape(str(size))}. {escape(SPREAD_KEY)}[/]"
-    return Group(table, key, *map(escape, spread_remarks(results)))
+def ensemble_table(results: Results, size: PerturbationSize) -> RenderableType:
+    """Return the statistical verdicts on ensembles; `size` is the largest perturbation."""
+    rows = (tuple(map(escape, row)) for row in ensemble_rows(results))
+    table = table_of(ENSEMBLE_HEADS, rows)
+    key = f"[dim]Initial states perturbed by at most {escape(str(size))}. {escape(ENSEMBLE_KEY)}[/]"
+    return Group(table, key, *map(escape, ensemble_remarks(results)))
 
 
 def colour_of(case: CaseRecord) -> str:
