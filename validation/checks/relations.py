@@ -99,7 +99,8 @@ def _compared(run: RunAndTruth, relation: str) -> tuple[RelatedShot, Comparison]
         error = relative_error(engine, result, related, second)
         compared = compare_runs(result, related, second, run.growth, error)
         run.related[relation] = related, compared
-    return run.related[relation]
+    found: tuple[RelatedShot, Comparison] = run.related[relation]
+    return found
 
 
 def _factor(relation: str) -> Compute:

@@ -20,7 +20,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Final
 
 import numpy as np
@@ -52,24 +52,23 @@ _HALVINGS: Final = 12
 
 REST_POSITIONS: Final = "rest positions [m]"
 
+
+def _metric(name: str, case: CaseRecord) -> float:
+    value = case.metrics.get(name)
+    return math.inf if value is None else float(value)
+
+
 QUANTITIES: Final[Mapping[str, Callable[[CaseRecord], float]]] = {
     "ball-ball collisions": lambda case: float(case.collision_counts["ball-ball"]),
     "ball-cushion collisions": lambda case: float(case.collision_counts["ball-cushion"]),
     "rest time [s]": lambda case: case.rest_time or 0.0,
-    "pocketed balls": lambda case: _metric(case, "pocketed_count"),
+    "pocketed balls": partial(_metric, "pocketed_count"),
     **{
-        f"time until {share:.0%} of the energy is left [s]": lambda case, name=name: _metric(
-            case, name
-        )
+        f"time until {share:.0%} of the energy is left [s]": partial(_metric, name)
         for name, share in ENERGY_TIMES.items()
     },
 }
 """Quantities of a run that are numbers, with their units; inf if a run doesn't reach a value."""
-
-
-def _metric(case: CaseRecord, name: str) -> float:
-    value = case.metrics.get(name)
-    return math.inf if value is None else float(value)
 
 
 @dataclass(frozen=True)
@@ -345,7 +344,8 @@ def _mean_distances(runs: FloatArray) -> FloatArray:
     for ball in range(runs.shape[1]):
         places = runs[:, ball]
         total += np.hypot(*(places[:, np.newaxis] - places).transpose(2, 0, 1))
-    return total / runs.shape[1]
+    mean: FloatArray = total / runs.shape[1]
+    return mean
 
 
 def _energy_distance(distances: FloatArray, count: int) -> float:
