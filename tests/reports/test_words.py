@@ -24,10 +24,10 @@ from ghostball.reports.outcome import (
 from ghostball.reports.reason import reason_of
 from ghostball.reports.shared_tables import (
     COMPARISON_HEADS,
-    SPREAD_HEADS,
+    ENSEMBLE_HEADS,
     comparison_cells,
-    spread_remarks,
-    spread_rows,
+    ensemble_remarks,
+    ensemble_rows,
 )
 from ghostball.reports.shots import rest_error_text
 from ghostball.reports.words import agreement_cell, many, reused_text, run_time_text
@@ -36,7 +36,7 @@ from ghostball.validation.diagnose.explanation import Explanation, explain
 from ghostball.validation.results.records import Accuracy
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
-from ghostball.validation.suite.spread import QUANTITIES, SceneSpread, Spread
+from ghostball.validation.suite.statistics import EnsembleVerdict, QuantityVerdict
 
 # Words and numbers are the same in every report.
 
@@ -80,7 +80,8 @@ ROWS = {
 """All cells of some stored runs, by scene and engine."""
 
 
-OURS, NEAR, FAR = Spread(3.0, 0.5), Spread(3.1, 0.5, 1.0), Spread(9.0, 0.5, 12.0)
+NEAR = QuantityVerdict("rest time [s]", 3.1, 0.5, 3.0, 0.1, 1.0, 0.4)
+FAR = QuantityVerdict("rest time [s]", 9.0, 0.5, 3.0, 6.0, 1e-9, 0.4)
 
 
 def test_each_run_has_a_cell_for_each_heading(results):
@@ -105,37 +106,41 @@ def test_each_run_has_a_cell_for_each_heading(results):
     assert comparison_cells(timed) == (*ROWS["stop", "pymunk"][:-1], "1.25 s")
 
 
-def of(label, *, ended=5, broken=0, reasons=(), **found):
+def of(label, *found, ended=15, broken=0, reasons=()):
     spread = None if ended < 2 else 0.012
-    return SceneSpread("break", label, 5, ended, broken, reasons, spread, found)
+    return EnsembleVerdict("break", label, 15, ended, 15, broken, reasons, True, spread, found)
 
 
 @pytest.fixture
 def shown(monkeypatch):
-    rest = list(QUANTITIES)[-1]
     found = [
-        of("ghostball", **{rest: OURS}),
-        of("near", broken=2, **{rest: NEAR}),
-        of("far", **{rest: FAR}),
+        of("ghostball"),
+        of("near", NEAR, broken=2),
+        of("far", FAR),
         of("gone", ended=1, reasons=("it hung",)),
     ]
-    monkeypatch.setattr(shared_tables, "spreads_of", lambda _: iter(found))
+    monkeypatch.setattr(shared_tables, "ensemble_verdicts", lambda _: found)
 
 
 @pytest.mark.usefixtures("shown")
 def test_a_row_has_a_cell_under_each_heading_and_a_scene_is_named_once():
-    rows = list(spread_rows(None))
-    assert {len(row) for row in rows} == {len(SPREAD_HEADS)}
+    rows = list(ensemble_rows(None))
+    assert {len(row) for row in rows} == {len(ENSEMBLE_HEADS)}
     assert [row[0] for row in rows] == ["break", "", "", ""]
-    assert [row[-1] for row in rows] == ["3 ± 0.5", "3.1 ± 0.5 (+1.0)", "≠ 9 ± 0.5 (+12.0)", "–"]
-    assert [row[2:4] for row in rows[::3]] == [["5 of 5", "12 mm"], ["1 of 5", "–"]]
+    assert [row[-1] for row in rows] == [
+        "the reference of the other engines",
+        "not distinguishable with 15 runs; a difference would be seen of rest time 0.4 s",
+        "different from the reference with p < 0.001 in rest time, by +6 s",
+        "nothing to compare: too few runs finished",
+    ]
+    assert [row[2:4] for row in rows[::3]] == [["15 of 15", "12 mm"], ["1 of 15", "–"]]
 
 
 @pytest.mark.usefixtures("shown")
 def test_what_is_wrong_is_said():
-    assert list(spread_remarks(None)) == [
+    assert list(ensemble_remarks(None)) == [
         "break on near: 2 runs that finished failed a common limit",
-        "break on gone: 4 runs did not finish: it hung",
+        "break on gone: 14 runs did not finish: it hung",
     ]
 
 

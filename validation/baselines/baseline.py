@@ -191,6 +191,8 @@ def _kept(record: CaseRecord) -> CaseRecord:
         left_out=(),
         excused="",
         not_asked=(),
+        claim="",
+        related={},
         printed="",
         wall_time=None,
         measured="",
