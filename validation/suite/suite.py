@@ -174,7 +174,7 @@ def run_suite(
         The scene and label of each case to run, if not every scene runs on every engine. Other
         results of the same code in the folder are then kept.
     ensemble : Ensemble, optional
-        Also run perturbed initial states of each scene, as cases of the run; see `suite.statistics`.
+        Also run perturbed initial states of each scene, as cases; see `suite.statistics`.
     keeps_motion : bool
         Whether the motion of each case is stored; pictures and replays need it.
     relations : sequence of str, optional
