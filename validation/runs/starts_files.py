@@ -100,11 +100,12 @@ def play_file(
             f"{number}. Use fewer shards"
         )
     firsts = range(rows.start, rows.stop, PART)
+    given = _columns(table.slice(rows.start, len(rows)).collect(), rows.start, path)
 
     def parts() -> Iterable[_Part]:
         for first in firsts:
-            size = min(PART, rows.stop - first)
-            columns = _columns(table.slice(first, size).collect(), first, path)
+            some = slice(first - rows.start, first - rows.start + PART)
+            columns = {name: values[some] for name, values in given.items()}
             yield _Part(scene, first, columns, None if cluster is None else 1)
 
     frames: dict[int, Any] = {}

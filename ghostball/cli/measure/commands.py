@@ -80,7 +80,14 @@ class RunOptions(ShotOptions):
     out: Annotated[
         Path | None, out_option("For --starts: folder of the Parquet files (default: out/shots).")
     ] = None
-    cluster: ClusterAddress = None
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="For --starts: the scheduler of a Dask cluster whose workers play the shots, as "
+            "for `validate`.",
+        ),
+    ] = None
 
 
 @command(app, "measure.validate")
