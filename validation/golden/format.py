@@ -48,6 +48,9 @@ class Tolerance(_Part):
     )
 
 
+_PARTS = (GoldenEvent, Tolerance)
+
+
 class GoldenShot(_Part):
     """A scene with its reference result, up to the time until which engines can be compared."""
 
@@ -76,8 +79,10 @@ class GoldenShot(_Part):
 
 
 def golden_schema() -> str:
-    """Return the JSON schema of golden shots."""
+    """Return the JSON schema of golden shots, which refers to that of scenes."""
     schema = GoldenShot.model_json_schema(by_alias=True)
+    schema["properties"]["scene"]["$ref"] = SCENE_SCHEMA_FILE
+    schema["$defs"] = {one.__name__: schema["$defs"][one.__name__] for one in _PARTS}
     return json.dumps({"$schema": "http://json-schema.org/draft-07/schema#"} | schema, indent=2)
 
 

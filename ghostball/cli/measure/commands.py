@@ -78,7 +78,7 @@ class RunOptions(ShotOptions):
     ] = None
     shard: ShardOption = None
     out: Annotated[
-        Path | None, out_option("For --starts: folder of the Parquet files (default: out/shots).")
+        Path | None, out_option("For --starts: folder of the Parquet files (default: shots).")
     ] = None
     cluster: Annotated[
         str | None,

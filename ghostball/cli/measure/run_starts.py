@@ -11,7 +11,6 @@ from rich.markup import escape
 from ghostball.cli.measure.commands import RunOptions
 from ghostball.cli.options import TextOrJson
 from ghostball.cli.shared.calls import refuse_given
-from ghostball.cli.shared.config import load_config
 from ghostball.cli.shared.progress import counting
 from ghostball.cli.shared.single_shots import compile_first
 from ghostball.cli.shared.tables import facts_table
@@ -23,8 +22,8 @@ from ghostball.validation.results.files import cannot_write, write_whole
 from ghostball.validation.runs.starts_files import Shard, parquet_of, play_file
 from ghostball.validation.scenes.library import find_scene
 
-FOLDER = "shots"
-"""Folder of the Parquet files in the folder of results."""
+FOLDER = Path("shots")
+"""Default folder of the Parquet files; not in the folder of results, which holds nothing else."""
 
 
 def play_starts(asked: RunOptions, starts: Path) -> ExitStatus:
@@ -35,7 +34,7 @@ def play_starts(asked: RunOptions, starts: Path) -> ExitStatus:
     why = "`--starts` plays shots on Ghostball's engine and writes their outcomes"
     refuse_given(asked.context, why, "engine", "record", "plot", "expect_hash", "time_limit")
     shard = Shard.parse(asked.shard or "1/1")
-    folder = asked.out or load_config().out / FOLDER
+    folder = asked.out or FOLDER
     scene = find_scene(asked.scene)
     compile_first([scene], OURS)
     began = time.perf_counter()

@@ -24,9 +24,10 @@ from same.images import shuffled
 from ghostball.engine import simulate
 from ghostball.model import EventKind, GhostballError, Result, Scene
 from ghostball.model.result import event_dict
+from ghostball.model.scene import json_schema
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import make_engine
-from ghostball.validation.golden.format import SCHEMA_FILES, GoldenShot, golden_schema, read_golden
+from ghostball.validation.golden.format import SCHEMA_FILES, golden_schema, read_golden
 from ghostball.validation.golden.shots import FAMILIES, golden_files, golden_shot
 from ghostball.validation.scenes.library import FOLDER, find_scene
 from ghostball.validation.scenes.random_scenes import random_scene
@@ -305,10 +306,20 @@ def test_the_schema_beside_the_scenes_is_current():
     # Mend with: python -c "from ghostball.validation.golden.format import *;
     # print(golden_schema())" > validation/scenes/golden.schema.json
     assert (FOLDER / SCHEMA_FILES[0]).read_text(encoding="utf-8") == golden_schema() + "\n"
-    assert (
-        json.loads(golden_schema())["properties"].keys()
-        == GoldenShot.model_json_schema(by_alias=True)["properties"].keys()
+
+
+def test_golden_shots_follow_their_schema(shots):
+    jsonschema, referencing = map(pytest.importorskip, ("jsonschema", "referencing"))
+    texts = dict(zip(SCHEMA_FILES, (golden_schema(), json_schema()), strict=True))
+    schemas = {name: json.loads(text) for name, text in texts.items()}
+    known = referencing.Registry().with_resources(
+        (name, referencing.Resource.from_contents(schema)) for name, schema in schemas.items()
     )
+    validator = jsonschema.Draft7Validator(schemas[SCHEMA_FILES[0]], registry=known)
+    for shot in shots.values():
+        validator.validate(shot)
+        assert not validator.is_valid(shot | {"scene": shot["scene"] | {"balls": "none"}})
+        assert not validator.is_valid(shot | {"events": [{"t": 0.0}]})
 
 
 def test_a_folder_that_is_not_empty_is_refused(tmp_path):

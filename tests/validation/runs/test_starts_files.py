@@ -153,9 +153,9 @@ def test_the_command_writes_a_file_for_each_shard(tmp_path, monkeypatch):
         done = cli("run", DRAW, "--starts", file, "--shard", f"{i}/2", "--format", "json")
         assert done.exit_code == 0
         facts = json.loads(done.stdout)
-        assert facts["file"] == f"out/shots/shots-{i}-of-2.parquet"
+        assert facts["file"] == f"shots/shots-{i}-of-2.parquet"
         assert facts["shots"] == facts["ended"]["rest"] == 6
-    found = polars.read_parquet("out/shots/*.parquet")
+    found = polars.read_parquet("shots/*.parquet")
     assert found["shot"].to_list() == list(range(12))
     assert refused(cli("run", DRAW, "--starts", file, "--shard", "65/64"), "got '65/64'")
     assert refused(cli("run", DRAW, "--shard", "1/2"), "it needs `--starts`")
