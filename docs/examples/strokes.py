@@ -1,4 +1,4 @@
-"""Write a file of random strokes: python strokes.py COUNT FILE.parquet"""
+"""Write a file of random strokes, in all directions: `python strokes.py COUNT FILE.parquet`."""
 
 import sys
 
