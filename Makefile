@@ -10,13 +10,15 @@ PYTHON ?= $(shell for python in $(CANDIDATES); do \
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+# Ghostball and its compiler alone: enough for the commands, but not for tests and checks.
+USABLE := $(VENV)/.usable
 OUT ?= out
 JOBS ?= 2
 # File with the versions to install; with CONSTRAINTS= pip installs the newest ones.
 CONSTRAINTS ?= constraints.txt
 # Extras of ghostball to install; EXTRAS=test is enough for `make test`.
 EXTRAS ?= dev
-INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+INSTALL := $(BIN)/python -m pip install --disable-pip-version-check \
 	$(if $(CONSTRAINTS),--constraint $(CONSTRAINTS))
 # Scenes of `make validate`, as names, tags or patterns; smoke is a small selection.
 SCENES ?= full
@@ -41,18 +43,24 @@ help:  ## list the targets
 
 venv: $(READY)  ## create the environment .venv and install everything
 
-$(READY): pyproject.toml $(CONSTRAINTS)
+$(USABLE): pyproject.toml $(CONSTRAINTS)
 	@test -n "$(PYTHON)" && $(PYTHON) $(FIT) || { \
 		echo "error: Python 3.11 or newer with its venv module is needed, got '$(PYTHON)'." \
 			"Tried: $(CANDIDATES). Install one (Debian, Ubuntu: apt install python3-venv)," \
 			"or name one: make PYTHON=/path/to/python3.11" >&2; exit 2; }
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
 		echo "Creating $(VENV) with $$($(PYTHON) --version)"; $(PYTHON) -m venv --clear $(VENV); }
-	@echo "Installing ghostball and its dependencies into $(VENV) (one or two minutes)"
+	@echo "Installing Ghostball and the packages that it needs into $(VENV): INSTALLTIME"
+	@$(INSTALL) --editable '.[compiler]'
+	@touch $@
+
+$(READY): $(USABLE)
+	@echo "Installing the packages for tests and checks into $(VENV): DEVTIME"
 	@$(INSTALL) --editable '.[$(EXTRAS)]'
 	@touch $@
 
-smoke: $(READY)  ## a first result in minutes: three scenes on three engines, a picture, and the report
+smoke: $(USABLE)  ## a first result in minutes: three scenes on three engines, a picture, and the report
+	@echo "Simulating three shots on three engines. The first run compiles the engine: COMPILETIME"
 	$(BIN)/ghostball validate half-ball-cut thin-cut break-7 -e ghostball -e pymunk -e paper-continuous \
 		--jobs $(JOBS) --out $(OUT)/smoke
 	$(BIN)/ghostball run break-7 --plot $(OUT)/smoke/break-7.png
@@ -62,13 +70,13 @@ smoke: $(READY)  ## a first result in minutes: three scenes on three engines, a 
 engines: $(READY)  ## install the optional engines, about 500 MB
 	$(INSTALL) --editable '.[engines]'
 
-validate: $(READY)  ## run every scene on the default engines, print the verdicts, write the report
+validate: $(USABLE)  ## run every scene on the default engines, print the verdicts, write the report
 	$(BIN)/ghostball validate $(SCENES) --jobs $(JOBS) --out $(OUT) --figures $(FIGURES)
 
 stress: kernels  ## run extreme shots on the default engines, the selection for CI
 	$(BIN)/ghostball stress --jobs $(JOBS) --out $(OUT)/stress
 
-regress: $(READY)  ## compare Ghostball's engine with its accepted baselines
+regress: $(USABLE)  ## compare Ghostball's engine with its accepted baselines
 	$(BIN)/ghostball regress --jobs $(JOBS) --out $(OUT)
 
 # COVERAGE=1 measures coverage in `make test`, which then takes two thirds longer.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache
 from statistics import median
@@ -25,7 +26,12 @@ from ghostball.reports.style import format_length, format_time
 from ghostball.validation.checks.accuracy import kind_of
 from ghostball.validation.grading.tolerances import EPS, ROUNDINGS
 from ghostball.validation.parallel.sources import PACKAGE_OF
-from ghostball.validation.precision.points import PrecisionMeasurement, PrecisionPoint, knee_of
+from ghostball.validation.precision.points import (
+    PrecisionMeasurement,
+    PrecisionPoint,
+    knee_of,
+    order_of,
+)
 from ghostball.validation.results.records import AccuracyKind
 from ghostball.validation.scenes.library import BOARD, select
 from ghostball.validation.truth.scene_truth import truth_of
@@ -40,6 +46,9 @@ USES = (
     ("the same, with the settings of a beginner", "pybullet:config=naive,dt=0.004166666666666667"),
 )
 """Each use of an engine, and the label that was measured for this use."""
+
+STEP_SHOWN = 1e-3
+"""The tables of steps show the error of the measured step nearest to this one [s]."""
 
 ASKED = ("half-ball-1", "slide-to-rest", "throw")
 """The scenes of the board that matter most for billiards."""
@@ -150,7 +159,15 @@ def steps() -> str:
     """Return a table for each scene; an error is the largest of all phases of the time step."""
     stored = measured(PrecisionMeasurement)
     parts = [f"Measured on {stored.where}. The speed of the machine changes no error."]
-    heads = ("engine", "recommended step", "its error", "longest step", "shortest step")
+    heads = (
+        "engine",
+        "order",
+        "error at the longest step",
+        "error near 1 ms",
+        "its run time",
+        "error at the shortest step",
+        "recommended step",
+    )
     points = [one for one in stored.points if one.step is not None]
     for scene, title in dict.fromkeys((one.scene, one.title) for one in points):
         mine = [one for one in points if one.scene == scene]
@@ -162,12 +179,23 @@ def steps() -> str:
 
 def _steps_of(points: Sequence[PrecisionPoint]) -> tuple[str, ...]:
     """Return a row of the table for the points of one engine on one scene, longest step first."""
-    ends = (f"{_error(one)} at {format_time(one.step)}" for one in (points[0], points[-1]))
-    knee = knee_of(points)
-    if knee is None:
-        return f"`{points[0].engine}`", "no step", "–", *ends
-    more = " or shorter" if is_finest(knee, points) else ""
-    return f"`{points[0].engine}`", format_time(knee.step) + more, _error(knee), *ends
+    near = min(points, key=lambda one: abs(math.log((one.step or math.inf) / STEP_SHOWN)))
+    longest, middle, shortest = (
+        f"{_error(one)} at {format_time(one.step)}" for one in (points[0], near, points[-1])
+    )
+    knee, order = knee_of(points), order_of(points)
+    step = "none"
+    if knee is not None:
+        step = format_time(knee.step) + (" or shorter" if is_finest(knee, points) else "")
+    return (
+        f"`{points[0].engine}`",
+        "–" if order is None else f"{round(order, 1) + 0.0:.1f}",
+        longest,
+        middle,
+        format_time(near.call_seconds),
+        shortest,
+        step,
+    )
 
 
 def _error(point: PrecisionPoint) -> str:

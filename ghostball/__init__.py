@@ -17,7 +17,17 @@ import os
 import sys
 from importlib import import_module
 
-import lazy_loader
+try:
+    import lazy_loader
+except ModuleNotFoundError:
+    if sys.argv[:1] != ["-m"]:  # not `python -m ghostball`
+        raise
+    sys.stderr.write(
+        f"ghostball: {sys.executable} doesn't have the packages that Ghostball needs. In a clone, "
+        "`make smoke` installs them into .venv: then run .venv/bin/ghostball. Or install them with "
+        "`python -m pip install '.[compiler]'`\n"
+    )
+    raise SystemExit(2) from None
 
 _HERE = os.path.dirname(__file__)
 if not os.path.isdir(os.path.join(_HERE, "engine")):

@@ -122,9 +122,12 @@ def allowing_check(case: CaseRecord | None) -> Check | None:
 
 
 def allowed_text(case: CaseRecord | None) -> str:
-    """Return the limit that permits a large error, as "limit 9.66 mm"; "" if there is none."""
+    """Return the limit that permits a large error; "" if there is none.
+
+    For example "within the limit of 9.66 mm".
+    """
     check = allowing_check(case)
-    return "" if check is None else f"limit {style.format_length(check.limit)}"
+    return "" if check is None else f"within the limit of {style.format_length(check.limit)}"
 
 
 def size_of(found: Accuracy | None) -> float | None:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from ghostball.reports import style
 from ghostball.validation.precision.points import (
-    TARGETS,
     PrecisionMeasurement,
     PrecisionPoint,
     knee_of,
@@ -28,9 +27,8 @@ LEGEND_CHARACTERS, HANDLE_CHARACTERS = 160, 9
 FLOOR = 1e-17
 """Smaller errors, including 0, are drawn at this value [m]: a tenth of an ulp of a coordinate."""
 
-
-LINES = {target: style.format_length(target) for target in TARGETS} | {2.0**-52: "an ulp of 1 m"}
-"""Horizontal lines in each panel [m], with their names."""
+ULP = 2.0**-52
+"""Height of a line in each panel [m]: the rounding of a coordinate of 1 m."""
 
 _NAME: Any = {
     "xycoords": ("axes fraction", "data"),
@@ -67,7 +65,7 @@ def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
     """Draw the largest rest error against the number of time steps per simulated second.
 
     Only time-stepping engines are drawn. Unlike run times, this chart is the same on every machine.
-    A ring with a label marks the recommended step.
+    A ring marks the recommended step.
     """
     points = tuple(one for one in measured.points if one.step is not None)
     if not points:
@@ -80,9 +78,6 @@ def draw_against_steps(measured: PrecisionMeasurement) -> Figure:
     )
     for axes, scene in zip(figure.axes, dict.fromkeys(one.scene for one in points), strict=False):
         _ring_knees(axes, [one for one in points if one.scene == scene])
-    # The panels share their axes. The room below all errors is for the labels of the rings.
-    least = max(min(one.error_low for one in points), FLOOR)
-    figure.axes[0].set_ylim(bottom=1e-3 * least, top=10.0 * max(one.error_high for one in points))
     return figure
 
 
@@ -118,6 +113,10 @@ def _draw(
     for axes in grid[len(scenes) :]:
         axes.set_axis_off()
     grid[0].set(xscale="log", yscale="log")
+    bottom, top = grid[0].get_ylim()
+    ticks = [10.0**k for k in range(-15, 4, 3) if bottom < 10.0**k < top]
+    grid[0].set_yticks(ticks, [style.format_length(one) for one in ticks])
+    grid[0].tick_params(axis="y", which="minor", left=False)
     least = min(point.error_low for point in measured.points)
     if least <= FLOOR:
         grid[0].set_ylim(bottom=0.5 * FLOOR)
@@ -144,31 +143,19 @@ def _draw(
 
 
 def _ring_knees(axes: Axes, points: Sequence[PrecisionPoint]) -> None:
-    for row, engine in enumerate(dict.fromkeys(point.engine for point in points)):
-        mine = [point for point in points if point.engine == engine]
-        knee, look = knee_of(mine), style.engine_style(engine)
+    for engine in dict.fromkeys(point.engine for point in points):
+        knee = knee_of([point for point in points if point.engine == engine])
         if knee is None or knee.step is None:
             continue
-        at = 1.0 / knee.step, max(knee.error, FLOOR)
-        axes.plot(*at, marker="o", markersize=9.0, color=look.colour, fillstyle="none", zorder=5)
-        axes.annotate(
-            f"{look.name}: {knee_text(mine)}",
-            (0.02, 0.02),
-            xytext=(0, 8 * row),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            fontsize=6.5,
-            color=look.colour,
-        )
+        at, colour = (1.0 / knee.step, max(knee.error, FLOOR)), style.engine_style(engine).colour
+        axes.plot(*at, marker="o", markersize=9.0, color=colour, fillstyle="none", zorder=5)
 
 
 def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint], cost: _Cost) -> None:
-    """Draw a line with error bars for each engine, over the faint lines at `LINES`."""
-    for height, name in LINES.items():
-        axes.axhline(height, color=style.FAINT, linewidth=0.8, zorder=1)
-        # Exact engines are at the lower left, the others at the upper right.
-        end, side = (0.01, "left") if height in TARGETS else (0.99, "right")
-        axes.annotate(name, (end, height), **_NAME, ha=side, va="bottom")
+    """Draw a line with error bars for each engine, over a faint line at `ULP`."""
+    if min(point.error_low for point in points) < 1e3 * ULP:
+        axes.axhline(ULP, color=style.FAINT, linewidth=0.8, zorder=1)
+        axes.annotate("rounding of 1 m", (0.99, ULP), **_NAME, ha="right", va="bottom")
     axes.grid(visible=True)
     for engine in dict.fromkeys(point.engine for point in points):
         mine = [point for point in points if point.engine == engine]
@@ -204,7 +191,10 @@ def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint], cost: _Cost) -> No
 
 
 def knee_text(points: Sequence[PrecisionPoint]) -> str:
-    """Return the recommended step, "1 ms"; "< 1 ms" if it is the shortest measured step."""
+    """Return the recommended step, "1 ms"; "< 1 ms" if it is the shortest measured step.
+
+    A dash if no step is recommended.
+    """
     knee = knee_of(points)
     if knee is None or knee.step is None:
         return "\u2013"

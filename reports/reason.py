@@ -1,7 +1,7 @@
 """Words for an engine's error: the cause, its start, its size and its remedy.
 
 >>> reason_of(explain(find_scene("stop"), make_engine("mine:simulate")))
-'From the start, mine:simulate plays as if `rolling_friction` were 0.01429: 5/7 of 0.02. ...'
+'From the start, mine:simulate behaves as if `rolling_friction` were 0.0143: 5/7 of 0.02. ...'
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from ghostball.validation.diagnose.explanation import Explanation
 from ghostball.validation.diagnose.motion_differences import differs_before_end
 from ghostball.validation.diagnose.wrong_factor import Factor
 
-SHOWN = 4
-"""Digits of a coefficient that is found by a search."""
+SHOWN = 3
+"""Digits of a coefficient that is found by a search; time steps change the fourth digit."""
 
 
 def reason_of(explanation: Explanation) -> str:
@@ -167,19 +167,19 @@ def _until_then(explanation: Explanation, found: Attribution) -> str:
 
 def _factor_text(explanation: Explanation, factor: Factor) -> str:
     is_spin = factor.what.endswith("spin")
-    right = "the scene's" if is_spin else f"{factor.right:.{SHOWN}g}"
+    right = "the scene's" if is_spin else f"{factor.right:g}"
     value = factor.relation if is_spin else f"{factor.value:.{SHOWN}g}: {factor.relation}"
-    by = ""
+    where = "The error"
+    if factor.until < explanation.result.rest_time:
+        where += f" up to t = {style.format_time(factor.until)}"
     found = explanation.attribution
     if found is not None and found.ladder:
-        by = f" with a time step of {style.format_time(found.ladder[-1].step)}"
-    if factor.until < explanation.result.rest_time:
-        by += f" by t = {style.format_time(factor.until)}"
+        where += f", with a time step of {style.format_time(found.ladder[-1].step)},"
     share = factor.after / factor.before
     left = _percent(share) if share >= 5e-4 else "less than 0.05 %"
     return (
         f"{_since(explanation)}, {explanation.label} behaves as if {factor.name} were {value} "
-        f"{right}. The error is {style.format_length(factor.before)}{by}; with {right} it would be "
+        f"{right}. {where} is {style.format_length(factor.before)}. With {right} it would be "
         f"{style.format_length(factor.after)}, {left} of the error."
         + _physical(explanation, factor)
         + "".join(f" Equally well explained if {one}." for one in factor.rivals)
@@ -194,9 +194,15 @@ def _physical(explanation: Explanation, factor: Factor) -> str:
         right, value = (f"{gravity * one:.{SHOWN}g}" for one in (factor.right, factor.value))
         return f" A {how} ball should slow by {right} m/s\u00b2, but slows by {value}."
     if factor.what == "ball_restitution":
-        return " (Restitution is separation speed / approach speed along the line of centres.)"
+        return (
+            " Restitution is the separation speed of two balls divided by their approach speed, "
+            "along the line through their centres."
+        )
     if factor.what == "cushion_restitution":
-        return " (Restitution is rebound speed / approach speed normal to the cushion.)"
+        return (
+            " Restitution is the rebound speed of a ball divided by its approach speed, both "
+            "perpendicular to the cushion."
+        )
     return ""
 
 
@@ -206,7 +212,7 @@ def _since(explanation: Explanation) -> str:
         return "From the start"
     event = onset[1]
     when = style.format_time(event.t)
-    return f"From {event.describe(explanation.scene, 'hitting')} on (t = {when})"
+    return f"From t = {when}, when {event.describe(explanation.scene)}"
 
 
 def _off(explanation: Explanation) -> str:

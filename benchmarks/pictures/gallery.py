@@ -64,8 +64,8 @@ def draw_hero(results: Results) -> Figure:
     pockets = shot.scene.table is not None and shot.scene.table.holes
     style.set_title(
         upper,
-        f"One break of {len(shot.scene.balls)} balls{' with pockets' if pockets else ''}: rest "
-        "positions, and the largest distance from ghostball's (rings)",
+        f"One break of {len(shot.scene.balls)} balls{' with pockets' if pockets else ''}: where "
+        "they stop (discs), and where they should stop (rings)",
     )
     draw_accuracy_on(lower.subplots(), errors)
     return figure

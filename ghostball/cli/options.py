@@ -45,6 +45,15 @@ class FailOnChoice(enum.StrEnum):
     LIMITS = "limits"
 
 
+FAIL_ON_MEANINGS = {
+    FailOnChoice.CHANGED: "every change, even a better result",
+    FailOnChoice.WORSE: "only larger errors, wrong collisions, failed limits, unfinished shots, "
+    "and results that differ from run to run",
+    FailOnChoice.LIMITS: "only failed limits and unfinished shots; no baseline is needed",
+}
+"""The meaning of each choice, in the words of the help, of `action.yml` and of docs/ci.md."""
+
+
 class TextOrJson(enum.StrEnum):
     """Formats on stdout of commands that give no verdicts."""
 

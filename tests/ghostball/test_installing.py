@@ -44,6 +44,22 @@ def test_the_command_is_installed_and_is_the_module():
         assert run(*start, "--version").startswith("ghostball ")
 
 
+@pytest.mark.checkout
+def test_without_its_packages_the_module_says_what_to_install():
+    # With -S, Python finds no installed package.
+    done = subprocess.run(
+        [sys.executable, "-S", "-m", "ghostball", "validate"],
+        cwd=ROOT,
+        env={"PATH": os.environ["PATH"]},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "pip install '.[compiler]'" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
 @pytest.mark.parametrize("name", LIBRARY)
 def test_no_name_of_a_package_hides_a_module_of_it(name):
     """`import engine.simulate as m` once gave a function, because a module had the same name."""

@@ -106,8 +106,8 @@ def test_a_large_error_that_passed_says_which_limit_allows_it(case):
         for limit in (0.0172, 9.66e-3)
     )
     large = replace(case, accuracy=Accuracy("millimetres", error=3e-3), checks=checks)
-    assert allowed_text(large) == "limit 9.66 mm"
-    assert meaning_text(large).endswith("; limit 9.66 mm: One step late")
+    assert allowed_text(large) == "within the limit of 9.66 mm"
+    assert meaning_text(large).endswith("; within the limit of 9.66 mm: One step late")
     small = replace(large, accuracy=Accuracy("micrometres", error=3e-6))
     failed = replace(large, checks=tuple(replace(check, passed=False) for check in checks))
     assert [allowed_text(one) for one in (small, failed, None)] == ["", "", ""]

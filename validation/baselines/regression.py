@@ -38,9 +38,7 @@ UNCOMPARED: Final = ("no-baseline", "not-comparable")
 FailOn = Literal["changed", "worse", "limits"]
 """Changes that count as failures, the strictest choice first.
 
-"changed": every change. "worse": only larger errors, wrong collisions, failed limits, and an engine
-that isn't deterministic. "limits": only failed limits, and shots that the engine did not finish; no
-baseline is needed.
+The help of `ghostball regress --fail-on` says what each choice means.
 """
 
 LENIENT: Final[dict[FailOn, str]] = {

@@ -69,11 +69,11 @@ class Event:
             return f"the {name} cushion" if self.b < len(CUSHIONS) else name
         return ""
 
-    def describe(self, scene: Scene, hits: str = "hits") -> str:
-        """Return the event in words, with the names of its balls; `hits` is the verb."""
+    def describe(self, scene: Scene) -> str:
+        """Return the event in words, with the names of its balls."""
         first, obstacle = self.first_ball(scene), self.obstacle(scene)
         if obstacle:
-            return f"{first} {hits} {obstacle}"
+            return f"{first} hits {obstacle}"
         if self.kind is EventKind.POCKETED:
             return f'{first} falls into the pocket "{partner_name(self.kind, self.b)}"'
         if self.kind is EventKind.LEAVES_TABLE:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
+from itertools import takewhile
+from statistics import linear_regression
 from typing import Literal
 
 from ghostball.validation.results.measurement import Measurement, Record
@@ -10,6 +13,9 @@ from ghostball.validation.runs.time_steps import knee_step
 
 TARGETS = (1e-3, 1e-6, 1e-9)
 """Accuracies for which times are given [m]."""
+
+USELESS_ERROR = 1e-2
+"""Errors above this [m] recommend no step, if shorter steps don't reduce them."""
 
 
 class PrecisionPoint(Record):
@@ -83,8 +89,30 @@ def seconds_to(
 def knee_of(points: Iterable[PrecisionPoint]) -> PrecisionPoint | None:
     """Return the point with the step that is worth its cost: see `knee_step`.
 
-    `points`: of one engine on one scene. None if no step gave the right events.
+    `points`: of one engine on one scene. A step counts if it and all shorter steps gave the right
+    events. None if no step counts, or if the error is above `USELESS_ERROR` and shorter steps don't
+    reduce it.
     """
-    steps = {one.step: one for one in points if one.step is not None and one.same_events}
+    found = sorted((one.step, one) for one in points if one.step is not None)
+    steps = dict(takewhile(lambda pair: pair[1].same_events, found))
     knee = knee_step({step: one.error_high for step, one in steps.items()})
-    return None if knee is None else steps[knee]
+    if knee is None or (knee > min(steps) and steps[knee].error_high > USELESS_ERROR):
+        return None
+    return steps[knee]
+
+
+def order_of(points: Iterable[PrecisionPoint]) -> float | None:
+    """Return the order of convergence: the exponent p of error ~ step^p, by least squares.
+
+    `points`: of one engine on one scene. None with fewer than two steps that gave the right events
+    and an error above 0.
+    """
+    found = [
+        (one.step, one.error_high)
+        for one in points
+        if one.step is not None and one.same_events and one.error_high > 0.0
+    ]
+    if len(found) < 2:
+        return None
+    steps, errors = ([math.log(one) for one in numbers] for numbers in zip(*found, strict=True))
+    return linear_regression(steps, errors).slope

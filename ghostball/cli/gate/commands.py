@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from ghostball.cli.options import (
+    FAIL_ON_MEANINGS,
     BaselineFolder,
     FailOnChoice,
     GuardedEngines,
@@ -52,9 +53,8 @@ class RegressOptions(SuiteOptions):
     fail_on: Annotated[
         FailOnChoice | None,
         typer.Option(
-            help="What fails: every change; only larger errors and wrong collisions; or only "
-            "failed limits and shots that the engine did not finish, which needs no baselines "
-            "(default: that of [tool.ghostball] in pyproject.toml, else changed)."
+            help=f"What fails. {'. '.join(map(': '.join, FAIL_ON_MEANINGS.items()))}. "
+            "(Default: that of [tool.ghostball] in pyproject.toml, else changed.)"
         ),
     ] = None
     out: Annotated[Path | None, out_option("Results folder (default: out).")] = None

@@ -33,6 +33,7 @@ from ghostball.validation.precision.measure import (
 )
 from ghostball.validation.precision.points import (
     TARGETS,
+    USELESS_ERROR,
     PrecisionMeasurement,
     PrecisionPoint,
     knee_of,
@@ -49,6 +50,11 @@ LEGEND = (
     "step: the last one for which taking four times as many steps still halves the error at the "
     "worst phase; < before a step: it is the shortest one in this run, and shorter ones may be "
     "better."
+)
+
+NO_STEP = (
+    "every step leads to wrong collisions, or to errors above "
+    f"{format_length(USELESS_ERROR)} that shorter steps don't reduce"
 )
 
 
@@ -107,7 +113,7 @@ def _recommended(points: Sequence[PrecisionPoint]) -> Iterator[str]:
         ladders = [[one for one in mine if one.scene == scene] for scene in scenes]
         knees = [knee for ladder in ladders if (knee := knee_of(ladder)) is not None]
         if not knees:
-            yield f"{engine}: no recommended step: each leads to wrong collisions"
+            yield f"{engine}: no recommended step: {NO_STEP}"
             continue
         steps = _range(sorted({one.step for one in knees if one.step is not None}))
         error = format_length(max(one.error_high for one in knees))

@@ -71,11 +71,13 @@ def run(asked: InitOptions) -> ExitStatus:
         )
     if ci:
         say(f"{WORKFLOW} compares each push with the baselines of `ghostball accept`: commit both")
+        where = ""
         if UNKNOWN_REPOSITORY in files[WORKFLOW]:
-            say(
-                f"In it, replace {UNKNOWN_REPOSITORY.partition('/')[0]} by the GitHub account that "
-                "hosts Ghostball, which this installation doesn't name"
-            )
+            where = "OWNER by the GitHub account that hosts Ghostball, and "
+        say(
+            f"First edit the file: replace {where}COMMIT by the full hash of a commit of "
+            "Ghostball, because there is no release yet"
+        )
     return ExitStatus.PASSED
 
 

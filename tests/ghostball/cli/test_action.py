@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from ghostball.cli.action import options_from
-from ghostball.cli.options import FailOnChoice
+from ghostball.cli.options import FAIL_ON_MEANINGS, FailOnChoice
 from ghostball.cli.shared.config import ConfigError
 from ghostball.model.cache_folder import cache_folder
 
@@ -282,6 +282,11 @@ def test_every_input_is_used_and_none_is_pasted_into_a_command():
     for name in ACTION["inputs"]:
         assert f"inputs.{name} " in text, name
     assert not [step["run"] for step in STEPS if "${{" in step.get("run", "")]
-    assert {choice.value for choice in FailOnChoice} <= set(
-        re.findall(r"\w+", ACTION["inputs"]["fail-on"]["description"])
-    )
+
+
+def test_the_meanings_of_fail_on_are_the_same_everywhere():
+    described = ACTION["inputs"]["fail-on"]["description"]
+    page = " ".join((ROOT / "docs/ci.md").read_text(encoding="utf-8").split())
+    for name, meaning in FAIL_ON_MEANINGS.items():
+        assert f"{name} - {meaning}. " in described
+        assert f"`{name}`: {meaning}." in page

@@ -210,12 +210,12 @@ PLANTED = {
     "rolling friction": (
         hit(),
         stepping(rolling=5 / 7, **SAME),
-        "From the start, mine behaves as if `rolling_friction` were 0.07146: 5/7 of 0.1",
+        "From the start, mine behaves as if `rolling_friction` were 0.0715: 5/7 of 0.1",
     ),
     "restitution squared": (
         hit(restitution=0.9),
         stepping(restitution=lambda e: e * e, **SAME),
-        "behaves as if `ball_restitution` were 0.8095: the square of 0.9",
+        "behaves as if `ball_restitution` were 0.81: the square of 0.9",
     ),
     "sliding friction": (
         find_scene("sliding-stun"),

@@ -87,10 +87,10 @@ def test_a_wrong_factor_is_said_first(cli, tmp_path, monkeypatch):
     assert found.exit_code == 0, found.output
     first = " ".join(found.stdout.split("\n\n")[1].split())
     assert first.startswith(
-        "From the start, five_sevenths:simulate behaves as if `rolling_friction` were 0.01429: 5/7 "
+        "From the start, five_sevenths:simulate behaves as if `rolling_friction` were 0.0143: 5/7 "
         "of 0.02."
     )
-    assert "A rolling ball should slow by 0.1962 m/s², but slows by 0.1401" in first
+    assert "A rolling ball should slow by 0.196 m/s², but slows by 0.14." in first
     assert "█" in found.stdout.split("\n\n")[2]
 
 

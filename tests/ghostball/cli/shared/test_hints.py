@@ -108,9 +108,9 @@ def test_the_largest_error_that_passed_is_explained_with_a_command(in_this_proce
     assert found.exit_code == 0, found.output
     text = " ".join(found.stdout.split())
     assert re.search(
-        r"its largest error, 3\.\d+ mm in half-ball-cut, passed the limit \d\.\d+ mm: Contacts are "
-        r"detected up to one time step, 1 ms, late, which moves the rest positions of this shot by "
-        r"at most \d\.\d+ mm; the motion between contacts adds \d+ µm\.",
+        r"its largest error, 3\.\d+ mm in half-ball-cut, is within the limit of \d\.\d+ mm\. "
+        r"Contacts are detected up to one time step, 1 ms, late, which moves the rest positions of "
+        r"this shot by at most \d\.\d+ mm; the motion between contacts adds \d+ µm\.",
         text,
     )
     assert f"next: `ghostball explain half-ball-cut --engine {engine}`" in text

@@ -174,8 +174,9 @@ def test_a_workflow_is_written_that_uses_the_action(cli, here):
     action = yaml.safe_load((ROOT / "action.yml").read_text("utf-8"))
     assert set(step["with"]) <= set(action["inputs"])
     assert "install" not in step["with"]  # the project is a file
-    assert step["uses"] == f"{repository()}@v1"
-    assert (UNKNOWN_REPOSITORY in step["uses"]) == ("doesn't name" in result.stderr)
+    assert step["uses"] == f"{repository()}@COMMIT"
+    assert (UNKNOWN_REPOSITORY in step["uses"]) == ("replace OWNER" in result.stderr)
+    assert "COMMIT by the full hash" in " ".join(result.stderr.split())
 
 
 def test_a_project_that_has_settings_gets_the_workflow_alone_and_once(cli, here):
