@@ -50,17 +50,17 @@ $(USABLE): pyproject.toml $(CONSTRAINTS)
 			"or name one: make PYTHON=/path/to/python3.11" >&2; exit 2; }
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
 		echo "Creating $(VENV) with $$($(PYTHON) --version)"; $(PYTHON) -m venv --clear $(VENV); }
-	@echo "Installing Ghostball and the packages that it needs into $(VENV): INSTALLTIME"
+	@echo "Installing Ghostball and the packages that it needs into $(VENV) (about 300 MB, one or two minutes)"
 	@$(INSTALL) --editable '.[compiler]'
 	@touch $@
 
 $(READY): $(USABLE)
-	@echo "Installing the packages for tests and checks into $(VENV): DEVTIME"
+	@echo "Installing the packages for tests and checks into $(VENV) (a minute or two)"
 	@$(INSTALL) --editable '.[$(EXTRAS)]'
 	@touch $@
 
 smoke: $(USABLE)  ## a first result in minutes: three scenes on three engines, a picture, and the report
-	@echo "Simulating three shots on three engines. The first run compiles the engine: COMPILETIME"
+	@echo "Simulating three shots on three engines. The first run compiles the engine."
 	$(BIN)/ghostball validate half-ball-cut thin-cut break-7 -e ghostball -e pymunk -e paper-continuous \
 		--jobs $(JOBS) --out $(OUT)/smoke
 	$(BIN)/ghostball run break-7 --plot $(OUT)/smoke/break-7.png

@@ -19,7 +19,7 @@ from ghostball.validation.results.store import CaseRecord, Motion, Results
 MANY_BALLS = 5
 """With this many balls or more, paths of several engines are not drawn over each other."""
 
-CHAOTIC = "(unpredictable)"
+CHAOTIC = "too chaotic"
 """Text in place of a rest error after the horizon, where a distance says nothing about errors."""
 
 

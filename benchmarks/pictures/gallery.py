@@ -19,11 +19,13 @@ from benchmarks.racks import RacksMeasurement
 from benchmarks.rebounds import ReboundsMeasurement
 from ghostball.model import GhostballError
 from ghostball.reports import style
+from ghostball.reports.accuracy import median_error, median_text
 from ghostball.reports.figures._table import aspect_of, view_of
 from ghostball.reports.figures.paths import WIDTH, draw_panel
 from ghostball.reports.precision import draw_against_steps, draw_against_time
 from ghostball.reports.words import metric_of
 from ghostball.validation.precision.points import PrecisionMeasurement
+from ghostball.validation.results.records import AccuracyKind
 from ghostball.validation.results.store import CLOSED_FORM, Results
 
 if TYPE_CHECKING:
@@ -38,6 +40,9 @@ HERO_ENGINES = ("ghostball", "pymunk:contact_steps=exact", "pymunk", "pybullet")
 
 HERO_COLUMNS = 2
 
+ErrorOfClass = tuple[float, AccuracyKind]
+"""A rest position error [m], and the accuracy class of its run."""
+
 EXACT = 1e-17
 """Position of an error of exactly 0 on the axis [m], left of every rounding error."""
 
@@ -46,7 +51,7 @@ def draw_hero(results: Results) -> Figure:
     """Draw one break on several engines, and below it the errors of all engines."""
     stored = [name for name in HERO_SCENES if name in results.scene_names]
     shot, _ = our_shot(results, (stored or HERO_SCENES)[0])
-    errors = {label: independent_errors(results, label) for label in results.labels}
+    errors = {label: closed_form_errors(results, label) for label in results.labels}
     errors = {label: found for label, found in errors.items() if found}
     runs = [run for label in HERO_ENGINES for run in shot.drawn if run.label == label]
     rows = -(-len(runs) // HERO_COLUMNS)
@@ -61,31 +66,32 @@ def draw_hero(results: Results) -> Figure:
         draw_panel(axes, shot, run, view)
     for axes in grid[len(runs) :]:
         axes.set_axis_off()
-    pockets = shot.scene.table is not None and shot.scene.table.holes
     style.set_title(
         upper,
-        f"One break of {len(shot.scene.balls)} balls{' with pockets' if pockets else ''}: where "
-        "they stop (discs), and where they should stop (rings)",
+        f"One break of {len(shot.scene.balls)} balls: where they stop (discs), where they should "
+        "stop (rings); thick: sliding",
     )
     draw_accuracy_on(lower.subplots(), errors)
     return figure
 
 
-def draw_accuracy_on(axes: Axes, errors: Mapping[str, Sequence[float]]) -> None:
+def draw_accuracy_on(axes: Axes, errors: Mapping[str, Sequence[ErrorOfClass]]) -> None:
     """Draw the rest position errors of each engine, by label, on axes."""
     axes.set_xscale("log")
     for row, (label, found) in enumerate(errors.items()):
-        _draw_dots(axes, row, label, found)
-    largest = max(max(found) for found in errors.values())
+        _draw_dots(axes, row, label, [error for error, _ in found])
+        middle, is_exact = median_error(found)
+        _write_right(axes, row, f"{median_text(middle, is_exact=is_exact)} ({len(found)})")
+    largest = max(error for found in errors.values() for error, _ in found)
     axes.set_xlim(EXACT / 3.0, max(10.0, 3.0 * largest))
     axes.set_ylim(len(errors) - 0.4, -0.6)
     axes.set_yticks(range(len(errors)), [style.engine_name(label) for label in errors])
     axes.tick_params(axis="y", length=0)
     exponents = [-15, -12, -9, -6, -3, 0]
-    names = ["1 fm", "1 pm", "1 nm", "1 µm", "1 mm", "1 m"]
+    names = ["rounding\n(1 fm)", "1 pm", "1 nm", "1 µm", "1 mm", "1 m"]
     axes.set_xticks([EXACT, *(10.0**e for e in exponents)], ["0", *names])
     axes.minorticks_off()
-    _write_right(axes, -0.75, "median (scenes)")
+    _write_right(axes, -0.75, "median (number of scenes)")
     axes.grid(True, axis="x")
     axes.set_xlabel("largest rest position error in a scene (dot), median of the scenes (bar)")
     count = max(len(found) for found in errors.values())
@@ -109,8 +115,6 @@ def _draw_dots(axes: Axes, row: int, label: str, found: Sequence[float]) -> None
         )
     middle = max(median(found), EXACT)
     axes.plot([middle, middle], [row - 0.36, row + 0.36], color=look.colour, linewidth=2.4)
-    text = f"{style.format_length(median(found))} ({len(found)})"
-    _write_right(axes, row, text)
 
 
 def _write_right(axes: Axes, row: float, text: str) -> None:
@@ -127,13 +131,18 @@ def _write_right(axes: Axes, row: float, text: str) -> None:
     )
 
 
-def independent_errors(results: Results, label: str) -> list[float]:
-    """Return an engine's largest rest position error in each scene with a closed form [m]."""
+def closed_form_errors(results: Results, label: str) -> list[ErrorOfClass]:
+    """Return an engine's largest rest position error in each scene with a closed form [m].
+
+    Each error comes with the accuracy class of its run.
+    """
     found = []
     for case in results.cases:
-        error = metric_of(case, "rest_error_max")
-        if case.label == label and error is not None and case.truth == CLOSED_FORM:
-            found.append(error)
+        error, accuracy = metric_of(case, "rest_error_max"), case.accuracy
+        if case.label != label or case.truth != CLOSED_FORM or error is None:
+            continue
+        assert accuracy is not None  # each run with a reference has a class
+        found.append((error, accuracy.kind))
     return found
 
 

@@ -174,7 +174,11 @@ def _overlaps(box: FloatArray, others: Sequence[FloatArray]) -> bool:
 def _error_text(run: Run, shot: Shot) -> str:
     if run.standing is RestError.OWN:
         return "the reference"
-    return rest_error_text(run.case) or f"no {shot.end} error known"
+    found = None if run.case is None else run.case.accuracy
+    if run.standing is RestError.CHAOTIC and found is not None and found.at is not None:
+        return f"wrong collisions from t = {style.format_time(found.at)} on"
+    error = rest_error_text(run.case).strip("()")  # a picture doesn't say what limits judge
+    return f"{shot.end} position error: {error or 'unknown'}"
 
 
 def is_collinear(shot: Shot) -> bool:
