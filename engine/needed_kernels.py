@@ -19,7 +19,7 @@ from ghostball.model.errors import GhostballError
 def kernels_of(scenes: Iterable[Scene]) -> list[Needed]:
     """Return the kernels that `scenes` need.
 
-    Scenes that this engine can't simulate need none.
+    A scene that this engine can't simulate needs no kernels.
     """
     shots: dict[Variant, None] = {}
     for scene in scenes:

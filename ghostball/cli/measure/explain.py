@@ -247,7 +247,7 @@ def _useful_margins(explanation: Explanation) -> list[Margin]:
 
 def _event_text(explanation: Explanation, one: Event | None, where: str) -> str:
     if one is None:
-        return f"no further collision of these balls, although they collide {where}"
+        return f"no further collision; {where} there is one"
     return f"{one.describe(explanation.scene)} at t = {one.t:.9g} s"
 
 
@@ -317,13 +317,13 @@ def _attribution_table(found: Attribution) -> RenderableType:
 
 def _collision_errors(one: Rung) -> str:
     """Return the largest error of the collision times in a run, and the first wrong collision."""
-    late = "none is shared by all runs"
+    late = "no collision occurs in all runs"
     if one.late is not None:
         late = f"time errors up to {style.format_time(one.late)}"
-    wrong = "none is wrong"
+    wrong = "no wrong collision"
     if one.wrong_from is not None:
-        wrong = f"the first wrong one at {style.format_time(one.wrong_from)}"
-    return f"{late}, {wrong},"
+        wrong = f"first wrong collision at {style.format_time(one.wrong_from)}"
+    return f"{late}; {wrong},"
 
 
 _CAUSES = {
