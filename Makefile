@@ -50,7 +50,7 @@ $(USABLE): pyproject.toml $(CONSTRAINTS)
 			"or name one: make PYTHON=/path/to/python3.11" >&2; exit 2; }
 	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
 		echo "Creating $(VENV) with $$($(PYTHON) --version)"; $(PYTHON) -m venv --clear $(VENV); }
-	@echo "Installing Ghostball and the packages that it needs into $(VENV) (about 300 MB, one or two minutes)"
+	@echo "Installing Ghostball and the packages that it needs into $(VENV) (220 MB, one or two minutes)"
 	@$(INSTALL) --editable '.[compiler]'
 	@touch $@
 

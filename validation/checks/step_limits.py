@@ -192,11 +192,12 @@ def _outcome(shot: SteppedShot) -> Iterator[_Limit]:
         moved = float(np.max(more * (shot.delays @ lateness.places)))
     if not between + moved <= shot.smallest:
         return
+    by = f", which moves the rest positions of this shot by at most {scaled(moved, 'm')}"
     yield (
         "rest_error_max",
         {"at_most": LEAST_LIMIT + between + moved},
-        f"{late}, which moves the rest positions of this shot by at most {scaled(moved, 'm')}; "
-        f"the motion between contacts adds {scaled(between, 'm')}.",
+        f"{late}{by if moved > 0.0 else ''}; the motion between contacts adds "
+        f"{scaled(between, 'm')}.",
     )
     yield from _on_the_way(shot, float(np.max(more)))
     if own:

@@ -81,8 +81,8 @@ def _largest_passed(own: Sequence[CaseRecord], label: str) -> Iterator[str]:
     if not errors:
         return
     error, case, check = max(errors, key=lambda one: one[0])
-    largest = f"its largest error, {format_length(error)} in {case.scene}"
-    yield escape(f"{label}: {largest}, is {allowed_text(case)}. {check.reason}")
+    largest = f"the largest error that a limit allowed is {format_length(error)} in {case.scene}"
+    yield escape(f"{label}: {largest}, {allowed_text(case)}. {check.reason}")
     failed = any(one.broken or is_unfinished(one) for one in own)
     if names_class(label) and not failed:  # else a failure comes first
         command = escape(commands.explain(case.scene, label))

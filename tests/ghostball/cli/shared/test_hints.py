@@ -108,8 +108,8 @@ def test_the_largest_error_that_passed_is_explained_with_a_command(in_this_proce
     assert found.exit_code == 0, found.output
     text = " ".join(found.stdout.split())
     assert re.search(
-        r"its largest error, 3\.\d+ mm in half-ball-cut, is within the limit of \d\.\d+ mm\. "
-        r"Contacts are detected up to one time step, 1 ms, late, which moves the rest positions of "
+        r"the largest error that a limit allowed is 3\.\d+ mm in half-ball-cut, within the limit "
+        r"of \d\.\d+ mm\. Contacts are detected up to one time step, 1 ms, late, which moves the rest positions of "
         r"this shot by at most \d\.\d+ mm; the motion between contacts adds \d+ µm\.",
         text,
     )
@@ -119,5 +119,5 @@ def test_the_largest_error_that_passed_is_explained_with_a_command(in_this_proce
 def test_after_a_failure_the_largest_passed_error_names_no_next_command(twice):
     found = validate("stop", "half-ball-cut", "restitution-head-on", "-e", twice)
     text = " ".join(found.stdout.split())
-    assert "its largest error" in text
+    assert "the largest error that a limit allowed" in text
     assert text.count("next: ") == 1
