@@ -109,8 +109,9 @@ def test_the_largest_error_that_passed_is_explained_with_a_command(in_this_proce
     text = " ".join(found.stdout.split())
     assert re.search(
         r"the largest error that a limit allowed is 3\.\d+ mm in half-ball-cut, within the limit "
-        r"of \d\.\d+ mm\. Contacts are detected up to one time step, 1 ms, late, which moves the rest positions of "
-        r"this shot by at most \d\.\d+ mm; the motion between contacts adds \d+ µm\.",
+        r"of \d\.\d+ mm\. Contacts are detected up to one time step, 1 ms, late, which moves the "
+        r"rest positions of this shot by at most \d\.\d+ mm; "
+        r"the motion between contacts adds \d+ µm\.",
         text,
     )
     assert f"next: `ghostball explain half-ball-cut --engine {engine}`" in text
