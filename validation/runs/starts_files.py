@@ -56,6 +56,13 @@ class Shard:
         bounds = (number * k // self.count for k in (self.index - 1, self.index))
         return range(*bounds)
 
+    def no_shots(self, number: int) -> GhostballError:
+        """Return the error if this shard has none of a number of shots."""
+        return GhostballError(
+            f"shard {self.index}/{self.count} has no shots, because there are {number} in all. Use "
+            "fewer shards"
+        )
+
     def file_name(self, rows: str) -> str:
         """Return the name of the shard's file of these rows; names sort in order."""
         return f"{rows}-{self.index:0{len(str(self.count))}}-of-{self.count}.parquet"
@@ -95,10 +102,7 @@ def play_file(
     _check_columns(names, scene, path)
     rows = shard.of(number)
     if not rows:
-        raise GhostballError(
-            f"{path}: shard {shard.index}/{shard.count} has no shots, because the file has "
-            f"{number}. Use fewer shards"
-        )
+        raise shard.no_shots(number)
     firsts = range(rows.start, rows.stop, PART)
     given = _columns(table.slice(rows.start, len(rows)).collect(), rows.start, path)
 

@@ -52,7 +52,9 @@ def run(asked: StressOptions) -> ExitStatus:
     shots = chosen_shots(StressSize(asked.full, asked.seed, asked.count), asked.only or ())
     shard = Shard.parse(asked.shard) if asked.shard is not None else None
     if shard is not None:
-        shots = shots[shard.index - 1 :: shard.count]
+        number, shots = len(shots), shots[shard.index - 1 :: shard.count]
+        if not shots:
+            raise shard.no_shots(number)
     if asked.listed:
         show_list(shots, named=bool(asked.only), as_json=asked.form is Format.JSON)
         return ExitStatus.PASSED

@@ -121,3 +121,6 @@ def test_shards_are_all_shots_and_each_has_its_own_file(stress, here):
     assert refused(
         stress("--shard", "65/64"), "a shard must be i/n with i from 1 to n, such as 7/64"
     )
+    assert refused(
+        stress(ONE, "--shard", "2/2"), "shard 2/2 has no shots, because there are 1 in all"
+    )
