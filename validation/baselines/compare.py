@@ -75,7 +75,7 @@ def compare(
     allowance: Callable[[], Allowance] | None = None,
     command: str = "",
 ) -> SceneChange:
-    """Compare a result with an earlier one of the same scene, or with one of another engine.
+    """Compare a result with an earlier result of the same scene, or with another engine's.
 
     `allowance`: returns the differences that rounding explains in `head`; called only if the hashes
         differ. None: two different engines are compared.

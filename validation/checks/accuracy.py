@@ -116,7 +116,7 @@ def _kind(errors: FloatArray, rounding: FloatArray) -> AccuracyKind:
 
 
 def _rounding(result: Result, truth: Truth, within: Gradable | None) -> FloatArray:
-    """Return by how much one rounding, of the scene or at each event, moves the ends, (n,) [m]."""
+    """Return the shift of the rest positions by one rounding of the scene or events, (n,) [m]."""
     scene = result.scene
     rounding = np.full(len(scene.balls), EPS * extent_of(scene))
     if truth.conditioning is not None:

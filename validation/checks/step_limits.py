@@ -270,7 +270,7 @@ def _of_landing(shot: SteppedShot) -> Iterator[_Limit]:
 
     In a flight of the time T, an error of one step in the vertical velocity changes the height by
     at most g dt T. A ball that is this much too high or too low lands later or earlier by this
-    height over its speed downwards, and the engine detects the landing up to one step late.
+    height divided by its downward speed, and the engine detects the landing up to one step late.
     """
     certificate, dt = shot.truth.certificate, shot.last
     landing = None if certificate is None or shot.fastest == 0.0 else first_landing(certificate)

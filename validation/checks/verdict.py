@@ -205,9 +205,9 @@ def _is_too_wide(check: Check, case: CaseRecord) -> bool:
 def _judges_outcome(check: Check, case: CaseRecord) -> bool:
     """Return True if a check, passed or not, judges the outcome.
 
-    Four kinds of checks don't: a lower limit, because "the first 25 collisions agree" leaves the
-    end free; a quality factor, if it isn't that of the end of the shot; a limit on the accuracy
-    class that allows centimetres or more; and a limit that is wider than a ball.
+    Four kinds of checks don't: a lower limit, because "the first 25 collisions agree" says nothing
+    about the end; a quality factor, if it isn't that of the end of the shot; a limit on the
+    accuracy class that allows centimetres or more; and a limit that is wider than a ball.
     """
     if check.passed is None or check.limit_kind == "at_least" or _is_too_wide(check, case):
         return False

@@ -6,8 +6,8 @@
 The engine simulates the shot with its own time step and with two shorter ones. An error that
 shrinks with the step is caused by the step. An error that stays is caused by the model: missing or
 different physics. If every run has the collisions of the reference, the errors are distances of the
-balls at the end. If collisions differ, the errors are those of the times of the collisions that all
-runs share.
+balls at the end. If collisions differ, the errors are time errors of the collisions that all runs
+share.
 """
 
 from __future__ import annotations

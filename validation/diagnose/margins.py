@@ -175,7 +175,7 @@ def in_ulps(length: float, positions: Sequence[FloatArray]) -> float:
 def margins_of(
     truth: Result, result: Result, agreement: Agreement, parting: Parting
 ) -> tuple[Margin, ...]:
-    """Return the margins by which the two collisions happened or not, in either run."""
+    """Return the margins of the two collisions that differ, in both runs; the smallest first."""
     pairs = agreement.before
     # The largest time difference of shared collisions: a closer collision may be the same one.
     late = max((abs(a.t - b.t) for a, b in pairs), default=0.0)

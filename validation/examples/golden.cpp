@@ -1,7 +1,7 @@
 // Compare an answer with a golden shot: c++ -std=c++17 golden.cpp -o golden; ./golden SHOT.json ANSWER.json
 //
 // Both files have the keys "events" and "rest_positions"; the README of the golden shots describes
-// the comparison. This needs no JSON library, because it reads these keys only: use one for the rest.
+// the comparison. This program reads only these keys, without a JSON library; use a library to read the scene.
 #include <cmath>
 #include <cstdlib>
 #include <fstream>

@@ -42,9 +42,9 @@ class GoldenEvent(_Part):
 class Tolerance(_Part):
     """The tolerance of each number: error of the reference, and rounding in double precision."""
 
-    events: tuple[Number, ...] = Field(description="Of the time of each event [s].")
+    events: tuple[Number, ...] = Field(description="Tolerance of the time of each event [s].")
     rest_positions: tuple[Number, ...] | None = Field(
-        description="Of the three coordinates of each ball [m]; null if `rest_positions` is null."
+        description="Tolerance of each ball's coordinates [m]; null if `rest_positions` is null."
     )
 
 
@@ -62,7 +62,7 @@ class GoldenShot(_Part):
     valid_until: Number | None = Field(
         description="Time until which events can be compared [s]; null: the whole shot."
     )
-    scene: Scene = Field(description="The scene in plain numbers; strokes are velocities.")
+    scene: Scene = Field(description="The scene in plain numbers; velocities replace strokes.")
     strikes: tuple[dict[str, Any], ...] = Field(
         description="The strokes of a cue that gave balls their velocities; often empty."
     )

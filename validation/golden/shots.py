@@ -64,7 +64,7 @@ _SIGNIFICANT: Final = 2
 class GoldenFamily:
     """Random shots of one kind.
 
-    `kind`, `least`: a shot must have so many events of this kind that can be compared.
+    `kind`, `least`: a shot must have at least this number of comparable events of this kind.
     `having`: required options of `random_scene`.
     """
 
@@ -140,9 +140,9 @@ def _random_shots(name: str, family: GoldenFamily) -> Iterator[GoldenShot]:
 
 
 def golden_shot(scene: Scene) -> GoldenShot | None:
-    """Return the golden shot of a scene; None if no event or rest position can be compared.
+    """Return the golden shot of a scene, if there is one.
 
-    None, too, if the shot has more than `MOST_EVENTS` events.
+    None if no event or rest position can be compared, or if it has more than `MOST_EVENTS` events.
     """
     values = json_values(scene)
     plain = Scene.model_validate(values)

@@ -1,8 +1,8 @@
-"""Play files of initial states or strokes with Ghostball's engine, in parts and in shards.
+"""Simulate files of initial states or strokes on Ghostball's engine, in parts and in shards.
 
 A file has one row per shot, as CSV or Parquet. Its columns are those of a stroke, `speed`,
 `direction`, `elevation`, `offset_left` and `offset_up`; or states of balls, such as `cue.x` and
-`cue.vx` for the ball with the id "cue": x, y, z [m], vx, vy, vz [m/s], wx, wy, wz [rad/s]. All else
+`cue.vx` for the ball with the id "cue": x, y, z [m], vx, vy, vz [m/s], wx, wy, wz [rad/s]. The rest
 is as in the scene. The struck ball is the one with a `strike` in the scene, else the first.
 
 >>> frame = play_file(scene, Path("strokes.csv"), Shard(7, 64))
@@ -52,7 +52,7 @@ class Shard:
         )
 
     def of(self, number: int) -> range:
-        """Return the indices that this shard has of a number of shots."""
+        """Return the indices of the shots in this shard, for a file with `number` shots."""
         bounds = (number * k // self.count for k in (self.index - 1, self.index))
         return range(*bounds)
 
@@ -85,10 +85,10 @@ def play_file(
     cluster: Workers | None = None,
     progress: Callable[[int, int, str], None] = lambda *_: None,
 ) -> Any:
-    """Play the shots of a shard of a file.
+    """Simulate the shots in one shard of a file.
 
-    `cluster`: where they are played; None: on all processors of this machine.
-    `progress`: called with the number of played shots and of all shots, and with a text.
+    `cluster`: runs the shots; None: all processors of this machine run them.
+    `progress`: called with the number of finished shots, the number of all shots, and a text.
 
     Returns a polars data frame with a row for each shot: `shot`, its index in the file, and the
     columns of `Batch.to_frame`.
@@ -197,7 +197,7 @@ def _check_columns(names: Sequence[str], scene: Scene, path: Path) -> None:
     strokes = [name for name in names if name in STROKE]
     if strokes and (len(strokes) < len(names) or not {"speed", "direction"} <= set(strokes)):
         raise GhostballError(
-            f"{path}: columns of strokes must include speed and direction, and none of states, got "
+            f"{path}: columns of strokes must include speed and direction, and no states, got "
             f"{', '.join(names):.200}"
         )
 

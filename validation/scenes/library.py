@@ -54,7 +54,7 @@ def scene_path(name: str) -> Path:
 def find_scene(name_or_path: str | Path) -> Scene:
     """Return the shipped scene with a name, or read the scene file at a path.
 
-    A file that ends in .json is one of pooltool.
+    A file whose name ends in .json is read as a shot of pooltool.
 
     A name has priority over a file with the same name in the working directory; use `./NAME` for
     the file.

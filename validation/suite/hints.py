@@ -148,8 +148,8 @@ def _simplicity(case: CaseRecord) -> tuple[int, int, int, str]:
 def shared(bad: Sequence[CaseRecord], good: Sequence[CaseRecord]) -> str:
     """Return a property that all bad cases share and few good cases have: "ball collisions".
 
-    Returns "" if no property separates them. With several such properties, the one that the fewest
-    good cases have.
+    Returns "" if no property separates them. Of several such properties, the one that
+    the fewest good cases have is returned.
     """
     if len(bad) < FEWEST_BAD or not good:
         return ""

@@ -83,7 +83,7 @@ def closed_form(scene: Scene) -> ClosedForm | None:
     """Return the closed form of `scene`, or None if it has none.
 
     A scene has a closed form if it is a short sequence of collisions, each between two bodies. Some
-    shipped scenes have one by name, if their physics and collisions are those of the form.
+    shipped scenes have a form by their name, if their physics and collisions are those of the form.
     """
     solved = _solved(scene)
     if solved is None:
@@ -104,7 +104,7 @@ def closed_form(scene: Scene) -> ClosedForm | None:
 
 
 def has_closed_form(scene: Scene) -> bool:
-    """Return True if `closed_form` gives one; faster, because the conditioning isn't computed."""
+    """Return True if a scene has a closed form; faster, because no conditioning is computed."""
     return _solved(scene) is not None
 
 
