@@ -71,9 +71,8 @@ def simulate(
     closes (`engine/scheduling/all_pairs.py`). There is no time step, except for impacts that last
     (`engine/impacts/compliant.py`), and for balls that friction presses together: these move in
     steps that keep their gaps within a stated tolerance (`engine/resting_contact/step.py`), counted
-    in `work["contact_steps"]`. Simultaneous impacts
-    that share a ball, resolved together (`engine/impacts/simultaneous.py`), are counted in
-    `work["joint_impacts"]`.
+    in `work["contact_steps"]`. Simultaneous impacts that share a ball, resolved together
+    (`engine/impacts/simultaneous.py`), are counted in `work["joint_impacts"]`.
 
     The run ends when the last centre rests and the last spin about the vertical has decayed; a spin
     that no friction slows doesn't prolong the run.

@@ -152,7 +152,7 @@ class MemberRow(_ContactRow):
     small_x: float  # small part of the sum, which rounding would lose in the large part
     small_y: float
     index: float  # its index in `Contacts.member`
-    pieces_left: float  # pieces still to come of the motion in `Contacts.paths` of its island
+    pieces_left: float  # remaining pieces of its motion in `Contacts.paths`
     piece_time: float  # duration of each piece [s]
     whole_time: float  # duration of the whole motion [s]
     held_off: float  # obstacles that a contact step keeps it off, one bit each: MOST_OBSTACLES

@@ -32,12 +32,12 @@ BoolArray = NDArray[np.bool_]
 class Balls(NamedTuple):
     """State of n balls, each at its own epoch, and the changes that the current event makes.
 
-    The centre moves as x + vx s + ax s^2 / 2, s the time since `epoch`, plus the terms in `powers`,
-    until `own_time`, when the ball's own next event changes its motion. The angular velocity of a
-    sliding ball changes at a constant rate, plus the terms in `powers`; that of a rolling ball
-    follows from its velocity; that of a flying ball is constant. The cloth slows the vertical spin.
-    `touching` has m rows: one for each pair that can touch at once and one for a cushion, but at
-        least two, because a ball may touch two cushions.
+    The centre moves as x + vx s + ax s^2 / 2 plus the terms in `powers`, where s is the time since
+    `epoch`, until `own_time`, when the ball's own next event changes its motion. The angular
+    velocity of a sliding ball changes at a constant rate, plus the terms in `powers`; that of a
+    rolling ball follows from its velocity; that of a flying ball is constant. The cloth slows the
+    vertical spin. `touching` has m rows: one for each pair that can touch at once and one for a
+    cushion, but at least two, because a ball may touch two cushions.
 
     All numbers are in one array, because a kernel call passes every array of a named tuple as
     several words: with one array per number, calls took longer than the work. The numbers of a ball

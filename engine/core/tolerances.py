@@ -4,8 +4,7 @@ Three more are in `model.rounding`, because they decide which scenes are rejecte
 given positions, that of contacts in flight, and `CONTACT_TOLERANCE`. The engine keeps the gaps of
 resting contacts within the last one (4e-13 m for pool balls), so that forces are not computed from
 noise. The engine makes no approximations other than these tolerances and the limited accuracy of
-impacts that are integrated. `work["contact_steps"]` tells whether a run used resting
-contacts.
+impacts that are integrated. `work["contact_steps"]` tells whether a run used resting contacts.
 
 The tolerances down to `SLIP_ROUNDING` are derived from the rounding of double precision and only
 decide when a computed sign is noise. Free balls have no speed below which they rest, no distance
@@ -127,7 +126,7 @@ Also the allowed overlap of two balls in flight, if one lies on the other. No fo
 there: each bounce is an impact that returns the approach speed. Balls that gravity has pulled
 together over this distance bounce to the same height. A tenth of a second on top of another ball
 therefore takes about a thousand impacts; without this rule, each rounding of a speed would cause
-one.
+an impact.
 """
 
 STOP_DISTANCE = 2.0**-28

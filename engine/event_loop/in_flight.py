@@ -112,7 +112,7 @@ def collide_pair(height: FloatArray | None, world: World, i: int, j: int) -> Non
 
 @kernel(inline=True)
 def nose_of(height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int) -> int:
-    """Return the cushion that ball i hits first, among those that it touches with the given one."""
+    """Return the cushion that ball i hits first, of the given one and those that it touches."""
     if height is None:
         return cushion
     return fastest_nose(height, balls, i, cushion, laws) if laws.airborne else cushion

@@ -139,7 +139,7 @@ def _note_powers(powers: FloatArray | None, i: int, motion: FloatArray, row: int
 
 @kernel(inline=True)
 def record(world: World, t: float) -> int:
-    """Log the motion of every ball that changed at the time t [s], and the ends of its slides.
+    """Log the motion of every ball that changed at the time t [s], and the slides that end.
 
     Return RUN_CONTINUES, RUN_NO_ROOM or RUN_ENDLESS; or RUN_NOT_FINITE, with the ball in
     NOT_FINITE, if a motion isn't finite or its next event is in the past. The motions of all balls

@@ -58,8 +58,8 @@ from ghostball.engine.impacts.lasting_contacts import (
 STEPS = 88
 """Number of steps for the duration of the fastest impact of a cluster.
 
-With it the speeds after a break at 10.7 m/s are within 1e-5 m/s of those with a tenth of the step,
-see `tests/engine/impacts/test_compliant.py`.
+With this number, the speeds after a break at 10.7 m/s are within 1e-5 m/s of those with a tenth of
+the step: see `tests/engine/impacts/test_compliant.py`.
 """
 
 LEG_STEPS = 44

@@ -41,7 +41,7 @@ _STEPS_PER_CONTACT = 4
 """Largest number of conjugate-gradient steps per contact; without rounding, one is enough."""
 
 _RESIDUE = 64.0 * EPS
-"""Least approach, relative to the fastest, that rounding may leave in a contact without a push."""
+"""Largest approach, relative to the fastest, that counts as rounding, in an unpushed contact."""
 
 _ENDED = 8.0 * EPS
 """Approach, relative to the fastest, at which the iteration for the impulses ends: its rounding."""
@@ -202,7 +202,7 @@ def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) 
     for c in range(count):
         is_active = contacts.forces[c].active == 1.0
         contacts.forces[c].force = 0.0
-        contacts.forces[c].residual = -contacts.forces[c].rate if is_active else 0.0  # not 0 inf
+        contacts.forces[c].residual = -contacts.forces[c].rate if is_active else 0.0  # 0*inf: NaN
         scaled = contacts.forces[c].own_mass * contacts.forces[c].residual
         contacts.forces[c].scaled = scaled
         contacts.forces[c].direction = scaled

@@ -13,11 +13,12 @@ once, but with gaps, however small, the impacts follow one another.
 
 Friction acts against the mean of the slips before and after the normal impulses, which reverse the
 slip if they throw a ball back. The normal impulses are then computed again, so that every contact
-parts at e times its approach speed, with friction. The work of friction against that mean slip is
-then its whole effect on the energy, and a loss. Friction is computed with every ball split among
-its contacts (mass splitting: Tonge, Benevolenski and Voroshilov 2012): each contact has its part of
-the mass, all act on the same state, and the parts are averaged. The result has the symmetry of the
-scene to the last bit, and doesn't depend on the order of the balls (see `impacts.contact_solver`).
+parts at e times its approach speed, with friction. The work against this mean slip is then the
+only effect of friction on the energy, and it is a loss. Friction is computed with every ball split
+among its contacts (mass splitting: Tonge, Benevolenski and Voroshilov 2012): each contact has its
+part of the mass, all contacts act on the same state, and the velocities of the parts are averaged.
+The result has the symmetry of the scene to the last bit, and doesn't depend on the order of the
+balls (see `impacts.contact_solver`).
 
 The friction of a group is Coulomb's, whatever the scene's law for two balls. Each group is counted
 in `work["joint_impacts"]`.

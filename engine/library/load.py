@@ -80,7 +80,7 @@ def _compiled(function: FunctionType, kinds: table.Kind, what: str, folder: Path
 
 
 def check_compiler() -> None:
-    """Raise `NoCompilerError` if there is no compiler; call this before announcing a compile."""
+    """Raise `NoCompilerError` without a compiler; call this before announcing a compilation."""
     if find_spec("numba") is None:
         raise NoCompilerError(
             "kernels must be compiled, but numba, the compiler, isn't installed. Run "

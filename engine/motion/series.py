@@ -19,11 +19,11 @@ STRAIGHT_DEGREE = 14
 """Degree of the speed in a straight piece."""
 
 _STRAIGHT_PART = 2.0**-4
-"""Length of a straight piece, in units of a time T.
+"""Length of a straight piece, in units of the time T for which |b| (p + a T) T = 1/2.
 
-At every complex time of size below T the speed is at most twice its bound. By Cauchy's estimate
-term n of the series is then at most this speed times 16^-n, so the truncation error is below 2^-59
-of the speed.
+At every complex time of size below T the speed is at most 2 (p + a T): see `straight_series`. By
+Cauchy's estimate term n of the series is then at most this speed times 16^-n, so the truncation
+error is below 2^-59 of the speed.
 """
 
 DEGREE = 24

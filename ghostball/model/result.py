@@ -233,7 +233,7 @@ class Result:
         ------
         GhostballError
             If the run recorded no motion, or if the engine records frames instead of exact motion.
-            A frame has no phase, because it doesn't tell slip from the rounding of the engine.
+            A frame has no phase, because it can't distinguish slip from the rounding of the engine.
         """
         return self._exact("phases").phases(_instants(times))
 

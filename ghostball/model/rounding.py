@@ -33,7 +33,7 @@ FLIGHT_CONTACT_TOLERANCE = 2.0**-22
 """Overlap, in diameters, of an airborne ball with a ball that it lies on.
 
 1.4e-8 m for pool balls, four times `LOWEST_BOUNCE` in `engine.core.tolerances`. No force holds such
-a contact: in Ghostball's engine, the ball falls to this depth before it bounces.
+a contact: in Ghostball's engine, the ball falls at most to this depth before it bounces.
 """
 
 

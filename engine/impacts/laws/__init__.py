@@ -8,7 +8,7 @@ code they share is in `friction_curve` and, for laws that integrate over the imp
 To add a law, write its function, name it in `model.impact_laws`, and add a branch to `dispatch`. If
 other engines may lack the law, name its feature in `model.features`. A coefficient of its own is a
 field of `model.scene.Physics` and of `core.state.Laws`, which `running.from_scene` fills and
-`event_loop.unpack` unpacks.
+`event_loop.play` unpacks.
 
 Some contacts don't use a law. Simultaneous impacts (`impacts.simultaneous`), impacts in scenes with
 flight (`impacts.in_space`) and resting contacts (`resting_contact`) have rules of their own, with

@@ -25,7 +25,7 @@ _RATE = 3.5
 _QUARTER_TURN = 1.5707963267948966
 
 _LEAST_SLIP = 1e-280
-"""Slip below which products lose digits to underflow; the part of the slip is the same there."""
+"""Slip below which products lose digits to underflow; a smaller slip counts as this one."""
 
 _TRIALS = 16
 """Number of intervals of the restitution that are searched for the end of sticking."""

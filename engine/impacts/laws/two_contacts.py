@@ -32,7 +32,7 @@ class Slips(NamedTuple):
 
 
 class Model(NamedTuple):
-    """Constants of one impact; both "across" and "along" are tangential, "along" is horizontal.
+    """Constants of one impact; "across" and "along" are tangential, and "along" is horizontal.
 
     Each law chooses the units of the impulses of friction; these constants are effects per unit.
     The components along the cloth (`along` and `t`) affect only each other, and so do `across` and
