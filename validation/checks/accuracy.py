@@ -130,8 +130,8 @@ def _rounding(result: Result, truth: Truth, within: Gradable | None) -> FloatArr
 def _counted_until(truth: Truth) -> float:
     """Return the time until which collisions can be counted [s]: until a resting contact starts.
 
-    In a resting contact, one engine pushes and another bounces a hundred times; only the final
-    positions show which is accurate.
+    In a resting contact, one engine lets balls push, another lets them bounce a hundred times. Only
+    the final positions show which engine is accurate.
     """
     certificate = truth.certificate
     if certificate is None or certificate.ending != "sustained contact":

@@ -209,8 +209,8 @@ def compare_logs(
 ) -> Agreement:
     """Compare two logs, each in order of time.
 
-    `strict`: whether simultaneous events (within `TIE`) that share a ball have an order. In an
-        exact engine they have; a time-stepping engine reports one time for all collisions of a
+    `strict`: whether simultaneous events (within `TIE`) that share a ball have an order. An
+        exact engine orders them; a time-stepping engine reports one time for all collisions of a
         step.
     """
     queues: dict[int, deque[int]] = defaultdict(deque)

@@ -72,7 +72,7 @@ class Growth(Protocol):
     def sizes(self, times: ArrayLike) -> FloatArray:
         """Return the displacement of each ball by relative errors of 1 at start and events.
 
-        At some times, (k, n) [m]; infinite if it is unknown.
+        One row for each time, (k, n) [m]; infinite if the growth is unknown.
         """
 
 
@@ -99,7 +99,7 @@ def growth_along_certificate(
 def horizon(growth: Growth, tolerance: float, error: float) -> float:
     """Return the time until which errors stay within a tolerance [s].
 
-    Infinite if they do so to the end, or as long as the growth is known.
+    Infinite if errors stay small to the end, or as long as the growth is known.
 
     `tolerance` [m].
     `error`: relative size of the error at the start and at each event.

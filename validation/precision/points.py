@@ -15,7 +15,7 @@ TARGETS = (1e-3, 1e-6, 1e-9)
 """Accuracies for which times are given [m]."""
 
 USELESS_ERROR = 1e-2
-"""Errors above this [m] recommend no step, if shorter steps don't reduce them."""
+"""No step is recommended if errors are above this [m] and shorter steps don't reduce them."""
 
 
 class PrecisionPoint(Record):

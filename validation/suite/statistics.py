@@ -11,7 +11,7 @@ codes; it doesn't compare a code with a reference result.
 
 All p values of a scene are adjusted together by Holm's method (1979), so that an engine with the
 right distributions is called different in any of them with a probability of at most `FALSE_ALARMS`.
-All engines run the same perturbed states; where their results then agree, the probability is lower.
+All engines run the same perturbed states. If their single results agree, the probability is lower.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ FALSE_ALARMS: Final = 1e-3
 """Largest probability that an engine with the right distributions is called different."""
 
 POWER: Final = 0.9
-"""Probability with which a difference of the stated size is found."""
+"""Probability with which a difference of the size `visible` is found."""
 
 _PERMUTATIONS: Final = 19_999
 """Number of permutations of the rest positions: the smallest p value is 1 in 20 000."""
@@ -48,7 +48,7 @@ _TRIALS: Final = 60
 """Number of pairs of samples with which the size of a visible difference is found."""
 
 _HALVINGS: Final = 12
-"""Number of halvings of the interval of this size."""
+"""Number of bisections for the size of a visible difference."""
 
 REST_POSITIONS: Final = "rest positions [m]"
 
@@ -81,7 +81,7 @@ class QuantityVerdict:
         positions of a ball [m].
     `p`: probability of a difference like this by chance, adjusted for all quantities.
     `visible`: difference that would be found with the probability `POWER`; None if these runs can't
-        show any.
+        show any difference.
     """
 
     name: str
@@ -215,7 +215,7 @@ def compare_samples(
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """Return p values adjusted by Holm's method: the probability of any false alarm stays below."""
+    """Return p values adjusted by Holm's method, to limit the probability of any false alarm."""
     order = sorted(range(len(p_values)), key=lambda k: p_values[k])
     adjusted, largest = [1.0] * len(p_values), 0.0
     for rank, k in enumerate(order):
@@ -265,7 +265,7 @@ def _p_value(one: FloatArray, other: FloatArray) -> float:
     from scipy.stats import ks_2samp  # noqa: PLC0415 - slow import
 
     with warnings.catch_warnings():
-        # SciPy's exact p value may round to more than 1; it then takes the asymptotic one.
+        # If SciPy's exact p value rounds to more than 1, SciPy returns the asymptotic p value.
         warnings.filterwarnings("ignore", "ks_2samp: Exact calculation unsuccessful")
         return float(ks_2samp(one, other).pvalue)
 
