@@ -33,7 +33,7 @@ It is the limit of the accuracy class "nanometres", which the law asks of such a
 """
 
 _RUNS = 2.0
-"""Both runs have errors."""
+"""Number of runs with errors: both."""
 
 _NEAR = 257
 """Number of times at which the gap of a possible near miss is sampled."""
@@ -43,7 +43,7 @@ _NEAR = 257
 class Comparison:
     """A run and the run of a related shot.
 
-    `factor`: largest distance of a ball between the runs, in units of the allowed one; None if
+    `factor`: largest distance of a ball between the runs, in units of the allowed distance; None if
         nothing could be compared.
     `words`: the largest difference and the compared time, or why nothing could be compared.
     `differing`: numbers that differ in any bit: positions at the compared times, and the end.
@@ -61,8 +61,8 @@ def compare_runs(
 ) -> Comparison:
     """Compare a run with the run of a related shot by the same engine.
 
-    `growth`: of errors along the shot.
-    `error`: of the engine at each event of one run, relative to the extent of the scene
+    `growth`: growth of errors along the shot.
+    `error`: error of the engine at each event of one run, relative to the extent of the scene
         (`relative_error`); None if it is unknown.
     """
     ends = (result.rest_time, second.rest_time / related.clock + related.start)
@@ -161,7 +161,7 @@ def relative_error(
 def _sizes(growth: SampledGrowth, looks: FloatArray) -> FloatArray:
     """Return the displacement by relative errors of 1 up to the next time of the growth, (m,) [m].
 
-    The next one, because errors may delay an event past a time at which positions are compared.
+    The next time counts, because errors may delay an event past a time of comparison.
     """
     later = np.searchsorted(growth.times, looks, side="right")
     following = growth.largest[np.minimum(later, len(growth.times) - 1)]

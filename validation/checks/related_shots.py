@@ -154,7 +154,7 @@ def renumber(result: Result) -> RelatedShot:
 def scale(result: Result) -> RelatedShot:
     """Double the units of length and time, so that speeds keep their numbers.
 
-    Masses grow by 8, so that densities and elastic constants keep theirs.
+    Masses grow by 8, so that densities and elastic constants keep their numbers.
     """
     scene, old = result.scene, result.scene.physics
     law = next(law for law in CUSHION_LAWS if law.name == old.cushion)
@@ -217,7 +217,7 @@ def split(result: Result, until: float = math.inf) -> RelatedShot:
     try:
         made = result.at(start, name=_name(scene, "split"))
     except GhostballError as error:
-        raise NotMeasuredError(f"its state at t = {start:.6g} s starts no shot: {error}") from error
+        raise NotMeasuredError(f"its state at {start:.6g} s can't start a shot: {error}") from error
     places = {ball.id: k for k, ball in enumerate(made.balls)}
     order = tuple(places.get(ball.id, -1) for ball in scene.balls)
     return RelatedShot(made, False, order, start=start)
@@ -363,7 +363,7 @@ def _moved(
         "position": tuple((place + 0.0).tolist()),
         "velocity": tuple((velocity + 0.0).tolist()),
         "angular_velocity": None,
-        # Stated, because the presets of the table and of the physics would give others.
+        # Stated, because the presets of the table and of the physics would give other values.
         "radius": unit * ball.radius,
         "mass": unit**3 * ball.mass,
     }
