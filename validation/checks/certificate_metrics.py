@@ -52,7 +52,7 @@ def _graded_until(run: RunAndTruth) -> float:
 
 
 @CERTIFICATE.metric(
-    "graded_events", "1", "number of certified events up to that time", "certificate"
+    "graded_events", "1", "number of certified events up to `graded_until`", "certificate"
 )
 def _graded_events(run: RunAndTruth) -> int:
     return run.grade.events

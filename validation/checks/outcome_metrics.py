@@ -28,7 +28,11 @@ def _rest_error_max(run: RunAndTruth) -> float:
 
 
 @OUTCOME.metric(
-    "rest_error_rms", "m", "root mean square of these distances over all balls", "rest", "end"
+    "rest_error_rms",
+    "m",
+    "root mean square over all balls of the distance from the reference rest position",
+    "rest",
+    "end",
 )
 def _rest_error_rms(run: RunAndTruth) -> float:
     return float(np.sqrt(np.mean(run.ball_errors**2)))
@@ -87,7 +91,7 @@ def _add_counts() -> None:
     for name, meaning, kinds in (
         ("ball_ball_count", "collisions between balls", (EventKind.BALL_BALL,)),
         ("ball_cushion_count", "collisions with cushions", (EventKind.BALL_CUSHION,)),
-        ("collision_count", "collisions of both kinds", COLLISION_KINDS),
+        ("collision_count", "collisions between balls and with cushions", COLLISION_KINDS),
     ):
         OUTCOME.metric(name, "1", meaning, judges="shot")(_count(*kinds))
     for kind in (EventKind.BALL_BALL, EventKind.BALL_CUSHION):

@@ -1,8 +1,8 @@
 """Relations that must hold between a shot and a second shot made from it.
 
 Each relation is a metric. If a scene has a limit on this metric, the engine also simulates the
-second shot. A relation needs no reference result. It has no value if it doesn't hold for a shot of
-this kind.
+second shot. A relation needs no reference result. A relation that doesn't hold for this kind of
+shot has no value.
 
 `related_shots` makes the second shots, and `related_runs` compares them with the first. For each
 relation, `NAME_factor` is the largest distance between the two runs in units of the distance that
@@ -90,7 +90,7 @@ def _compared(run: RunAndTruth, relation: str) -> tuple[RelatedShot, Comparison]
         engine = _engine_of(run)
         result = run.result
         if relation == "split":
-            # in the part of the shot that is predictable, as nothing is compared later
+            # in the part of the shot that is predictable, because nothing is compared later
             known = own_error(engine, result.scene)
             related = split(result, math.inf if known is None else run.growth.horizon(known))
         else:
