@@ -1,14 +1,8 @@
-"""Examples of docs/ that no page runs: the environment for Gymnasium, which is optional.
-
-Without Gymnasium, the tests use a stub of the part of its interface that the example uses.
-"""
+"""Examples of docs/ that no page runs: the environment for Gymnasium."""
 
 from __future__ import annotations
 
-import enum
-import importlib.util
 import sys
-import types
 from importlib import import_module
 from pathlib import Path
 
@@ -22,56 +16,9 @@ pytestmark = pytest.mark.compiled  # hundreds of shots
 EXAMPLES = Path(__file__).parents[1] / "docs/examples"
 
 
-class Box:
-    """A stub of `gymnasium.spaces.Box`."""
-
-    def __init__(self, low, high):
-        self.low, self.high, self.shape = low, high, low.shape
-        self.seed(0)
-
-    def seed(self, seed):
-        self._chance = np.random.default_rng(seed)
-
-    def sample(self):
-        return self._chance.uniform(self.low, self.high).astype(np.float32)
-
-    def contains(self, x):
-        return x.shape == self.shape and np.all((self.low <= x) & (x <= self.high))
-
-
-class VectorEnv:
-    """A stub of `gymnasium.vector.VectorEnv`."""
-
-    np_random = np.random.default_rng(0)
-
-    def reset(self, *, seed=None, options=None):
-        if seed is not None:
-            self.np_random = np.random.default_rng(seed)
-
-
-def batch_space(space, n):
-    return Box(np.tile(space.low, (n, 1)), np.tile(space.high, (n, 1)))
-
-
-def stub() -> dict[str, types.ModuleType]:
-    """Return modules like those of Gymnasium, by name."""
-    names = ("gymnasium", "gymnasium.spaces", "gymnasium.vector", "gymnasium.vector.utils")
-    modules = {name: types.ModuleType(name) for name in names}
-    top, spaces, vector, utils = modules.values()
-    top.spaces, top.vector, vector.utils = spaces, vector, utils
-    spaces.Box, vector.VectorEnv, utils.batch_space = Box, VectorEnv, batch_space
-    vector.AutoresetMode = enum.Enum("AutoresetMode", ["NEXT_STEP", "SAME_STEP", "DISABLED"])
-    return modules
-
-
-@pytest.fixture(params=["gymnasium", "stub"])
-def example(request, monkeypatch):
-    """Return the example as a module, with Gymnasium or with the stub."""
-    if request.param == "stub":
-        for name, module in stub().items():
-            monkeypatch.setitem(sys.modules, name, module)
-    elif importlib.util.find_spec("gymnasium") is None:
-        pytest.skip("Gymnasium isn't installed")
+@pytest.fixture
+def example(monkeypatch):
+    """Return the environment for Gymnasium as a module."""
     monkeypatch.syspath_prepend(EXAMPLES)
     monkeypatch.delitem(sys.modules, "gym_env", raising=False)
     return import_module("gym_env")
