@@ -58,6 +58,7 @@ FAMILY_COLOURS = {
     "mujoco": SKY,
     "physx": SKY,
     "rapier": SKY,
+    "newton": SKY,
     "box2d": YELLOW,
     "box2d3": YELLOW,
 }

@@ -94,7 +94,17 @@ def test_every_engine_here_passes(name):
     try:
         engine = make_engine(name)
     except EngineUnavailableError as error:
-        optional = {"mujoco", "box2d", "box2d3", "dart", "physx", "rapier", "pooltool", "billiards"}
+        optional = {
+            "mujoco",
+            "box2d",
+            "box2d3",
+            "dart",
+            "physx",
+            "rapier",
+            "newton",
+            "pooltool",
+            "billiards",
+        }
         optional |= {"planck", "matter-js", "cannon-es"}
         if name not in optional:
             raise

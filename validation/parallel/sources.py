@@ -44,7 +44,7 @@ how results are judged.
 LIBRARIES = (
     *("numpy", "numba", "llvmlite", "pymunk", "cffi", "pybullet"),
     *("mpmath", "gmpy2", "python-flint", "pydantic", "pydantic-core"),
-    *("mujoco-core", "box2d", "dartpy", "sapien", "pyb2d3", "rapier3d"),
+    *("mujoco-core", "box2d", "dartpy", "sapien", "pyb2d3", "rapier3d", "newton", "warp-lang"),
 )
 """Distributions that compute numbers, and their dependencies."""
 

@@ -123,7 +123,10 @@ BAD_USAGE = [
     ("engines --steps --check", "Remove `--check`"),
     ("engines pymunk --check", "whole installation", "Remove `ENGINE`"),
     ("engines ghostball --recipe", "has no recipe"),
-    ("engines --recipe", "needs an engine: box2d, box2d3, dart, mujoco, physx, pybullet, pymunk"),
+    (
+        "engines --recipe",
+        "needs an engine: box2d, box2d3, dart, mujoco, newton, physx, pybullet, pymunk",
+    ),
     ("engines --steps --scene nosuch", 'unknown scene or tag "nosuch"'),
     ("engines --steps --scene mathavan-cut", '"mathavan-cut" has no reference'),
     ("engines --steps pymunk:dt=-1", "`dt` of engine `pymunk`"),

@@ -119,6 +119,7 @@ def test_pymunk_is_some_millimetres_off_in_its_own_steps_and_right_where_contact
         ("box2d3", "pyb2d3"),
         ("dart", "dartpy"),
         ("mujoco", "mujoco"),
+        ("newton", "newton"),
         ("physx", "sapien"),
         ("pybullet", "pybullet"),
         ("rapier", "rapier3d"),

@@ -1,0 +1,1 @@
+"""Newton as a reference engine: spheres in the plane of the table, in single precision."""
