@@ -103,8 +103,9 @@ def main() -> None:
     print(f"least change of one field that pockets the missed ball in {POCKETS[TARGET]}:")
     for name in ERRORS:
         print(f"  {name:12} {repair(name)}")
-    table.set(aspect="equal", xlim=(-0.1, 2.64), title="Both ends of each window")
-    table.set_ylim(-0.1, 1.37)
+    title = "Paths at both ends of each accepted window of directions; dotted: the cue ball"
+    table.set(aspect="equal", xlim=(-0.13, 2.67), ylim=(-0.15, 1.42), xlabel="x [m]")
+    table.set_title(title, size=9)
     chart.set(
         xlabel="direction of the cue [degrees]", ylim=(0, 1), title="Chance at the best speed"
     )
