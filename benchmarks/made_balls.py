@@ -1,95 +1,243 @@
-"""Share of breaks that pocket a ball, compared with 118 breaks of professionals.
+"""Shares of breaks that make a ball, scratch or make the 8, beside published counts.
 
-This is a plausibility check, not a test: the published counts (Alciatore's site, "8-ball break
-statistics") state neither the speeds of the cue balls nor the gaps of the racks. Both are assumed
-here.
+`validation/measured/breaks.toml` has the setups of the breaks and the values of the model, with
+their sources.
 """
 
 from __future__ import annotations
 
 import math
-import random
-from typing import Final, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Final, Literal
 
+import typer
+from pydantic import Field
 from rich.console import RenderableType
 
 from benchmarks.commands import Count, benchmark, with_progress
 from benchmarks.measurements import BenchmarkMeasurement, table_of
-from benchmarks.scenes import racked
-from ghostball.engine import simulate
-from ghostball.model import POOL_BALL_RADIUS, EventKind, Scene, Table
+from ghostball.model import EngineFailedError, Physics, UnsupportedSceneError
+from ghostball.model.features import check_supported
+from ghostball.reference_adapters import EngineUnavailableError, make_engine
+from ghostball.reference_adapters.output import captured
+from ghostball.reference_adapters.registry import OURS
+from ghostball.validation.measured.breaks import (
+    BreakCounts,
+    Setup,
+    break_physics,
+    count_breaks,
+    counts_of_results,
+    fallen,
+    inputs,
+    setups,
+    starts_of,
+    values_of,
+)
+from ghostball.validation.measured.facts import FactRow, binomial_error, facts_of
+from ghostball.validation.parallel.sources import PACKAGE_OF, versions
+from ghostball.validation.results.measurement import MeasurementError, Record
+from ghostball.validation.runs.engine_runs import run_engine
 
-BREAKS = 4_000
-"""Number of breaks of a whole measurement; the standard error of a share of 80 % is 0.6 %."""
+BREAKS = 1_000
+"""Number of breaks of a cell; the standard error of a share of 80 % is 1.3 %."""
 
-TABLE: Final = Table.model_validate("bar-7ft")
+PEER_BREAKS = 80
+"""Number of breaks of another engine, which takes seconds for a break."""
 
-SPEEDS: Final = (7.0, 11.0)
-"""Assumed range of the speed of the cue ball at a break [m/s]."""
+PEERS = ("pymunk", "pybullet", "mujoco", "box2d")
 
-LARGEST_GAP: Final = 0.5e-3
-"""Assumed largest gap of a rack [m]."""
+GAPS = (2e-6, 5e-6, 15e-6, 50e-6, 150e-6, 500e-6)
+"""Mean gaps of racks [m]: the range of which the largest is clearly visible."""
 
-LARGEST_OFFSET: Final = 0.15
-"""Assumed largest offset of the first hit from the centre, in radii."""
+FAMILIES: Final = {"made": "breaks-made", "scratch": "breaks-scratch", "eight": "breaks-eight"}
+"""The facts about each outcome."""
 
-PUBLISHED: Final = {"made": (0.805, 118), "scratch": (0.076, 118)}
-"""Published share of breaks that made a ball, and that pocketed the cue ball; number of breaks."""
+
+class CountedBreaks(Record):
+    """Counts of breaks of one setup, see `BreakCounts`.
+
+    `impacts`: how impacts of several balls are resolved; "" for other engines.
+    `changed`: inputs that differ from their usual values.
+    `detail`: why there are no counts, or "".
+    """
+
+    engine: str
+    version: str = ""
+    setup: str
+    impacts: str = ""
+    changed: dict[str, float] = Field(default_factory=dict)
+    detail: str = ""
+    breaks: int = 0
+    made: int = 0
+    clean: int = 0
+    scratch: int = 0
+    eight: int = 0
+    balls: int = 0
+
+    def share(self, outcome: str) -> tuple[float, float]:
+        """Return the share of an outcome, and its standard error of counting.
+
+        "made" is without a scratch in setups whose published counts are.
+        """
+        count = self.clean if (outcome, self.setup) in _CLEAN else getattr(self, outcome)
+        return count / self.breaks, binomial_error(count, self.breaks)
+
+
+_CLEAN: Final = {("made", "8-ball, tight pockets"), ("made", "9-ball")}
 
 
 class MadeBallsMeasurement(BenchmarkMeasurement):
-    """Measurement of `python -m benchmarks made-balls`.
-
-    `made`: number of breaks in which a ball other than the cue ball was pocketed.
-    `scratched`: number of breaks in which the cue ball was pocketed.
-    `pocketed`: number of pocketed balls.
-    """
+    """Measurement of `python -m benchmarks made-balls`."""
 
     kind: Literal["made-balls"] = "made-balls"
-    breaks: int
-    made: int
-    scratched: int
-    pocketed: int
+    cells: tuple[CountedBreaks, ...]
 
     @property
     def table(self) -> RenderableType:
-        """Table of the shares, with the published shares and their standard errors."""
-        return table_of(("breaks", f"of {self.breaks} here", "published"), self.rows)
+        """Table of the published shares, and of those of each way to resolve impacts."""
+        heads = ("setup", "outcome", "published", *_WAYS, "inputs")
+        return table_of(heads, self.rows, left=("outcome",))
 
     @property
-    def rows(self) -> list[tuple[str, str, str]]:
-        """Cells for each outcome: name, share in this measurement, published share."""
+    def rows(self) -> list[tuple[str, ...]]:
+        """Cells for each published share: ours beside it, and the uncertainty of inputs."""
         rows = []
-        for name, count in (("made", self.made), ("scratch", self.scratched)):
-            share, of = PUBLISHED[name]
-            error = math.sqrt(share * (1.0 - share) / of)
-            here, published = _percent(count / self.breaks), _percent(share)
-            rows.append((name, here, f"{published} ± {_percent(error)}"))
+        for outcome, facts in FAMILIES.items():
+            for row in facts_of(facts).rows:
+                shares = (self.cell(row.what, way).share(outcome) for way in _WAYS)
+                unknown = self.uncertainty(row.what, outcome)
+                rows.append(
+                    (
+                        row.what,
+                        words_of(row, outcome),
+                        percent(row.value, row.error or 0.0),
+                        *(percent(*one) for one in shares),
+                        f"± {100.0 * unknown:.1f} %",
+                    )
+                )
         return rows
 
+    def cell(
+        self, setup: str, impacts: str, changed: Mapping[str, float] | None = None
+    ) -> CountedBreaks:
+        """Return the counts of Ghostball's engine in a setup, with some inputs changed."""
+        return next(
+            one
+            for one in self.cells
+            if (one.engine, one.setup, one.impacts) == (OURS, setup, impacts)
+            and one.changed == (changed or {})
+        )
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.1f} %"
+    def effects(self, setup: str, outcome: str) -> dict[str, tuple[float, float]]:
+        """Return how far a share moves with each input, and the standard error of counting.
+
+        The effect of an input is half of the difference between the shares one standard
+        uncertainty above and below its value.
+        """
+        found = {}
+        for one in inputs():
+            (low, low_error), (high, high_error) = (
+                self.cell(setup, "compliant", {one.name: value}).share(outcome)
+                for value in (one.value - one.error, one.value + one.error)
+            )
+            found[one.name] = 0.5 * (high - low), 0.5 * math.hypot(low_error, high_error)
+        return found
+
+    def uncertainty(self, setup: str, outcome: str) -> float:
+        """Return the standard uncertainty of a share from that of all inputs.
+
+        This is the root of the sum of squared effects, less the squares that counting adds.
+        """
+        found = self.effects(setup, outcome).values()
+        return math.sqrt(max(0.0, sum(effect**2 - error**2 for effect, error in found)))
 
 
-def break_of(number: int) -> Scene:
-    """Return an eight-ball break on a bar table; a number is always the same break."""
-    chance = random.Random(f"made {number}")
-    gap = chance.uniform(0.0, LARGEST_GAP)
-    speed = chance.uniform(*SPEEDS)
-    offset = chance.uniform(-LARGEST_OFFSET, LARGEST_OFFSET) * POOL_BALL_RADIUS
-    return racked(f"made-{number}", (speed, 0.0), offset, gap, TABLE)
+_WAYS: Final = ("compliant", "sequential", "simultaneous")
+
+
+def words_of(row: FactRow, outcome: str) -> str:
+    """Return what a published share counts."""
+    if outcome == "made":
+        clean = (outcome, row.what) in _CLEAN
+        return "makes a ball and doesn't scratch" if clean else "makes a ball"
+    return {"scratch": "scratches", "eight": "makes the 8"}[outcome]
+
+
+def percent(share: float, error: float) -> str:
+    """Return a share with its standard error, in per cent."""
+    return f"{100.0 * share:.1f} ± {100.0 * error:.1f} %"
+
+
+Peers = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="ENGINE",
+        help="Other engine to measure, as for `run --engine`; repeatable. `none` measures only "
+        f"Ghostball's (default: {', '.join(PEERS)}).",
+    ),
+]
 
 
 @benchmark
-def made_balls(count: Count = BREAKS) -> MadeBallsMeasurement:
-    """Count the breaks on a bar table that pocket a ball; compare with published counts."""
-    made = scratched = pocketed = 0
-    for number in with_progress(range(count), lambda _: "breaks"):
-        events = simulate(break_of(number), record="events").events
-        assert events is not None
-        fell = events["a"][events["kind"] == EventKind.POCKETED]
-        made += bool((fell > 0).any())
-        scratched += bool((fell == 0).any())
-        pocketed += len(fell)
-    return MadeBallsMeasurement(breaks=count, made=made, scratched=scratched, pocketed=pocketed)
+def made_balls(count: Count = BREAKS, peer: Peers = None) -> MadeBallsMeasurement:
+    """Count the breaks that make a ball, scratch or make the 8; compare with published counts."""
+    asked = PEERS if peer is None else () if peer == ["none"] else peer
+    cells = [
+        _ours(setup, count, impacts, changed)
+        for setup, impacts, changed in with_progress(list(_variants()), lambda one: one[0].name)
+    ]
+    first = setups()[0]
+    cells += [_peer(first, min(count, PEER_BREAKS), one) for one in asked]
+    return MadeBallsMeasurement(cells=tuple(cells))
+
+
+def _variants() -> Iterator[tuple[Setup, str, dict[str, float]]]:
+    """Yield the setup, way of impacts and changed inputs of each cell of Ghostball's engine."""
+    for setup in setups():
+        for impacts in _WAYS:
+            yield setup, impacts, {}
+        for one in inputs():
+            for value in (one.value - one.error, one.value + one.error):
+                yield setup, "compliant", {one.name: value}
+    first = setups()[0]
+    yield first, "simultaneous", {"gap": 0.0}
+    for gap in GAPS:
+        for impacts in ("compliant", "sequential"):
+            for unevenness in (1.0, 0.0):
+                yield first, impacts, {"gap": gap, "unevenness": unevenness}
+
+
+def _ours(setup: Setup, count: int, impacts: str, changed: dict[str, float]) -> CountedBreaks:
+    values = values_of(**changed)
+    fields = break_physics(OURS, make_engine(OURS).capabilities, values, impacts)
+    assert fields is not None
+    counts = count_breaks(setup, starts_of(setup, Physics(**fields), values, count))
+    return _counted(setup, counts, engine=OURS, impacts=impacts, changed=changed)
+
+
+def _peer(setup: Setup, count: int, spec: str) -> CountedBreaks:
+    """Count the breaks of another engine; it may be unavailable or fail."""
+    try:
+        engine = make_engine(spec)
+        version = versions().get(PACKAGE_OF.get(engine.name, engine.name)) or ""
+        fields = break_physics(engine.name, engine.capabilities, values_of())
+        if fields is None:
+            raise MeasurementError(f"{spec} has no cushion law that changes spin")
+        starts = starts_of(setup, Physics(**fields), values_of(), count)
+        check_supported(engine.name, engine.capabilities, starts.scene)
+        fell = []
+        for scene in with_progress(list(starts.scenes()), lambda _: spec):
+            with captured():
+                fell.append(fallen(run_engine(engine, scene, "events")))
+    except (EngineUnavailableError, UnsupportedSceneError, EngineFailedError) as error:
+        return CountedBreaks(engine=spec, setup=setup.name, detail=str(error))
+    return _counted(setup, counts_of_results(setup, fell), engine=spec, version=version)
+
+
+def _counted(setup: Setup, counts: BreakCounts, **fields: object) -> CountedBreaks:
+    return CountedBreaks.model_validate({"setup": setup.name, **counts._asdict(), **fields})
+
+
+def counted_peers(stored: MadeBallsMeasurement) -> Sequence[CountedBreaks]:
+    """Return the counts of other engines that have any."""
+    return [one for one in stored.cells if one.engine != OURS and one.breaks]

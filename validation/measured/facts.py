@@ -40,6 +40,10 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
 
     If several tables were measured, `of_each` holds the figure of each; `value` is their mean, and
     `spread` their standard deviation.
+
+    If events were counted, `count` of `of` is a share; `value` is this share, and `error` its
+    binomial standard error. The error is that of (count + 1/2) of (of + 1), because the usual
+    formula gives 0 for a count of 0 (Brown, Cai and DasGupta 2001, Stat. Sci. 16, 101).
     """
 
     what: str = Field(default="", description="what was measured, if rows differ in it")
@@ -48,7 +52,14 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
     spread: float | None = Field(
         default=None, gt=0.0, description="one standard deviation from table to table"
     )
+    inputs: float | None = Field(
+        default=None,
+        gt=0.0,
+        description="standard uncertainty of a simulated value, from inputs that aren't known",
+    )
     of_each: tuple[float, ...] = ()
+    count: int | None = None
+    of: int | None = None
     at: float | None = None
     low: float | None = None
     high: float | None = None
@@ -67,6 +78,19 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
         if not isinstance(each, list) or len(each) < 2 or not all(map(_is_number, each)):
             raise ValueError("`of_each` must be a list of two numbers or more")
         return {**data, "value": mean(each), "spread": stdev(each)}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_counts(cls, data: Any) -> Any:
+        """Compute a share and its error from counts."""
+        if not isinstance(data, dict) or not {"count", "of"} & data.keys():
+            return data
+        count, of = data.get("count"), data.get("of")
+        if "value" in data or "error" in data:
+            raise ValueError("`value` and `error` follow from `count` and `of`: remove them")
+        if type(count) is not int or type(of) is not int or not 0 <= count <= of or of == 0:
+            raise ValueError("`count` and `of` must be whole numbers, 0 <= count <= of, of > 0")
+        return {**data, "value": count / of, "error": binomial_error(count, of)}
 
     @model_validator(mode="after")
     def _is_somewhere(self) -> Self:
@@ -88,9 +112,15 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
 
     @property
     def uncertainty(self) -> float | None:
-        """Combined standard error of the measurement and the spread; None: unknown."""
-        known = [one for one in (self.error, self.spread) if one is not None]
+        """Combined standard error of measurement, spread and inputs; None: unknown."""
+        known = [one for one in (self.error, self.spread, self.inputs) if one is not None]
         return math.hypot(*known) if known else None
+
+
+def binomial_error(count: int, of: int) -> float:
+    """Return the standard error of the share `count` / `of`, see `FactRow`."""
+    share = (count + 0.5) / (of + 1)
+    return math.sqrt(share * (1.0 - share) / of)
 
 
 def _is_number(value: object) -> bool:
