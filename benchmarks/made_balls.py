@@ -78,13 +78,11 @@ class CountedBreaks(Record):
     def share(self, outcome: str) -> tuple[float, float]:
         """Return the share of an outcome, and its standard error of counting.
 
-        "made" is without a scratch in setups whose published counts are.
+        The balls that count are those of the published counts, see `FactRow.without_scratch`.
         """
-        count = self.clean if (outcome, self.setup) in _CLEAN else getattr(self, outcome)
+        clean = any(one.what == self.setup and one.without_scratch for one in _rows(outcome))
+        count = self.clean if clean else getattr(self, outcome)
         return count / self.breaks, binomial_error(count, self.breaks)
-
-
-_CLEAN: Final = {("made", "8-ball, tight pockets"), ("made", "9-ball")}
 
 
 class MadeBallsMeasurement(BenchmarkMeasurement):
@@ -103,8 +101,8 @@ class MadeBallsMeasurement(BenchmarkMeasurement):
     def rows(self) -> list[tuple[str, ...]]:
         """Cells for each published share: ours beside it, and the uncertainty of inputs."""
         rows = []
-        for outcome, facts in FAMILIES.items():
-            for row in facts_of(facts).rows:
+        for outcome in FAMILIES:
+            for row in _rows(outcome):
                 shares = (self.cell(row.what, way).share(outcome) for way in _WAYS)
                 unknown = self.uncertainty(row.what, outcome)
                 rows.append(
@@ -156,11 +154,14 @@ class MadeBallsMeasurement(BenchmarkMeasurement):
 _WAYS: Final = ("compliant", "sequential", "simultaneous")
 
 
+def _rows(outcome: str) -> Sequence[FactRow]:
+    return facts_of(FAMILIES[outcome]).rows
+
+
 def words_of(row: FactRow, outcome: str) -> str:
     """Return what a published share counts."""
     if outcome == "made":
-        clean = (outcome, row.what) in _CLEAN
-        return "makes a ball and doesn't scratch" if clean else "makes a ball"
+        return "makes a ball, no scratch" if row.without_scratch else "makes a ball"
     return {"scratch": "scratches", "eight": "makes the 8"}[outcome]
 
 

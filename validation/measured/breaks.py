@@ -132,6 +132,11 @@ def setups() -> tuple[Setup, ...]:
     return _content().setups
 
 
+def setup_of(name: str) -> Setup:
+    """Return the setup with a name."""
+    return next(one for one in setups() if one.name == name)
+
+
 def inputs() -> tuple[Input, ...]:
     """Return the values of the model."""
     return _content().inputs

@@ -60,6 +60,9 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
     of_each: tuple[float, ...] = ()
     count: int | None = None
     of: int | None = None
+    without_scratch: bool = Field(
+        default=False, description="whether breaks that pocket the cue ball don't count"
+    )
     at: float | None = None
     low: float | None = None
     high: float | None = None

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from itertools import chain
 from typing import Any, Final, NamedTuple
 
@@ -11,10 +12,19 @@ import numpy as np
 
 from ghostball.model import EngineFailedError, Physics, Result, Scene, UnsupportedSceneError
 from ghostball.model.features import Feature, check_supported, has_feature
-from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters import ReferenceEngine, make_engine
+from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.measured.banks import through_points
 from ghostball.validation.measured.best_settings import best_cloth, best_cushion
-from ghostball.validation.measured.facts import FactRow, facts_of
+from ghostball.validation.measured.breaks import (
+    BreakCounts,
+    break_physics,
+    count_breaks,
+    setup_of,
+    starts_of,
+    values_of,
+)
+from ghostball.validation.measured.facts import FactRow, binomial_error, facts_of
 from ghostball.validation.measured.figures import (
     ComparedFigure,
     FigureFamily,
@@ -57,6 +67,9 @@ SPEED_OF_HITS: Final = 0.75
 
 SMALL_GAP: Final = 1e-4
 """Gap between two balls that nearly touch [m]."""
+
+BREAKS: Final = 200
+"""Number of simulated breaks of a setup; the standard error of a share of 80 % is 2.8 %."""
 
 Settings = Mapping[str, Any]
 """Fields of the physics."""
@@ -312,6 +325,51 @@ def _golf_cloth(_player: MeasuredEngine) -> Settings:
     }
 
 
+def _breaks(
+    outcome: str, player: MeasuredEngine, settings: Settings, rows: Rows
+) -> Iterator[list[ComparedFigure]]:
+    """Yield the shares of breaks with an outcome.
+
+    Their errors include those of counting the simulated breaks.
+    """
+    engine = player.engine
+    scene = starts_of(setup_of(rows[0].what), Physics(**settings), values_of(), 1).scene
+    check_supported(engine.name, engine.capabilities, scene)
+    if engine.name != OURS:
+        raise OperatorError(
+            f"{BREAKS} breaks take an engine that simulates one after another too long; "
+            "`python -m benchmarks made-balls` counts fewer"
+        )
+    figures = []
+    for row in rows:
+        counts = _our_breaks(row.what)
+        count = counts.clean if row.without_scratch else getattr(counts, outcome)
+        error = math.hypot(row.uncertainty or 0.0, binomial_error(count, counts.breaks))
+        figures.append(
+            ComparedFigure(
+                at=row.place,
+                value=row.value,
+                error=error,
+                played=count / counts.breaks,
+                what=row.what,
+            )
+        )
+    yield figures
+
+
+@cache  # the breaks are the same whatever is counted
+def _our_breaks(setup: str) -> BreakCounts:
+    engine, values = make_engine(OURS), values_of()
+    fields = break_physics(OURS, engine.capabilities, values)
+    assert fields is not None
+    starts = starts_of(setup_of(setup), Physics(**fields), values, BREAKS)
+    return count_breaks(setup_of(setup), starts)
+
+
+def _of_breaks(player: MeasuredEngine) -> Settings | None:
+    return break_physics(player.engine.name, player.engine.capabilities, values_of())
+
+
 def _without_error(row: FactRow, value: float, played: float, what: str = "") -> ComparedFigure:
     return ComparedFigure(at=row.place, value=value, error=None, played=played, what=what)
 
@@ -354,6 +412,9 @@ MEASUREMENTS: Final[
     "throw-frozen": (_pool_friction, _frozen_throws),
     "spin-golf": (_golf_cloth, _golf_spin),
     "rolling-golf": (_golf_cloth, _golf_rolling),
+    "breaks-made": (_of_breaks, partial(_breaks, "made")),
+    "breaks-scratch": (_of_breaks, partial(_breaks, "scratch")),
+    "breaks-eight": (_of_breaks, partial(_breaks, "eight")),
 }
 """For each table of facts: a function that returns the best settings (None: no suitable cushion
 law), and a function that simulates its figures.
