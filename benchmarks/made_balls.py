@@ -10,13 +10,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Final, Literal
 
+import numpy as np
 import typer
 from pydantic import Field
 from rich.console import RenderableType
 
 from benchmarks.commands import Count, benchmark, with_progress
 from benchmarks.measurements import BenchmarkMeasurement, table_of
-from ghostball.model import EngineFailedError, Physics, UnsupportedSceneError
+from ghostball.engine import simulate, simulate_starts
+from ghostball.model import POOL_BALL_RADIUS, EngineFailedError, Physics, UnsupportedSceneError
 from ghostball.model.features import check_supported
 from ghostball.reference_adapters import EngineUnavailableError, make_engine
 from ghostball.reference_adapters.output import captured
@@ -35,7 +37,7 @@ from ghostball.validation.measured.breaks import (
 )
 from ghostball.validation.measured.facts import FactRow, binomial_error, facts_of
 from ghostball.validation.parallel.sources import PACKAGE_OF, versions
-from ghostball.validation.results.measurement import MeasurementError, Record
+from ghostball.validation.results.measurement import Record
 from ghostball.validation.runs.engine_runs import run_engine
 
 BREAKS = 1_000
@@ -50,6 +52,17 @@ PEERS = ("pymunk", "pybullet", "mujoco", "box2d")
 GAPS = (2e-6, 5e-6, 15e-6, 50e-6, 150e-6, 500e-6)
 """Mean gaps of racks [m]: the range of which the largest is clearly visible."""
 
+RACK_OPENS = 4e-3
+"""Time after the start of a break at which the balls of the rack have parted [s], plus that until
+the cue ball arrives. From then on, breaks with balls that may fly are simulated."""
+
+FLIGHTS: Final = (
+    {"airborne": 0.0},
+    {"airborne": 1.0, "table_restitution": 0.5},
+    {"airborne": 1.0, "table_restitution": 0.0},
+)
+"""Whether balls may leave the cloth, and the restitution of a ball that lands; see `_flights`."""
+
 FAMILIES: Final = {"made": "breaks-made", "scratch": "breaks-scratch", "eight": "breaks-eight"}
 """The facts about each outcome."""
 
@@ -58,7 +71,8 @@ class CountedBreaks(Record):
     """Counts of breaks of one setup, see `BreakCounts`.
 
     `impacts`: how impacts of several balls are resolved; "" for other engines.
-    `changed`: inputs that differ from their usual values.
+    `changed`: inputs that differ from their usual values; or one of `FLIGHTS`.
+    `left`: number of breaks in which a ball leaves the table other than into a pocket.
     `detail`: why there are no counts, or "".
     """
 
@@ -74,6 +88,7 @@ class CountedBreaks(Record):
     scratch: int = 0
     eight: int = 0
     balls: int = 0
+    left: int = 0
 
     def share(self, outcome: str) -> tuple[float, float]:
         """Return the share of an outcome, and its standard error of counting.
@@ -189,6 +204,7 @@ def made_balls(count: Count = BREAKS, peer: Peers = None) -> MadeBallsMeasuremen
         for setup, impacts, changed in with_progress(list(_variants()), lambda one: one[0].name)
     ]
     first = setups()[0]
+    cells += _flights(first, -(-count // 2))
     cells += [_peer(first, min(count, PEER_BREAKS), one) for one in asked]
     return MadeBallsMeasurement(cells=tuple(cells))
 
@@ -217,6 +233,47 @@ def _ours(setup: Setup, count: int, impacts: str, changed: dict[str, float]) -> 
     return _counted(setup, counts, engine=OURS, impacts=impacts, changed=changed)
 
 
+def _flights(setup: Setup, count: int) -> list[CountedBreaks]:
+    """Count breaks whose balls may fly once the rack has opened, and the same without flight.
+
+    Impacts that last need balls on the cloth, so the rack is opened without flight. The cushions
+    are those of the preset `pool`, because the law of the other breaks keeps balls on the cloth.
+    Breaks with balls that still push each other are left out.
+    """
+    values = values_of()
+    fields = break_physics(OURS, make_engine(OURS).capabilities, values)
+    assert fields is not None
+    starts = starts_of(setup, Physics(**fields), values, count)
+    states = []
+    for scene in starts.scenes():
+        to_rack = float(scene.positions[1, 0] - scene.positions[0, 0]) / scene.balls[0].speed
+        opened = scene.model_copy(update={"t_max": to_rack + RACK_OPENS})
+        states.append(simulate(opened).final_state)
+    positions, velocities, spins = (
+        np.array([getattr(one, name)[0] for one in states])
+        for name in ("positions", "velocities", "angular_velocities")
+    )
+    between = positions[:, :, None] - positions[:, None]
+    apart = np.linalg.norm(between, axis=3) + np.eye(positions.shape[1])
+    free = apart.min(axis=(1, 2)) >= 2.0 * POOL_BALL_RADIUS
+    usual = {
+        name: fields[name]
+        for name in ("ball_restitution", "ball_friction", "sliding_friction", "rolling_friction")
+    }
+    cells = []
+    for changed in FLIGHTS:
+        flight = changed | {"airborne": changed["airborne"] == 1.0}
+        physics = Physics(preset="pool", impacts="sequential", **usual, **flight)
+        scene = starts.scene.model_copy(update={"physics": physics})
+        batch = simulate_starts(scene, positions[free], velocities[free], spins[free])
+        counts = BreakCounts.of(batch.pocketed >= 0, setup.ids.index("8"))
+        left = int(np.count_nonzero(batch.off_table.any(axis=1)))
+        cells.append(
+            _counted(setup, counts, engine=OURS, impacts="compliant", changed=changed, left=left)
+        )
+    return cells
+
+
 def _peer(setup: Setup, count: int, spec: str) -> CountedBreaks:
     """Count the breaks of another engine; it may be unavailable or fail."""
     try:
@@ -224,7 +281,7 @@ def _peer(setup: Setup, count: int, spec: str) -> CountedBreaks:
         version = versions().get(PACKAGE_OF.get(engine.name, engine.name)) or ""
         fields = break_physics(engine.name, engine.capabilities, values_of())
         if fields is None:
-            raise MeasurementError(f"{spec} has no cushion law that changes spin")
+            raise UnsupportedSceneError(spec, ("no cushion law that changes spin",))
         starts = starts_of(setup, Physics(**fields), values_of(), count)
         check_supported(engine.name, engine.capabilities, starts.scene)
         fell = []

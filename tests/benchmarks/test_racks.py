@@ -9,7 +9,6 @@ from typer.testing import CliRunner
 from benchmarks import breaks, racks
 from benchmarks.__main__ import app
 from benchmarks.breaks import BreaksMeasurement, starts_of
-from benchmarks.made_balls import break_of, made_balls
 from benchmarks.racks import (
     RacksMeasurement,
     TimedEngine,
@@ -22,7 +21,6 @@ from ghostball.engine import simulate
 from ghostball.model import (
     Ball,
     EngineFailedError,
-    EventKind,
     GhostballError,
     Scene,
     Status,
@@ -188,24 +186,3 @@ def test_the_command_shows_and_writes_them_and_stores_whole_ones_only(tmp_path):
     refused = CliRunner().invoke(app, [*arguments, "--store"])
     assert refused.exit_code == 2
     assert "--count" in refused.output
-
-
-# Breaks that pocket a ball: a number is always the same break, and the counts include all breaks
-
-
-def test_a_number_is_always_the_same_break():
-    assert break_of(3) == break_of(3)
-    assert break_of(3) != break_of(4)
-    assert len(break_of(3).balls) == 16
-
-
-def test_counts_include_all_breaks():
-    measured = made_balls(6)
-    fell = []
-    for number in range(6):
-        events = simulate(break_of(number), record="events").events
-        assert events is not None
-        fell.append(events["a"][events["kind"] == EventKind.POCKETED].tolist())
-    assert measured.pocketed == sum(map(len, fell))
-    assert measured.made == sum(any(ball > 0 for ball in balls) for balls in fell)
-    assert measured.scratched == sum(0 in balls for balls in fell)

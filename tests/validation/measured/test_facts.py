@@ -46,6 +46,13 @@ def test_a_name_that_is_not_there_is_refused_with_those_that_are():
         ),
         ("grades", "given = { v = 'speed' }\ngrades", "exactly the quantities that `given` lists"),
         ("= 0.1 }", "= 0.1, also = { v = 1.0 } }", "exactly the quantities that `also` lists"),
+        (
+            "value = 2.0",
+            "value = 2.0, count = 1, of = 2",
+            "`value` and `error` follow",
+        ),
+        ("value = 2.0, error = 0.1", "count = 3, of = 2", "whole numbers, 0 <= count <= of"),
+        ("value = 2.0, error = 0.1", "count = 1", "whole numbers, 0 <= count <= of"),
         ("at = 1.0, ", "", "a row needs `at`, or `low` and `high`"),
         ("at = 1.0, ", "low = 1.0, ", "a row needs `at`, or `low` and `high`"),
         ("at = 1.0, ", "low = 1.0, high = 0.5, ", "a row needs `low` below `high`"),
@@ -73,6 +80,13 @@ def test_what_has_no_error_does_not_grade():
 def test_errors_of_measurement_and_spread_of_tables_add_as_squares():
     (row,) = parsed(TABLE.replace("error = 0.1", "error = 0.3, spread = 0.4"), "t.toml").rows
     assert row.uncertainty == pytest.approx(0.5)
+
+
+def test_a_share_follows_from_counts_and_inputs_add_to_its_error():
+    text = TABLE.replace("value = 2.0, error = 0.1", "count = 80, of = 100, inputs = 0.03")
+    (row,) = parsed(text, "t.toml").rows
+    assert (row.value, row.error) == (0.8, pytest.approx(0.04, rel=0.02))
+    assert row.uncertainty == pytest.approx(0.05, rel=0.02)
 
 
 def test_mean_and_spread_of_tables_are_computed():

@@ -219,6 +219,7 @@ def test_an_engine_that_turns_no_balls_says_so(facts):
 
 GRADED = ["cushion", "cushion-slope", "rolling-pool", "banks-pool"]
 GRADED += ["hit-cue-ball", "hit-throw", "head-on-unequal"]
+GRADED += ["break-made", "break-scratch", "break-eight"]
 SHOWN = ["cushion-snooker", "hit-speeds", "hit-angle", "throw-pool", "throw-frozen"]
 SHOWN += ["spin-golf", "rolling-golf"]
 
