@@ -19,6 +19,7 @@ from benchmarks import (  # noqa: F401
     skips,
     speed,
     strokes,
+    uneven,
 )
 from benchmarks.commands import app
 from benchmarks.pictures.gallery import write_gallery

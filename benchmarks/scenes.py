@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from ghostball.engine import simulate
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Record, Result, Scene, Table
+from ghostball.model.arrays import FloatArray
+from ghostball.model.scene.rack import Rack
 from ghostball.validation.results.measurement import MeasurementError
 from ghostball.validation.scenes.gases import FULL_CLOTH
 
@@ -81,6 +83,27 @@ def rack_places(gap: float | NDArray[np.float64], table: Table = POOL_TABLE) -> 
             places[..., k, 0] = 0.75 * table.length + row * spacing * math.sqrt(0.75)
             places[..., k, 1] = table.width / 2.0 + (place - row / 2.0) * spacing
     return places
+
+
+def racks_made_uneven(
+    places: FloatArray, gaps: FloatArray, chance: np.random.Generator
+) -> FloatArray:
+    """Return places of racked balls, (k, 15, 2) [m], of which each gap is between 0 and 2 `gaps`.
+
+    `places`: with even gaps (k,) [m]. Where these are 0, the result has the gaps of a template.
+
+    As in a scene's `rack` with `unevenness` 1, each ball is anywhere in a disc of half a gap.
+    """
+    template = Rack.PRESETS["template"]["gap"]
+    frozen = gaps < template
+    wide = np.where(frozen, template, gaps)
+    opened = 1.0 + np.where(frozen, template / (2.0 * POOL_BALL_RADIUS), 0.0)
+    first = places[:, :1]
+    angle = chance.uniform(0.0, 2.0 * math.pi, places.shape[:2])
+    reach = 0.5 * wide[:, None] * np.sqrt(chance.uniform(0.0, 1.0, places.shape[:2]))
+    moved: FloatArray = first + (places - first) * opened[:, None, None]
+    moved += reach[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=2)
+    return moved
 
 
 def run(scene: Scene, *, record: Record = "rest", no_skip: Collection[str] = ()) -> Result:
