@@ -18,6 +18,7 @@ from ghostball.model import (
     COLLISION_KINDS,
     EventKind,
     Events,
+    Phase,
     Result,
     SampledTrajectory,
     Scene,
@@ -39,12 +40,16 @@ def right(scene: Scene) -> Result:
 def framed(result: Result, after: float = 0.0) -> Result:
     """Return a run with its motion in frames, with frames just before and at each event.
 
+    While balls push each other in impacts that last, there are no frames, because the recorded
+    velocities are means there.
+
     `after` [s]: duration of the frames after the end.
     """
     events = events_in(result)
     grid = np.linspace(0.0, result.rest_time + after, FRAMES + 1)
     before = np.maximum(np.nextafter(events["t"], 0.0), 0.0)
     times = np.unique(np.concatenate([grid, events["t"], before]))
+    times = times[~np.any(result.phases(times) == Phase.COMPRESSED, axis=1)]
     return replace(result, trajectory=SampledTrajectory(times, *result.sample(times)))
 
 

@@ -27,7 +27,12 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.grading.tolerances import CONTACT_STEP, EPS
-from ghostball.validation.runs.sampling import energy_series, energy_times, events_of
+from ghostball.validation.runs.sampling import (
+    energy_series,
+    energy_times,
+    events_of,
+    free_frames,
+)
 
 _ROLLING_SLIP = 1e-12
 """Slip of a rolling ball that counts as rounding, in units of its speed."""
@@ -66,9 +71,8 @@ def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool 
     `pressed`: whether the shot has resting contacts; used for engines that don't count their
         contact steps.
     """
-    energy = energy_series(result)
-    frames = result.trajectory
-    if not isinstance(frames, SampledTrajectory):
+    energy, frames = energy_series(result), free_frames(result)
+    if frames is None:
         rounding = _rounding(result.scene, energy_times(result), energy)
         steps = _MOST_CONTACT_STEPS if pressed else 0
         if result.engine == OURS:
@@ -77,6 +81,8 @@ def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool 
         in_contact = 2.0 * CONTACT_STEP * first_energy(result.scene) * (1 + steps) if steps else 0.0
         return largest_rise(energy, rounding + in_contact)
     rise = largest_rise(energy)
+    if result.scene.physics.impacts == "compliant":
+        return rise  # the cloth doesn't act during contacts, which last an unknown part of a step
     late = stated_error(resolution) / max(resolution_of_step(1.0, result.scene), TINY)
     return max(rise, float(np.max(_gains_at_impacts(result, frames, late), initial=0.0)))
 

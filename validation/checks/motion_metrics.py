@@ -20,6 +20,7 @@ from ghostball.validation.checks.metric import (
     RunIncompleteError,
 )
 from ghostball.validation.runs.sampling import (
+    deepest_contact,
     energy_series,
     energy_times,
     events_of,
@@ -130,11 +131,16 @@ def _energy_rise(run: RunAndTruth) -> float:
     return gain / _initial(run.result)
 
 
-@MOTION.metric("overlap_max", "m", "largest overlap of two balls in the recorded motion")
+@MOTION.metric(
+    "overlap_max",
+    "m",
+    "largest overlap of two balls in the recorded motion; with impacts that last, beyond the "
+    "overlap at which a contact would have all of the energy",
+)
 def _overlap_max(run: RunAndTruth) -> float:
     if len(run.result.scene.balls) == 1:
         raise NotMeasuredError("not applicable: only one ball")
-    return largest_overlap(run.result)
+    return max(0.0, largest_overlap(run.result) - deepest_contact(run.result.scene))
 
 
 @MOTION.metric(

@@ -8,6 +8,7 @@ time.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -25,6 +26,7 @@ from ghostball.model import (
     Samples,
     Scene,
     energy_of,
+    first_energy,
 )
 from ghostball.model.arrays import FloatArray
 from ghostball.model.events import LEAVING_KINDS
@@ -45,6 +47,9 @@ DENSE_TIMES = 20_001
 """Number of times at which an exact motion is searched for overlaps: 1 mm of path at 2 m/s for 10
 s.
 """
+
+_TOUCHES = 1e-9
+"""Gap of two balls, in sums of their radii, below which they may be in an impact that lasts."""
 
 _CHUNK = 1_000
 """Number of times handled together in the search for overlaps: 2 MB for 16 balls."""
@@ -99,8 +104,10 @@ def energy_series(result: Result) -> FloatArray:
     """Return the total energy over a whole run, (k,) [J], at every recorded frame.
 
     For an exact motion: on a uniform grid, at each event, and just before each event.
+
+    Times at which balls push each other in impacts that last are left out: contacts have energy.
     """
-    frames = frames_of(result)
+    frames = free_frames(result)
     if frames is not None:
         return _energy_at_frames(result.scene, frames).total
     times = energy_times(result)
@@ -126,6 +133,45 @@ def _uncompressed(result: Result, times: FloatArray) -> FloatArray:
         return times
     free: FloatArray = times[~np.any(result.phases(times) == Phase.COMPRESSED, axis=1)]
     return free
+
+
+def free_frames(result: Result) -> SampledTrajectory | None:
+    """Return the frames in which no balls push each other in impacts that last; None: no frames.
+
+    Balls push each other while they touch or overlap, and move relative to each other.
+    """
+    frames, scene = frames_of(result), result.scene
+    if frames is None or scene.physics.impacts != "compliant":
+        return frames
+    pushing = np.zeros(len(frames.times), dtype=np.bool_)
+    for ball in range(len(scene.balls) - 1):
+        apart = frames.positions[:, ball + 1 :, :2] - frames.positions[:, ball : ball + 1, :2]
+        moves = frames.velocities[:, ball + 1 :, :2] - frames.velocities[:, ball : ball + 1, :2]
+        reach = scene.radii[ball + 1 :] + scene.radii[ball]
+        near = np.linalg.norm(apart, axis=2) < (1.0 + _TOUCHES) * reach
+        pushing |= np.any(near & np.any(moves != 0.0, axis=2), axis=1)
+    free = ~pushing
+    return SampledTrajectory(
+        frames.times[free],
+        frames.positions[free],
+        frames.velocities[free],
+        frames.angular_velocities[free],
+    )
+
+
+def deepest_contact(scene: Scene) -> float:
+    """Return the largest overlap that impacts that last allow [m]; 0 for rigid impacts.
+
+    The energy of a contact with the overlap d is 2/5 K d^2.5 (Hertz, see `engine.impacts.hertz`).
+    It can't exceed the initial energy of the scene. K is that of the two smallest balls.
+    """
+    physics = scene.physics
+    if physics.impacts != "compliant":
+        return 0.0
+    modulus = physics.ball_youngs_modulus / (2.0 * (1.0 - physics.ball_poissons_ratio**2))
+    smallest = float(np.min(scene.radii))
+    stiffness = 4.0 / 3.0 * modulus * math.sqrt(0.5 * smallest)
+    return float((2.5 * first_energy(scene) / stiffness) ** 0.4)
 
 
 def largest_overlap(result: Result) -> float:
@@ -180,7 +226,7 @@ def momentum_series(result: Result) -> FloatArray:
 
     The times are those of `energy_series`.
     """
-    frames = frames_of(result)
+    frames = free_frames(result)
     if frames is None:
         velocities = result.sample(energy_times(result)).velocities
     else:

@@ -14,6 +14,7 @@ from typing import Final
 from ghostball.validation.stress import (
     extremes,
     grazing,
+    lasting,
     long_runs,
     pockets,
     reversal,
@@ -26,6 +27,7 @@ from ghostball.validation.stress.shots import StressError, StressFamily, StressS
 _MODULES: Final = (
     grazing,
     touching,
+    lasting,
     extremes,
     long_runs,
     reversal,

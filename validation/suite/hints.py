@@ -57,7 +57,7 @@ SCENES_OF_FEATURE: Mapping[Feature, tuple[str, ...]] = {
     Feature.AIR_DRAG: ("air-drag", "air-drag-sliding"),
     Feature.QUADRATIC_ROLLING: ("cloth-quadratic", "cloth-quadratic-sliding"),
     Feature.FLIGHT: ("flight-lands",),
-    Feature.COMPLIANT: (),
+    Feature.COMPLIANT: ("compliant-row", "compliant-row-sliding"),
 }
 """Shipped scenes that test each feature alone, or with only the features that it needs.
 

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ghostball.engine import simulate
-from ghostball.model import Ball, Phase, Physics, Scene
+from ghostball.engine.impacts.hertz import deepest_overlap, stiffness
+from ghostball.model import Ball, Phase, Physics, SampledTrajectory, Scene
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.runs.sampling import (
     MAX_TIMES,
     PATH_DEVIATION,
+    deepest_contact,
+    energy_series,
     largest_overlap,
+    momentum_series,
     motion_of,
     times_gone,
     union_times,
@@ -127,3 +133,47 @@ def test_a_ball_that_is_gone_overlaps_none(spec: str) -> None:
     places = result.rest_positions
     assert places[0] == pytest.approx(places[1], abs=1e-9)
     assert largest_overlap(result) == 0.0
+
+
+# Impacts that last: overlapping frames have contact energy, and the overlap needs energy
+
+
+def in_contact(impacts: str, overlap: float):
+    """Return a run in three frames: before an impact, in the middle of it, and after it."""
+    physics = Physics(rolling_friction=0.0, impacts=impacts)
+    scene = SHOT.model_copy(update={"physics": physics, "t_max": 0.3})
+    reach = 2.0 * scene.balls[0].radius
+    xs = np.array([[0.0, 0.5], [0.5 - reach, 0.5 - overlap], [0.5 - reach, 0.6]])
+    speeds = np.array([[1.0, 0.0], [0.5, 0.4], [0.0, 1.0]])
+    places, velocities = np.zeros((2, 3, 2, 3))
+    places[:, :, 0], velocities[:, :, 0] = xs, speeds
+    places[:, :, 2] = 0.5 * reach
+    frames = SampledTrajectory(np.array([0.0, 0.1, 0.3]), places, velocities, 0.0 * places)
+    return replace(simulate(scene, record="events"), trajectory=frames)
+
+
+def test_frames_in_which_balls_push_each_other_have_no_energy_of_their_own() -> None:
+    for impacts, count in (("simultaneous", 3), ("compliant", 2)):
+        run = in_contact(impacts, 1e-4)
+        assert len(energy_series(run)) == len(momentum_series(run)) == count
+    lost = in_contact("compliant", 1e-4)
+    lost.trajectory.velocities[2, 1, 0] = 1.5  # a gain stays visible
+    energy = energy_series(lost)
+    assert energy[1] > 2.0 * energy[0]
+
+
+def test_balls_that_touch_at_rest_are_not_in_an_impact() -> None:
+    run = in_contact("compliant", 1e-4)
+    run.trajectory.velocities[1] = 0.0
+    assert len(energy_series(run)) == 3
+
+
+def test_the_deepest_contact_is_that_of_a_ball_that_stops_at_another() -> None:
+    # A reduced mass of the whole ball: one that hits a wall of its own material and radius.
+    scene = in_contact("compliant", 0.0).scene
+    ball = scene.balls[0]
+    modulus = 5.84e9 / (2.0 * (1.0 - 0.34**2))
+    stiff = stiffness(modulus, ball.radius, ball.radius)
+    rolls = 1.4 * ball.mass  # a rolling ball also turns
+    assert deepest_contact(scene) == pytest.approx(deepest_overlap(1.0, stiff, rolls), rel=1e-12)
+    assert deepest_contact(SHOT) == 0.0

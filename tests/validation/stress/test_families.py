@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import wrong_runs
 from right_shots import broken, judged, stress_shots
 from shots import kept_scene
 
@@ -25,6 +26,7 @@ from ghostball.validation.stress import (
     StressShot,
     StressSize,
     chosen_shots,
+    lasting,
     path_of,
     storms,
 )
@@ -146,6 +148,27 @@ def test_what_rows_racks_and_wedges_need_is_a_third_of_what_they_may():
             assert "elastic" not in name or steps[-1] == 0
     assert 0.25 * EVENTS_PER_BALL < max(events) <= EVENTS_PER_BALL / 3
     assert 0.25 * STEPS_PER_BALL < max(steps) <= STEPS_PER_BALL / 3
+
+
+@pytest.mark.compiled
+def test_what_impacts_that_last_need_is_a_third_of_what_they_may():
+    most = max(
+        len(simulate(one.scene, record="events").events) / len(one.scene.balls)
+        for _, one in stress_shots(FULL, "lasting/*")
+    )
+    assert 0.25 * lasting.EVENTS_PER_BALL < most <= lasting.EVENTS_PER_BALL / 3
+
+
+@pytest.mark.parametrize(("overlap", "seen"), [(1e-5, False), (5e-3, True)])
+def test_an_overlap_that_needs_more_energy_than_there_is_is_seen(overlap: float, seen: bool):
+    wrong = shot("lasting/row-of-2-elastic-gap-1e-04")
+    result = wrong_runs.right(wrong.scene)
+    frames = wrong_runs.frames_of(result)
+    places = frames.positions.copy()
+    first = int(np.searchsorted(frames.times, wrong_runs.events_in(result)["t"][0])) - 1
+    places[first, 0, 0] = places[first, 1, 0] - (2.0 * RADIUS - overlap)
+    result = wrong_runs.with_frames(result, positions=places)
+    assert ("overlap_max" in broken_in(wrong, result)) is seen
 
 
 def test_a_row_that_takes_too_many_events_or_steps_or_leaves_some_unsolved_is_seen():
