@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, NamedTuple
 
 import numpy as np
 import typer
@@ -100,6 +100,29 @@ class CountedBreaks(Record):
         return count / self.breaks, binomial_error(count, self.breaks)
 
 
+class ComparedShare(NamedTuple):
+    """A published share with its error, and that of Ghostball's engine.
+
+    `share`, `error`: with impacts that last, and its error of counting.
+    `unknown`: its standard uncertainty from inputs.
+    `rigid`: share and error with impacts one after another.
+    """
+
+    setup: str
+    outcome: str
+    published: tuple[float, float]
+    share: float
+    error: float
+    unknown: float
+    rigid: tuple[float, float]
+
+    @property
+    def errors_off(self) -> float:
+        """Difference of the shares in standard errors of counting and inputs together."""
+        error = math.hypot(self.published[1], self.error, self.unknown)
+        return (self.share - self.published[0]) / error
+
+
 class MadeBallsMeasurement(BenchmarkMeasurement):
     """Measurement of `python -m benchmarks made-balls`."""
 
@@ -108,28 +131,39 @@ class MadeBallsMeasurement(BenchmarkMeasurement):
 
     @property
     def table(self) -> RenderableType:
-        """Table of the published shares, and of those of each way to resolve impacts."""
-        heads = ("setup", "outcome", "published", *_WAYS, "inputs")
-        return table_of(heads, self.rows, left=("outcome",))
+        """Table of the published shares, and of those of Ghostball's engine."""
+        heads = ("setup", "outcome", "published", "impacts that last", "rigid", "inputs")
+        rows = [
+            (
+                one.setup,
+                one.outcome,
+                percent(*one.published),
+                percent(one.share, one.error),
+                percent(*one.rigid),
+                f"± {100.0 * one.unknown:.1f} %",
+            )
+            for one in self.compared()
+        ]
+        return table_of(heads, rows, left=("outcome",))
 
-    @property
-    def rows(self) -> list[tuple[str, ...]]:
-        """Cells for each published share: ours beside it, and the uncertainty of inputs."""
-        rows = []
+    def compared(self) -> list[ComparedShare]:
+        """Return each published share, and those of Ghostball's engine."""
+        found = []
         for outcome in FAMILIES:
             for row in _rows(outcome):
-                shares = (self.cell(row.what, way).share(outcome) for way in _WAYS)
-                unknown = self.uncertainty(row.what, outcome)
-                rows.append(
-                    (
-                        row.what,
-                        words_of(row, outcome),
-                        percent(row.value, row.error or 0.0),
-                        *(percent(*one) for one in shares),
-                        f"± {100.0 * unknown:.1f} %",
+                share, error = self.cell(row.what, "compliant").share(outcome)
+                found.append(
+                    ComparedShare(
+                        setup=row.what,
+                        outcome=words_of(row, outcome),
+                        published=(row.value, row.error or 0.0),
+                        share=share,
+                        error=error,
+                        unknown=self.uncertainty(row.what, outcome),
+                        rigid=self.cell(row.what, "sequential").share(outcome),
                     )
                 )
-        return rows
+        return found
 
     def cell(
         self, setup: str, impacts: str, changed: Mapping[str, float] | None = None

@@ -13,7 +13,7 @@ import pymunk
 
 from benchmarks.board import HEADS, BoardMeasurement
 from benchmarks.fits import FitsMeasurement
-from benchmarks.made_balls import MadeBallsMeasurement
+from benchmarks.made_balls import FLIGHTS, GAPS, MadeBallsMeasurement, percent
 from benchmarks.measurements import measured
 from benchmarks.rebounds import ReboundsMeasurement
 from docs.recipes import pymunk_recipe
@@ -25,6 +25,8 @@ from ghostball.reports.precision import is_finest
 from ghostball.reports.style import format_length, format_time
 from ghostball.validation.checks.accuracy import kind_of
 from ghostball.validation.grading.tolerances import EPS, ROUNDINGS
+from ghostball.validation.measured.breaks import inputs, setups
+from ghostball.validation.measured.facts import binomial_error
 from ghostball.validation.parallel.sources import PACKAGE_OF
 from ghostball.validation.precision.points import (
     PrecisionMeasurement,
@@ -211,9 +213,65 @@ def rebounds(engine: str = "") -> str:
 
 
 def made_balls() -> str:
-    """Return how often a break pockets a ball."""
-    stored = measured(MadeBallsMeasurement)
-    return table(("result of a break", f"{stored.breaks} simulated", "published"), stored.rows)
+    """Return the shares of breaks with each outcome: published, and of each way of impacts."""
+    heads = ("break", "outcome", "measured", "impacts that last", "one after another")
+    rows = []
+    for one in measured(MadeBallsMeasurement).compared():
+        lasting = f"{percent(one.share, one.error)}, inputs ± {100.0 * one.unknown:.1f} %"
+        texts = (percent(*one.published), f"{lasting} ({one.errors_off:+.1f})", percent(*one.rigid))
+        rows.append((one.setup, one.outcome, *texts))
+    return table(heads, rows)
+
+
+def break_inputs() -> str:
+    """Return the values of the model of a break, with their sources and effects."""
+    stored, first = measured(MadeBallsMeasurement), setups()[0].name
+    effects = [stored.effects(first, outcome) for outcome in ("made", "scratch")]
+    rows = []
+    for one in inputs():
+        value = f"{one.value:.4g} ± {one.error:.2g} {one.unit if one.unit != '1' else ''}"
+        moves = (f"{100.0 * found[one.name][0]:+.1f} %" for found in effects)
+        rows.append((one.meaning, value.strip(), *moves, one.source))
+    heads = ("value", "with its uncertainty", "made", "scratch", "source")
+    return table(heads, rows)
+
+
+def uneven_racks() -> str:
+    """Return how often a break makes a ball, by the gaps of the rack."""
+    stored, first = measured(MadeBallsMeasurement), setups()[0].name
+    rows = []
+    for gap in GAPS:
+        shares = (
+            percent(*stored.cell(first, way, {"gap": gap, "unevenness": unevenness}).share("made"))
+            for way in ("compliant", "sequential")
+            for unevenness in (1.0, 0.0)
+        )
+        rows.append((f"{1e3 * gap:g} mm", *shares))
+    frozen = stored.cell(first, "simultaneous", {"gap": 0.0}).share("made")
+    lasting, rigid = "impacts that last", "one after another"
+    heads = ("mean gap", f"{lasting}, uneven", f"{lasting}, even", f"{rigid}, uneven", rigid)
+    return (
+        f"{table((*heads[:4], f'{heads[4]}, even'), rows)}\n\n"
+        "With impacts at one instant, racks with gaps have the same results as with impacts one "
+        "after another, because no two impacts happen at once. If all balls touch, "
+        f"{percent(*frozen)} of the breaks make a ball."
+    )
+
+
+def flying_breaks() -> str:
+    """Return what changes if balls may fly once the rack has opened."""
+    stored, first = measured(MadeBallsMeasurement), setups()[0].name
+    rows = []
+    for name, changed in zip(
+        ("balls stay on the cloth", "balls may fly", "the same, without bounces"),
+        FLIGHTS,
+        strict=True,
+    ):
+        one = stored.cell(first, "compliant", changed)
+        left = percent(one.left / one.breaks, binomial_error(one.left, one.breaks))
+        rows.append((name, percent(*one.share("made")), percent(*one.share("scratch")), left))
+    heads = ("", "makes a ball", "scratches", "a ball leaves the table over a cushion")
+    return table(heads, rows)
 
 
 def fits() -> str:

@@ -11,6 +11,7 @@ from PIL import Image
 
 from benchmarks.accuracy import AccuracyMeasurement
 from benchmarks.breaks import BreaksMeasurement
+from benchmarks.made_balls import MadeBallsMeasurement
 from benchmarks.measurements import committed
 from benchmarks.pictures.rebounds import best_of_each
 from benchmarks.racks import RacksMeasurement
@@ -215,6 +216,7 @@ def test_every_picture_is_of_the_revision_that_is_named(name):
         "precision.png": PrecisionMeasurement,
         "racks.png": RacksMeasurement,
         "rebounds.png": ReboundsMeasurement,
+        "breaks.png": MadeBallsMeasurement,
         "steps.png": PrecisionMeasurement,
     }
     named = SECTIONS_AT if name.startswith("paper-section") else DRAWN_AT

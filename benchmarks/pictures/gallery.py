@@ -7,7 +7,9 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.made_balls import MadeBallsMeasurement
 from benchmarks.measurements import measured
+from benchmarks.pictures.breaks import draw_breaks
 from benchmarks.pictures.chaos import draw_chaos
 from benchmarks.pictures.paper import PAPER_FIGURES
 from benchmarks.pictures.physics import PHYSICS_FIGURES
@@ -158,11 +160,13 @@ def draw_committed() -> Iterator[tuple[str, Figure, str]]:
     """Yield name, picture and revision of each committed measurement that is drawn."""
     precision = measured(PrecisionMeasurement)
     racks, rebounds = measured(RacksMeasurement), measured(ReboundsMeasurement)
+    breaks = measured(MadeBallsMeasurement)
     for name, figure, of in (
         ("precision", draw_against_time(precision), precision),
         ("steps", draw_against_steps(precision), precision),
         ("racks", draw_racks(racks), racks),
         ("rebounds", draw_rebounds(rebounds), rebounds),
+        ("breaks", draw_breaks(breaks), breaks),
     ):
         yield name, figure, revision_of(of.environment)
 

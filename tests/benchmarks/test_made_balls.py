@@ -45,7 +45,11 @@ def test_a_small_measurement_has_every_cell_and_is_read_back(tmp_path, monkeypat
     monkeypatch.setattr(benchmark, "inputs", lambda: inputs()[:1])
     monkeypatch.setattr(benchmark, "GAPS", benchmark.GAPS[:1])
     found = made_balls(2, ["paper-discrete"])
-    assert len(found.rows) == sum(len(facts_of(one).rows) for one in benchmark.FAMILIES.values())
+    assert (
+        len(found.compared())
+        == found.table.row_count
+        == sum(len(facts_of(one).rows) for one in benchmark.FAMILIES.values())
+    )
     assert MadeBallsMeasurement.load(found.save(tmp_path)) == found
     assert counted_peers(found) == []
     assert "cushion" in found.cells[-1].detail
