@@ -34,6 +34,7 @@ _Y_LABELS: Final = {
     "hit-speeds": "speed / speed before",
     "hit-angle": "direction [degrees]",
     "throw-pool": "throw [degrees]",
+    "break-made": "share of breaks",
 }
 """Labels of the vertical axes, by family."""
 
@@ -186,9 +187,11 @@ def _points(sign: str, measured: Sequence[ComparedFigure]) -> Series:
 def _by_quantity(figures: Sequence[ComparedFigure]) -> dict[str, list[ComparedFigure]]:
     """Return the figures of each quantity; of several at one x, only the first.
 
-    The first figure at an x is the figure at the smallest angle.
+    The first figure at an x is the figure at the smallest angle. If each figure has a description
+    of its own, all are of one quantity.
     """
     found: dict[str, dict[float, ComparedFigure]] = {}
+    alone = len({one.what for one in figures}) == len(figures)
     for one in figures:
-        found.setdefault(one.what, {}).setdefault(one.at, one)
+        found.setdefault("" if alone else one.what, {}).setdefault(one.at, one)
     return {what: list(places.values()) for what, places in found.items()}
