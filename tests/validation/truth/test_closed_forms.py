@@ -385,3 +385,13 @@ def test_a_shot_so_slow_that_digits_end_has_no_form() -> None:
     ((_, shot),) = stress_shots(StressSize(), "extremes/limit-elastic-1e-49")
     assert closed_form(shot.scene) is None
     assert truth_of(shot.scene).collision_counts == {"ball-ball": 1, "ball-cushion": 0}
+
+
+def test_impacts_that_last_have_no_closed_form_unless_they_are_of_two_balls():
+    for name, count in (("head-on", 2), ("three-ball-chain", 3)):
+        scene = find_scene(name)
+        assert len(scene.balls) == count
+        assert has_closed_form(scene)
+        physics = scene.physics.model_copy(update={"impacts": "compliant"})
+        lasting = scene.model_copy(update={"physics": physics})
+        assert has_closed_form(lasting) is (count == 2)
