@@ -44,7 +44,7 @@ BREAKS = 1_000
 """Number of breaks of a cell; the standard error of a share of 80 % is 1.3 %. Half as many if an
 input is changed."""
 
-PEER_BREAKS = 60
+PEER_BREAKS = 40
 """Number of breaks of another engine, which takes seconds for a break."""
 
 PEERS = ("pymunk", "pybullet", "mujoco", "box2d")
