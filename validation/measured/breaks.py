@@ -225,11 +225,11 @@ def starts_of(
         velocities[k, 0] = speed * way
         spins[k, 0, :2] = follow * speed / POOL_BALL_RADIUS * left
         spins[k, 0, 2] = side * speed / POOL_BALL_RADIUS
-    balls = [
+    all_balls = [
         Ball(id=name, position=tuple(place))
         for name, place in zip(setup.ids, positions[0].tolist(), strict=True)
     ]
-    scene = Scene(name="break", table=table, physics=physics, balls=balls)
+    scene = Scene(name="break", table=table, physics=physics, balls=all_balls)
     return Starts(scene, positions, velocities, spins)
 
 
