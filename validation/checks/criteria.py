@@ -207,7 +207,7 @@ class Criteria(BaseModel, frozen=True, extra="forbid"):
                     raise CriteriaError(
                         f"{row.at or source}: `{table}[{i}].engines` must name installed engines, "
                         f'got "{unknown[0]}". {hint}Known engines: {", ".join(names)}; "{EVERY}" '
-                        "is all"
+                        "stands for every engine"
                     )
 
 

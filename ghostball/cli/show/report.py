@@ -47,8 +47,8 @@ def run(asked: ReportOptions) -> ExitStatus:
 def _stress_advice(folder: Path) -> str:
     """Return why a run of `ghostball stress` has no report of its own, and what to do instead."""
     why = (
-        f"{folder}: holds a run of `ghostball stress`, which is a section of the report of the "
-        "results folder OUT if it lies in OUT/stress"
+        f"{folder}: holds only a run of `ghostball stress`. The report of a results folder OUT "
+        "shows such a run as a section, if it lies in OUT/stress"
     )
     if folder.name == FOLDER:
         out = folder.parent
