@@ -182,8 +182,10 @@ def steps() -> str:
 def _steps_of(points: Sequence[PrecisionPoint]) -> tuple[str, ...]:
     """Return a row of the table for the points of one engine on one scene, longest step first."""
     near = min(points, key=lambda one: abs(math.log((one.step or math.inf) / STEP_SHOWN)))
+    # A number and its unit stay on one line.
     longest, middle, shortest = (
-        f"{_error(one)} at {format_time(one.step)}" for one in (points[0], near, points[-1])
+        f"{_error(one)} at {format_time(one.step)}".replace(" ", "\N{NO-BREAK SPACE}")
+        for one in (points[0], near, points[-1])
     )
     knee, order = knee_of(points), order_of(points)
     step = "none"
