@@ -113,3 +113,15 @@ def test_what_an_engine_lacks_is_said_and_harmless(html):
 
 def test_a_first_engine_that_lacks_all_hides_no_curve_of_the_others(tmp_path):
     assert "<title>ghostball</title>" in html_of(FOUND[::-1], tmp_path)
+
+
+def test_figures_with_a_description_each_are_points_of_one_chart(tmp_path):
+    figures = tuple(
+        ComparedFigure(at=float(at), value=0.8, error=0.04, played=0.7, what=f"break {at}")
+        for at in range(1, 6)
+    )
+    breaks = SHOWN.model_copy(update={"figures": figures})
+    keep_likenesses(tmp_path, [TableAgreement(label="ghostball", families=(breaks,))])
+    page = str(real_tables_html(Results(tmp_path, [], {})))
+    for at in range(1, 6):
+        assert f"break {at}: 0.8" in page
