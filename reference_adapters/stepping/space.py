@@ -93,7 +93,7 @@ class OwnClothStepper(WorldStepper):
 
     @property
     def resting(self) -> BoolArray:
-        """Which balls neither move nor turn, (n,) bool; spin that doesn't decay isn't counted."""
+        """Whether each ball is at rest, (n,) bool; a spin that never decays is ignored."""
         turns = np.abs(self._radii * self._spins[:, 2]) >= REST_SPEED
         resting: BoolArray = self._stopped & ~(turns & (self._spins_by > 0.0))
         return resting

@@ -209,7 +209,7 @@ def _outcome(shot: SteppedShot) -> Iterator[_Limit]:
         yield "events_missing", {"equals": 0}, reason
         yield "events_invented", {"equals": 0}, reason
     if all_separate:
-        reason = f"{late}: the collisions of this shot are farther apart in time."
+        reason = f"{late}: the collisions of this shot are farther apart in time than this delay."
         yield "matching_events", {"equals": len(truth.collisions)}, reason
 
 

@@ -174,7 +174,7 @@ def attribute(
         )
 
     def play(step: float | None, instant: float | None = None) -> Result:
-        """Run the scene with a time step [s], None for the engine's own, up to a time."""
+        """Run the scene up to a time, with a time step [s]; None is the engine's own step."""
         if instant is None and run is not None:
             return _finished(run(step))
         return _finished(run_with_step(engine, _until(scene, instant), step))
@@ -296,7 +296,7 @@ def _compared(
 ) -> tuple[list[Result], float | None]:
     """Return runs up to the last time at which all can be compared, and that time; None: the end.
 
-    `play`: runs the scene with a time step [s], None for the engine's own, up to a time.
+    `play`: runs the scene up to a time, with a time step [s]; None is the engine's own step.
     `runs`: with these steps, to the end; no wrong collision comes before `predictable` [s].
 
     Raises `NotComparedError` if there is no such time, or if a run stops early.

@@ -71,8 +71,9 @@ def through_points(
 
 
 def _slope(aim: float, kept: float) -> float:
-    """Return the slope of the line of aim (along the cushion over across) that leads to the corner.
+    """Return the slope of the line of aim that leads to the corner.
 
+    The slope is the distance along the cushion divided by the distance across.
     The ball meets the groove at aim + slope * behind, and comes back by kept * slope * across.
     """
     if kept * _GROOVE_TO_GROOVE <= _GROOVE_TO_DIAMONDS:
