@@ -3,7 +3,8 @@
 Two runs of one engine may differ by twice the error that it makes in one run: at each event, its
 `resolution`, or some roundings. The growth of errors along the shot turns this error into an
 allowed distance at each time. It is the growth along the certified motion or, without one, along
-the motion of Ghostball's own engine, so the engine that is judged doesn't decide it.
+the motion of Ghostball's own engine, so the engine that is judged doesn't decide it. Between two
+recorded frames, the error of the interpolation is added.
 """
 
 from __future__ import annotations
@@ -13,18 +14,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ghostball.model import EventKind, Result, Scene
+from ghostball.model import EventKind, Result, Scene, first_energy
 from ghostball.model.arrays import FloatArray
 from ghostball.model.features import scene_features
 from ghostball.reference_adapters.base import ReferenceEngine, resolution_of, stated_error
 from ghostball.validation.checks.related_shots import RelatedShot
 from ghostball.validation.grading.event_logs import Event, compare_logs, events_in
-from ghostball.validation.grading.horizon import SampledGrowth, extent_of
+from ghostball.validation.grading.horizon import SampledGrowth
 from ghostball.validation.grading.near_misses import gaps_of, things_of
 from ghostball.validation.grading.tolerances import ROUNDINGS, TIE, UNIT_ROUNDOFF
 from ghostball.validation.results.quantities import scaled
 from ghostball.validation.results.records import RelatedRun
-from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.runs.sampling import events_of, frames_of
 
 UNSTATED_ERROR = 1e-6
 """Error of an engine that states no `resolution` and supports every feature exactly [m].
@@ -86,6 +87,8 @@ def compare_runs(
         return compared(None, why, ends[0])
     error = max(error, growth.least_error)
     allowed = _RUNS * error * _sizes(growth, looks)
+    allowed += _between_frames(result, looks)
+    allowed += _between_frames(second, related.times(looks)) / related.unit
     until = growth.horizon(error)
     radius = float(np.min(result.scene.radii))
     counts = (looks < until) & (allowed < radius) & (looks > related.start)
@@ -118,56 +121,83 @@ def _both(
     return result.sample(times).positions[:, related.kept], related.expected(times, theirs)
 
 
-def own_error(engine: ReferenceEngine, scene: Scene) -> float | None:
-    """Return the error of an engine at each event, relative to the extent of a scene.
-
-    None if the engine states nothing about its error.
-    """
-    stated = resolution_of(engine, scene)
-    error = stated_error(stated)
+def own_error(engine: ReferenceEngine, scene: Scene, growth: SampledGrowth) -> float | None:
+    """Return the relative error of an engine at each event; None if it states nothing about it."""
+    stated = _stated(engine, scene)
     if stated is None:
-        known = engine.capabilities
-        features = [known[one] for one in scene_features(scene) if one in known]
-        if any(one.support == "approximate" for one in features):
-            return None
-        error = UNSTATED_ERROR
-    return max(ROUNDINGS * UNIT_ROUNDOFF, error / extent_of(scene))
+        return None
+    return max(ROUNDINGS * UNIT_ROUNDOFF, stated / growth.coordinate)
 
 
 def relative_error(
-    engine: ReferenceEngine, result: Result, related: RelatedShot, second: Result
+    engine: ReferenceEngine,
+    result: Result,
+    related: RelatedShot,
+    second: Result,
+    growth: SampledGrowth,
 ) -> float | None:
-    """Return the larger error of an engine in two related runs; see `own_error`.
+    """Return the larger relative error of an engine in two related runs; see `own_error`.
 
     Rounding is larger if the second shot has larger coordinates.
     """
-    scene, extent = result.scene, extent_of(result.scene)
-    error, other = own_error(engine, scene), own_error(engine, related.scene)
+    error = own_error(engine, result.scene, growth)
+    other = _stated(engine, related.scene)
     if error is None or other is None:
         return None
     kept = [index for index in related.order if index >= 0]
-    reach = float(
-        np.max(np.abs(second.sample(np.linspace(0.0, second.rest_time, 65)).positions[:, kept]))
-    )
-    larger = max(1.0, reach / (related.unit * extent))
-    error = (
-        max(error, other * extent_of(related.scene) / (related.unit * extent))
-        if not related.added
-        else error
-    )
-    return max(error, ROUNDINGS * UNIT_ROUNDOFF * larger)
+    places = second.sample(np.linspace(0.0, second.rest_time, 65)).positions[:, kept]
+    reach = float(np.max(np.abs(places))) / related.unit
+    rounding = ROUNDINGS * UNIT_ROUNDOFF * max(1.0, reach / growth.extent)
+    return max(error, rounding, other / (related.unit * growth.coordinate))
+
+
+def _stated(engine: ReferenceEngine, scene: Scene) -> float | None:
+    """Return the position error that an engine states for an event [m]; None if it states none."""
+    stated = resolution_of(engine, scene)
+    if stated is not None:
+        return stated_error(stated)
+    known = engine.capabilities
+    features = [known[one] for one in scene_features(scene) if one in known]
+    if any(one.support == "approximate" for one in features):
+        return None
+    return UNSTATED_ERROR
 
 
 def _sizes(growth: SampledGrowth, looks: FloatArray) -> FloatArray:
     """Return the displacement by relative errors of 1 up to the next time of the growth, (m,) [m].
 
     The next time counts, because errors may delay an event past a time of comparison.
+    The growth is the rms over errors of random signs. Errors of one sign, such as those of late
+    contacts, add up to at most the root of their number times the rms (Cauchy and Schwarz).
     """
     later = np.searchsorted(growth.times, looks, side="right")
-    following = growth.largest[np.minimum(later, len(growth.times) - 1)]
-    here = growth.largest[np.maximum(later - 1, 0)]
+    worst = growth.largest * np.sqrt(growth.events)
+    following = worst[np.minimum(later, len(growth.times) - 1)]
+    here = worst[np.maximum(later - 1, 0)]
     sizes: FloatArray = np.where(np.isfinite(following), following, here)
     return sizes
+
+
+def _between_frames(result: Result, times: FloatArray) -> FloatArray:
+    """Return the largest error of positions between two recorded frames, (m,) [m]; 0 at a frame.
+
+    They are interpolated linearly. A ball with the acceleration a leaves the chord of its path by
+    at most a (time between the frames)^2 / 8; friction, gravity and drag bound a.
+    """
+    frames, scene = frames_of(result), result.scene
+    if frames is None:
+        return np.zeros(len(times))
+    physics = scene.physics
+    drag = physics.air_drag + physics.rolling_friction_quadratic
+    fastest = 2.0 * first_energy(scene) / float(np.min(scene.masses))
+    grip = np.max(scene.rolling_frictions) + np.max(scene.sliding_frictions)
+    largest = physics.gravity * (float(grip) + physics.airborne) + drag * fastest
+    after = np.searchsorted(frames.times, times)
+    after = np.clip(after, 1, len(frames.times) - 1)
+    ends, starts = frames.times[after], frames.times[after - 1]
+    between = (times > starts) & (times < ends)
+    error: FloatArray = np.where(between, 0.125 * largest * (ends - starts) ** 2, 0.0)
+    return error
 
 
 def _near_miss(

@@ -27,7 +27,7 @@ from ghostball.model.scene.sides import INWARD
 from ghostball.validation.checks.metric import NotMeasuredError
 from ghostball.validation.grading.horizon import extent_of
 from ghostball.validation.grading.tolerances import LOWEST_BOUNCE
-from ghostball.validation.runs.sampling import events_of
+from ghostball.validation.runs.sampling import events_of, frames_of
 
 _SAME: Final = np.eye(3)
 _QUARTER_TURN: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -210,6 +210,9 @@ def split(result: Result, until: float = math.inf) -> RelatedShot:
         raise NotMeasuredError("nothing moves, or the shot is unpredictable from its start")
     longest = int(np.argmax(np.diff(marks)))
     start = float(0.5 * (marks[longest] + marks[longest + 1]))
+    frames = frames_of(result)
+    if frames is not None:  # a state between two frames is interpolated, and no state of the engine
+        start = float(frames.times[np.argmin(np.abs(frames.times - start))])
     height, up = (array[0, :, 2] for array in result.sample([start])[:2])
     lowest = 4.0 * scene.physics.gravity * LOWEST_BOUNCE * scene.radii
     if scene.physics.airborne and np.any((height > scene.radii) & (up**2 < lowest)):

@@ -91,12 +91,12 @@ def _compared(run: RunAndTruth, relation: str) -> tuple[RelatedShot, Comparison]
         result = run.result
         if relation == "split":
             # in the part of the shot that is predictable, because nothing is compared later
-            known = own_error(engine, result.scene)
+            known = own_error(engine, result.scene, run.growth)
             related = split(result, math.inf if known is None else run.growth.horizon(known))
         else:
             related = SECOND_SHOTS[relation](result)
         second = _played(engine, related.scene, "trajectory")
-        error = relative_error(engine, result, related, second)
+        error = relative_error(engine, result, related, second, run.growth)
         compared = compare_runs(result, related, second, run.growth, error)
         run.related[relation] = related, compared
     found: tuple[RelatedShot, Comparison] = run.related[relation]

@@ -169,7 +169,10 @@ class SampledGrowth:
     `times` (k,) float64 [s]: increasing.
     `largest` (k,) float64 [m]: largest displacement of a ball so far by relative errors of 1 at the
         start and at each event, at least the extent of the scene; inf if it is unknown.
+    `events` (k,) int: number of instants so far at which errors are made; the first is the start.
     `extent` [m]: of the scene.
+    `coordinate` [m]: rms coordinate of the balls at their events. A relative error displaces each
+        coordinate in proportion to itself, so this is the unit of a displacement at an event.
     `known_until` [s]: time from which the growth is unknown; inf: never.
     `meetings`: of the shot.
     `least_error`: relative error at each event that any engine may have: that of the steps of a
@@ -178,7 +181,9 @@ class SampledGrowth:
 
     times: FloatArray
     largest: FloatArray
+    events: NDArray[np.intp]
     extent: float
+    coordinate: float
     known_until: float
     meetings: Meetings
     least_error: float
@@ -204,7 +209,20 @@ def sampled_growth(growth: Growth, result: Result) -> SampledGrowth:
         CONTACT_STEP if result.work.get("contact_steps") else 0.0,
         INTEGRATED_IMPACT if _has_integrated_law(result.scene) else 0.0,
     )
-    return SampledGrowth(times, largest, extent, known_until, meetings_of(growth, result), least)
+    events = np.searchsorted(growth.times, times, side="right")
+    log = events_of(result)[:_MOST_TIMES]
+    places = result.sample(log["t"]).positions[np.arange(len(log)), log["a"], :2]
+    coordinate = math.sqrt(float(np.mean(places**2))) if len(log) else extent
+    return SampledGrowth(
+        times,
+        largest,
+        events,
+        extent,
+        min(coordinate, extent) or extent,
+        known_until,
+        meetings_of(growth, result),
+        least,
+    )
 
 
 def _has_integrated_law(scene: Scene) -> bool:

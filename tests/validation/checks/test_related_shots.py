@@ -10,7 +10,7 @@ import pytest
 from biased_engines import RULES, Biased, BiasedSettings
 
 from ghostball.engine import simulate
-from ghostball.model import Ball, Physics, Scene, Table
+from ghostball.model import Ball, Physics, SampledTrajectory, Scene, Table
 from ghostball.model.features import Capability, Feature
 from ghostball.model.scene.pockets import Pockets
 from ghostball.reference_adapters.registry import make_engine
@@ -230,3 +230,29 @@ def test_the_criteria_are_those_of_the_named_relations() -> None:
     assert everything == {*FACTORS, *BITS}
     with pytest.raises(CriteriaError, match="Did you mean mirror"):
         relation_criteria(["miror"])
+
+
+@pytest.mark.parametrize("frames", [50, 5000])
+def test_positions_between_frames_may_be_off_by_the_interpolation_and_no_more(frames: int) -> None:
+    """Breaks where a coarse record of a right motion counts as a broken relation."""
+
+    class Recorded(type(OURS)):
+        def simulate(self, scene, *, record="rest"):
+            result = super().simulate(scene, record="trajectory")
+            times = np.linspace(0.0, result.rest_time, frames)
+            return replace(result, trajectory=SampledTrajectory(times, *result.sample(times)))
+
+    class Slower(Recorded):
+        """Rolls 1 % less far in a shot in other units."""
+
+        def simulate(self, scene, *, record="rest"):
+            if scene.name.endswith(".scale"):
+                friction = 1.01 * scene.physics.rolling_friction
+                physics = scene.physics.model_copy(update={"rolling_friction": friction})
+                played = super().simulate(scene.model_copy(update={"physics": physics}))
+                return replace(played, scene=scene)
+            return super().simulate(scene, record=record)
+
+    scene = find_scene("stop")
+    assert broken(related(scene, Recorded(OURS.settings))) == set()
+    assert "scale" in broken(related(scene, Slower(OURS.settings)))
