@@ -19,6 +19,7 @@ from benchmarks.rebounds import ReboundsMeasurement
 from benchmarks.skips import SkipsMeasurement
 from benchmarks.speed import TargetsMeasurement
 from benchmarks.strokes import StrokesMeasurement
+from benchmarks.uneven import UnevenMeasurement
 from ghostball.validation.precision.points import PrecisionMeasurement
 from ghostball.validation.scenes.library import select
 
@@ -97,6 +98,11 @@ def of_rebounds() -> tuple[str, ...]:
     return best["ghostball"], best["pymunk"], best["pybullet"]
 
 
+def of_uneven() -> tuple[str, ...]:
+    stored = UnevenMeasurement.load(MEASUREMENTS / "uneven.json")
+    return f"{stored.ratio('uneven'):.2f}", f"{stored.ratio('lasting'):.1f}"
+
+
 def of_closed_forms() -> tuple[str, ...]:
     scenes = select()
     return str(sum("closed-form" in one.tags for one in scenes)), str(len(scenes))
@@ -158,6 +164,12 @@ QUOTED = {
         r"Ghostball's engine reproduces .* to ([\d.]+) standard errors, pymunk to ([\d.]+) and "
         r"pybullet to ([\d.]+);",
         of_rebounds,
+    ),
+    "uneven racks": (
+        "docs/physics.md",
+        r"racks with uneven gaps take ([\d.]+) times as long; with impacts that last, they take "
+        r"([\d.]+) times as long",
+        of_uneven,
     ),
     "closed forms": (
         "docs/truth.md",
