@@ -30,7 +30,10 @@ def draw_breaks(measured: MadeBallsMeasurement) -> Figure:
     """Draw the shares of 8-ball breaks with bars of two standard errors."""
     first = setups()[0].name
     cells = [(f"ghostball: {text}", measured.cell(first, way)) for way, text in WAYS.items()]
-    cells += [(style.engine_name(one.engine), one) for one in counted_peers(measured)]
+    cells += [
+        (f"{style.engine_name(one.engine)}: {one.breaks} breaks", one)
+        for one in counted_peers(measured)
+    ]
     figure = style.new_figure(WIDTH, HEIGHT)
     panels = figure.subplots(1, 2, sharey=True, width_ratios=[3, 2])
     for axes, (outcome, (title, most)) in zip(panels, PANELS.items(), strict=True):
