@@ -80,6 +80,10 @@ SPECS = (
     "physx:contact_steps=exact",
     "physx:cloth=own",
     "physx:config=naive",
+    "newton",
+    "newton:solver=xpbd,contact_steps=exact",
+    "newton:cloth=own",
+    "newton:config=naive",
     "planck",
     "planck:config=naive",
     "matter-js:contact_steps=exact",
@@ -212,6 +216,7 @@ def test_a_scene_runs_or_is_refused_as_the_capabilities_say(spec: str) -> None:
         "box2d",
         "dart",
         "physx",
+        "newton",
     ],
 )
 def test_impacts_one_after_another_are_refused_by_solvers_that_take_them_together(

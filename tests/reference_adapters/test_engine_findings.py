@@ -15,6 +15,7 @@ from engine_facts import (
     FREE,
     cut_angles,
     energy_ratios,
+    frozen_line,
     half_ball,
     head_on,
     needs,
@@ -39,8 +40,8 @@ def on(spec: str, *facts: Any) -> Any:
 MIXING = 3e-5
 """Largest relative change of speeds by DART's constraint force mixing."""
 
-box2d, box2d3, dart, mujoco, physx, rapier = (
-    needs(name) for name in ("box2d", "box2d3", "dart", "mujoco", "physx", "rapier")
+box2d, box2d3, dart, mujoco, newton, physx, rapier = (
+    needs(name) for name in ("box2d", "box2d3", "dart", "mujoco", "newton", "physx", "rapier")
 )
 
 
@@ -104,6 +105,7 @@ def test_a_newcomer_has_inelastic_impacts_below_a_threshold(
         on("box2d", 1.0 - 2e-3, 1.0 + 2e-3),
         on("dart", 0.9990, 1.0 + 1e-9),
         on("mujoco", 1.0 - 2e-4, 1.0 + 2e-4),  # the impedance
+        on("newton", 1.0 - 1e-5, 1.0 + 1e-5),
         on("physx", 1.0 - 1e-5, 1.0 + 1e-5),
     ],
 )
@@ -118,6 +120,7 @@ def test_a_break_keeps_its_energy(spec: str, least: float, most: float) -> None:
         on("box2d3", 0.4, 0.7),
         on("dart", 0.9990, 0.9999),
         on("mujoco:config=naive", 0.0, 0.05),
+        on("newton:solver=xpbd", 5.0, 15.0),
         on("rapier", 1.2, 2.0),
     ],
 )
@@ -241,6 +244,38 @@ def test_a_damper_of_another_step_is_seen(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(world, "_set_dampers", lambda one, _: right(one, 1e-3))
     assert shares("mujoco:dt=1e-3", head_on()) == pytest.approx([0.0, 1.0], abs=1e-2)
     assert shares("mujoco:contact_steps=exact", head_on())[1] < 0.6
+
+
+# --- Newton
+
+
+@newton
+def test_xpbd_takes_momentum_from_a_line_of_balls() -> None:
+    assert np.sum(shares("newton:solver=xpbd", frozen_line())) < 0.95
+    assert np.sum(shares("newton", frozen_line())) == pytest.approx(1.0, abs=1e-6)
+
+
+@newton
+def test_its_default_gap_turns_a_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = resolve_name("ghostball.reference_adapters.newton.world")
+    monkeypatch.setattr(world, "GAP", 0.2)
+    assert np.mean(cut_angles("newton", 1e-3)) < -0.2
+
+
+@newton
+def test_a_replayed_step_is_the_launched_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Recorded are the finding of contacts, the solver and the copy of its result."""
+    scene = rack(duration=0.2)
+    replayed = play("newton", scene)
+    world = resolve_name("ghostball.reference_adapters.newton.world:NewtonWorld")
+    right = world._record
+    monkeypatch.setattr(world, "_record", lambda one, dt: setattr(one, "_replays", False))
+    launched = play("newton", scene)
+    assert launched.events is not None
+    assert len(launched.events) > 15
+    assert np.array_equal(replayed.rest_positions, launched.rest_positions)
+    monkeypatch.setattr(world, "_record", lambda one, dt: right(one, 2.0 * dt))
+    assert not np.array_equal(play("newton", scene).rest_positions, launched.rest_positions)
 
 
 # --- PhysX

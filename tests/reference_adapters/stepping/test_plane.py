@@ -26,7 +26,7 @@ L_SHAPE = Table.model_validate(
     {"vertices": [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]}
 )
 
-ENGINES = ("pymunk", "box2d", "pybullet", "mujoco", "box2d3", "rapier", "dart", "physx")
+ENGINES = ("pymunk", "box2d", "pybullet", "mujoco", "box2d3", "rapier", "dart", "physx", "newton")
 SPECS = [*ENGINES, *(f"{name}:contact_steps=exact" for name in ENGINES)]
 
 EXACT = {
@@ -35,6 +35,7 @@ EXACT = {
     "mujoco": 1e-5,
     "box2d": 1e-4,
     "box2d3": 1e-4,
+    "newton": 1e-4,
     "rapier": 1e-4,
     "physx": 1e-4,
     "dart": 1e-3,

@@ -45,6 +45,8 @@ COLLISIONS = {
     "physx": Exactness(1e-6, 1e-6),
     "pybullet": Exactness(1e-12, 1e-12),
     "pymunk": Exactness(1e-12, 1e-12),
+    "newton": Exactness(1e-6, 1e-6),
+    "newton:solver=xpbd": Exactness(1e-6, 1e-6),
     "rapier": Exactness(1e-6, 1e-6),
     **dict.fromkeys(IN_JAVASCRIPT, Exactness(2e-6, 2e-6)),
 }
@@ -67,7 +69,10 @@ def test_a_single_collision_is_right_at_any_restitution(
 
 @pytest.mark.parametrize(
     ("name", "tangential"),
-    of_each({"pybullet": 1.0, "rapier": 1.0} | dict.fromkeys(("pymunk", *IN_JAVASCRIPT), 0.8)),
+    of_each(
+        {"newton": 0.8, "pybullet": 1.0, "rapier": 1.0}
+        | dict.fromkeys(("pymunk", *IN_JAVASCRIPT), 0.8)
+    ),
 )
 def test_balls_and_cushions_have_restitutions_of_their_own(name: str, tangential: float) -> None:
     """The adapter must compensate the engine's own rule, such as the product of two factors."""
@@ -93,7 +98,9 @@ def test_balls_that_stay_in_contact_collide_once(name: str, steps: str) -> None:
 @pytest.mark.parametrize(
     ("spec", "degrees"),
     of_each(
-        dict.fromkeys(("box2d:bullet=no", "dart", "mujoco", "physx", "pybullet", "pymunk"), 0.70)
+        dict.fromkeys(
+            ("box2d:bullet=no", "dart", "mujoco", "newton", "physx", "pybullet", "pymunk"), 0.70
+        )
         | {"box2d3": 0.61, "rapier": 0.68}
     ),
 )
@@ -103,7 +110,8 @@ def test_a_cut_is_late_by_a_part_of_the_step(spec: str, degrees: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "most"), of_each({"box2d3": 0.15, "pybullet": 0.08, "pymunk": 0.08, "rapier": 0.08})
+    ("name", "most"),
+    of_each({"box2d3": 0.15, "newton": 0.08, "pybullet": 0.08, "pymunk": 0.08, "rapier": 0.08}),
 )
 def test_a_smaller_step_mends_a_cut(name: str, most: float) -> None:
     assert np.abs(cut_angles(name, 1e-4)).max() < most
@@ -120,6 +128,7 @@ def test_a_smaller_step_mends_a_cut(name: str, most: float) -> None:
             "physx": 2e-3,
             "box2d": 2e-3,
             "box2d3": 1e-3,
+            "newton": 2e-3,
             "rapier": 1e-3,
         }
     ),
@@ -140,6 +149,7 @@ SHOTS = ("half-ball-cut", "throw-slip", "throw-stick")
             ("dart", (*SHOTS, "draw-shot", "cradle"), 2e-4),
             ("mujoco", ("half-ball-cut", "restitution-bounce", "draw-shot"), 1e-6),
             ("mujoco", ("unequal-balls", "corner-exact", "unbounded-cut"), 1e-5),
+            ("newton", (*SHOTS, "draw-shot", "restitution-cut", "unequal-balls"), 1e-4),
             ("physx", (*SHOTS, "draw-shot", "restitution-cut"), 1e-4),
             ("pybullet", ("half-ball-cut", "unequal-balls", "restitution-cut"), 1e-8),
             ("pymunk", (*SHOTS, "unequal-balls", "restitution-cut"), 1e-8),
@@ -155,7 +165,15 @@ def test_shots_in_exact_steps_are_right(name: str, shots: tuple[str, ...], error
 
 @pytest.mark.parametrize(
     ("spec", "error"),
-    of_each({"box2d": 1e-3, "physx": 1e-4, "mujoco": 2.5e-4, "mujoco:contact_steps=exact": 2.5e-4}),
+    of_each(
+        {
+            "box2d": 1e-3,
+            "newton": 1e-5,
+            "physx": 1e-4,
+            "mujoco": 2.5e-4,
+            "mujoco:contact_steps=exact": 2.5e-4,
+        }
+    ),
 )
 def test_a_frozen_line_collides_at_once(spec: str, error: float) -> None:
     """The result of Moreau's law; with successive collisions it would be (0, 0, 1)."""
@@ -163,7 +181,7 @@ def test_a_frozen_line_collides_at_once(spec: str, error: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=needs(name)) for name in ("box2d3", "rapier")]
+    "name", [pytest.param(name, marks=needs(name)) for name in ("box2d3", "newton", "rapier")]
 )
 def test_events_are_those_of_the_shot(name: str) -> None:
     result = play(name, to_the_wall(), record="events")

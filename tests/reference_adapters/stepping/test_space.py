@@ -12,15 +12,18 @@ from ghostball.model import EventKind, Scene, Table, UnsupportedSceneError
 from ghostball.validation.scenes.library import find_scene
 
 NAMES = [pytest.param(name, marks=needs(name)) for name in ("dart", "mujoco", "physx")]
+SLIDING = [*NAMES, pytest.param("newton", marks=needs("newton"))]
 SHORT = {
     "dart": (2.85e-3, 2.87e-4, 2.87e-5),
     "mujoco": (3.66e-3, 4.55e-4, 4.31e-5),
+    "newton": (2.85e-3, 2.76e-4),
     "physx": (2.84e-3, 2.7e-4),
 }
 """Missing length of a slide with steps of 10 ms, 1 ms ... [m]."""
 SHOTS = {
     "dart": {"sliding-stun": 0.05},
     "mujoco": {"sliding-stun": 0.05, "draw-shot": 0.2},
+    "newton": {"sliding-stun": 1e-3, "draw-shot": 0.01, "side-spin": 1e-3},
     "physx": {"sliding-stun": 0.1, "draw-shot": 0.1},
 }
 IN_FLIGHT = {
@@ -32,7 +35,7 @@ IN_FLIGHT = {
 """Limits on rest position errors [m]."""
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SLIDING)
 def test_a_cloth_of_its_own_is_of_first_order(name: str) -> None:
     scene = slide()
     end = simulate(scene).final_state
@@ -90,7 +93,7 @@ def test_flight_over_cushions_or_a_cloth_between_the_steps_is_refused(name: str)
         play(name, find_scene("flight-throw"))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", SLIDING)
 def test_cushions_take_a_part_of_the_speed_along_them_on_an_own_cloth_too(name: str) -> None:
     """Fails, by 3 cm, if the factor applies only to engines with the cloth between steps."""
     table = Table(length=1.0, width=1.0)
