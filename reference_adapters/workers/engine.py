@@ -1,7 +1,7 @@
 """Engines that run in a worker process: pooltool and python-billiards.
 
-`make peers` creates a Python environment with both; `GHOSTBALL_PEERS_PYTHON` selects a different
-one. Each Ghostball process has one worker, which exits with it.
+`make peers` creates a Python environment with both engines; `GHOSTBALL_PEERS_PYTHON` selects a
+different environment. Each Ghostball process has one worker, which exits with it.
 """
 
 from __future__ import annotations

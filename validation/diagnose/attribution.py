@@ -237,7 +237,7 @@ class _Shared:
 def _shared_collisions(
     true: Sequence[Event], runs: Sequence[Result], predictable: float
 ) -> _Shared | None:
-    """Return the collisions that all runs share; None if none is wrong in predictable time.
+    """Return the collisions that all runs share; None if no run has a wrong one by `predictable`.
 
     `true`: the collisions of the reference.
     `predictable` [s]: later events aren't compared.

@@ -70,7 +70,7 @@ class Growth(Protocol):
         """Time from which the growth is unknown, as after simultaneous hits [s]; inf: never."""
 
     def sizes(self, times: ArrayLike) -> FloatArray:
-        """Return the displacement of each ball by relative errors of 1 at start and events.
+        """Return the displacement of each ball by relative errors of 1, at start and events.
 
         One row for each time, (k, n) [m]; infinite if the growth is unknown.
         """

@@ -1,4 +1,4 @@
-r"""Simulated banks: the aim at a cushion with which a sliding ball returns to a corner.
+r"""Simulated banks: where a sliding ball must be aimed at a cushion to return to a corner.
 
     through             the opposite line of diamonds
        \       0        the opposite groove; its 0 is the corner
