@@ -49,7 +49,8 @@ def framed(result: Result, after: float = 0.0) -> Result:
     grid = np.linspace(0.0, result.rest_time + after, FRAMES + 1)
     before = np.maximum(np.nextafter(events["t"], 0.0), 0.0)
     times = np.unique(np.concatenate([grid, events["t"], before]))
-    times = times[~np.any(result.phases(times) == Phase.COMPRESSED, axis=1)]
+    if result.scene.physics.impacts == "compliant":
+        times = times[~np.any(result.phases(times) == Phase.COMPRESSED, axis=1)]
     return replace(result, trajectory=SampledTrajectory(times, *result.sample(times)))
 
 
