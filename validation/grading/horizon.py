@@ -28,10 +28,12 @@ from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS
 from ghostball.reference_adapters.certified import Certificate
 from ghostball.validation.grading.certified_growth import CertifiedGrowth, growth_of_certificate
 from ghostball.validation.grading.certified_widths import FlightGrowth, is_differentiated
+from ghostball.validation.grading.event_logs import events_in
 from ghostball.validation.grading.tolerances import (
     CONTACT_STEP,
     INTEGRATED_IMPACT,
     ROUNDINGS,
+    TIE,
     UNIT_ROUNDOFF,
 )
 from ghostball.validation.runs.sampling import events_of
@@ -210,6 +212,7 @@ def sampled_growth(growth: Growth, result: Result) -> SampledGrowth:
         INTEGRATED_IMPACT if _has_integrated_law(result.scene) else 0.0,
     )
     events = np.searchsorted(growth.times, times, side="right")
+    known_until = min(known_until, _first_tie(result))
     log = events_of(result)[:_MOST_TIMES]
     places = result.sample(log["t"]).positions[np.arange(len(log)), log["a"], :2]
     coordinate = math.sqrt(float(np.mean(places**2))) if len(log) else extent
@@ -223,6 +226,22 @@ def sampled_growth(growth: Growth, result: Result) -> SampledGrowth:
         meetings_of(growth, result),
         least,
     )
+
+
+def _first_tie(result: Result) -> float:
+    """Return the first collision whose order after another of the same ball is rounding [s].
+
+    For example, a ball is pushed into a corner whose two cushions it almost touches. inf: none.
+    """
+    last: dict[int, tuple[float, int]] = {}
+    for one in events_in(events_of(result)):
+        for ball in one.balls:
+            partner = one.b if ball == one.a else one.a
+            t, before = last.get(ball, (-math.inf, -1))
+            if partner != before and one.t - t <= TIE * one.t:
+                return t
+            last[ball] = one.t, partner
+    return math.inf
 
 
 def _has_integrated_law(scene: Scene) -> bool:
