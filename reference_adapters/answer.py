@@ -94,6 +94,8 @@ _LARGEST_INDEX = np.iinfo(np.int32).max
 
 
 def _numbers(value: object) -> FloatArray:
+    if value is None:  # NumPy takes it as a number that isn't finite
+        raise ValueError("must be numbers")
     try:
         return np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
@@ -131,7 +133,7 @@ class _AnswerPart(BaseModel):
 class RunEvent(_AnswerPart):
     """One event of a run."""
 
-    t: Annotated[float, Field(ge=0.0)]
+    t: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
     kind: str
     a: Annotated[int, Field(ge=0, le=_LARGEST_INDEX)]
     b: Annotated[int, Field(ge=-1, le=_LARGEST_INDEX)] | str | None = None
@@ -383,4 +385,4 @@ def _wrong(where: str, key: str, rule: str) -> EngineError:
 
 
 def _shown(value: object) -> str:
-    return f"{value!r:.80} ({type(value).__name__})"
+    return "null" if value is None else f"{value!r:.80} ({type(value).__name__})"

@@ -13,6 +13,8 @@ from ghostball.model.text_files import read_text
 from ghostball.reference_adapters.answer import EngineAnswer
 from ghostball.reference_adapters.base import EngineBase, EngineError, ReferenceEngine
 
+_FOR_GOLDEN = "For golden shots use `--golden DIR`"
+
 
 def load_runs(path: Path) -> tuple[EngineAnswer, ...]:
     """Read a file of one run, a list of runs, or one run per line.
@@ -20,6 +22,8 @@ def load_runs(path: Path) -> tuple[EngineAnswer, ...]:
     Raises `EngineError` if the file can't be read or a run is invalid; the message gives the
     location.
     """
+    if path.is_dir():
+        raise EngineError(f"{path} must be a file, got a folder. {_FOR_GOLDEN}")
     text = _text_of(path)
     try:
         values = _json_of(text, path)
@@ -35,6 +39,10 @@ def load_runs(path: Path) -> tuple[EngineAnswer, ...]:
     listed = values if isinstance(values, list) else [values]
     if not listed:
         raise EngineError(f"{path} must hold at least one run, got none")
+    if isinstance(values, dict) and any(
+        isinstance(one, dict) and isinstance(one.get("events"), list) for one in values.values()
+    ):
+        raise EngineError(f"{path} holds answers by name instead of runs. {_FOR_GOLDEN}")
     return tuple(EngineAnswer.parse(value, f"{path}, run {k}") for k, value in enumerate(listed, 1))
 
 

@@ -50,6 +50,8 @@ int main(int, char** argv) {
     for (auto& e : left) kinds += e.kind;
     int faults = 0;
     auto fault = [&](const string& what) { std::cout << argv[1] << ": " << what << "\n"; faults++; };
+    if (value(answer, "rest_positions").find_first_of("NI") != string::npos) fault("a rest position isn't finite");
+    for (auto& e : left) if (!std::isfinite(e.t)) fault("the time of an event isn't finite");
     for (size_t k = 0; k < truth.size(); k++) {
         const Event& e = truth[k];
         if (kinds.find(e.kind) == string::npos) continue;

@@ -9,6 +9,8 @@ const FACTOR = 1; // 2 ** 29 for an engine in single precision
 const PHASE_ENDS = ["slide-to-roll", "roll-to-rest", "ball-cloth"];
 
 function faults(shot, answer) {
+  const numbers = [...answer.events.map((e) => e.t), ...(answer.rest_positions ?? []).flat()];
+  if (!numbers.every(Number.isFinite)) return ["a number isn't finite"];
   const found = [], left = [...answer.events], tolerance = shot.tolerance;
   const kinds = new Set(["ball-ball", "ball-cushion", "pocketed", ...left.map((e) => e.kind)]);
   const key = (e) => [e.kind, ...(e.kind === "ball-ball" ? [e.a, e.b].sort((a, b) => a - b) : [e.a, e.b])].join();

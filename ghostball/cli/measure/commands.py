@@ -342,7 +342,8 @@ class GradeOptions:
     status ("rest", "t-max"), rest_time, rest_positions, events and samples of the motion; see
     reference_adapters/answer.py.
 
-    With --golden, the files are answers to golden shots instead.
+    With --golden, the files are answers to golden shots instead. Shots without an answer are
+    counted, not failed. Exit status: 0 all answers pass, 1 some fail, 2 unreadable, 4 no answers.
     """
 
     files: Annotated[
@@ -358,5 +359,12 @@ class GradeOptions:
         typer.Option(
             metavar="DIR",
             help="Compare answers with the golden shots in DIR, as its README describes.",
+        ),
+    ] = None
+    factor: Annotated[
+        float | None,
+        typer.Option(
+            metavar="X",
+            help="For --golden: multiply all tolerances by X (536870912 for single precision).",
         ),
     ] = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import typer
 from rich.markup import escape
 
 from ghostball.cli.measure.commands import GradeOptions
@@ -36,7 +37,9 @@ def run(asked: GradeOptions) -> ExitStatus:
     printed.
     """
     if asked.golden is not None:
-        return grade_golden(asked.golden, asked.files)
+        return grade_golden(asked.golden, asked.files, asked.factor)
+    if asked.factor is not None:
+        raise typer.BadParameter("it needs `--golden`. Remove `--factor`")
     runs: list[EngineAnswer] = []
     lost: list[str] = []
     for path in asked.files:
