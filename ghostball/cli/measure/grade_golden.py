@@ -97,7 +97,7 @@ def _judged(
     for name, given in answers.items():
         try:
             value = load_object(given) if isinstance(given, Path) else given
-            answer = answer_of(shots[name], value, path.stem, name)
+            answer = answer_of(shots[name], value, path.stem, "the answer")
         except EngineError as error:
             yield name, Comparison((str(error),), None, None)
         else:

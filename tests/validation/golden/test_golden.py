@@ -314,7 +314,11 @@ BAD = [
         1,
         "`rest_positions` must be numbers, got null",
     ),
-    ({"stop": None}, 1, "stop must be an object with `events` and `rest_positions`, got null"),
+    (
+        {"stop": None},
+        1,
+        "the answer must be an object with `events` and `rest_positions`, got null",
+    ),
     ({"stop": [1]}, 1, "must be an object with `events` and `rest_positions`, got [1]"),
     ({}, 4, "answers none of the golden shots"),
 ]
