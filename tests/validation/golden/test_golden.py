@@ -482,6 +482,12 @@ def test_the_examples_say_the_same(shots, folder, tmp_path, language):
             assert status == (shown != "")
             said |= {name} if status else set()
         assert said == caught
+    one = answers_of(ours, {"chaos-a": shots["chaos-a"]})["chaos-a"]
+    one["rest_positions"][0][1] = "infinite"
+    text = json.dumps(one if language == "cpp" else {"chaos-a": one})
+    given.write_text(text.replace('"infinite"', "1e999"))
+    command[1:] = [str(folder / "chaos-a.json"), str(given)] if language == "cpp" else command[1:]
+    assert verdicts(command, tmp_path)[0] == 1
 
 
 def test_read_golden_needs_a_folder(tmp_path):
