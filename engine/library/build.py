@@ -1,7 +1,8 @@
-"""Compiles a kernel into a shared library; loaded only where that is done, with numba.
+"""Compile a kernel into a shared library, with numba; only a process that compiles imports this.
 
-Numba compiles the kernel with all that it calls, LLVM makes an object file for the target, and the
-system's linker makes the library of that. Where there is none, or it fails, the object file stays.
+numba compiles the kernel with everything that it calls, LLVM makes an object file for the target,
+and the linker of the system makes the library. Without a linker, or if linking fails, the object
+file is kept.
 """
 
 from __future__ import annotations
@@ -37,23 +38,23 @@ from ghostball.engine.library.reached import (
 logger = logging.getLogger("ghostball.engine")
 
 OF_OTHERS = ("numba_", "NRT_", "Py", "_Py", "_ZN")
-"""How names begin of functions of numba or of Python: none of these is there when it is called."""
+"""Prefixes of functions of numba and of Python, which don't exist where a library is called."""
 
 LINKERS = ("cc", "clang", "gcc")
 
 LINKED_WITH = {
-    # No library is needed: what is left to find is a few functions of C's that every process has.
+    # No library is needed: the code calls only a few C functions, which every process has.
     "linux": ["-s", "-nostdlib", "-Wl,--gc-sections,--build-id=none"],
     "darwin": ["-Wl,-dead_strip", "-Wl,-x"],
     "win32": ["-fuse-ld=lld", f"-Wl,-export:{SYMBOL}"],
 }
-"""What the linker is told besides, on each system."""
+"""Further arguments of the linker on each system."""
 
 
 def build(order: dict[str, Any]) -> str:
-    """Compile what `load.build` orders, and put the library, or the object file, in its place.
+    """Compile the kernel of an order of `load.build`; store the library, or the object file.
 
-    Returns why it isn't a library, in one line, or nothing.
+    Return why it isn't a library, in one line, or "".
     """
     gc.disable()  # the compiler makes millions of objects and keeps them
     kernel = kernel_in(table.named(order["kernel"]))
@@ -72,10 +73,10 @@ def build(order: dict[str, Any]) -> str:
 
 
 def _link(code: Path, library: Path) -> str:
-    """Make a library of an object file; return why there is none, in one line, or nothing."""
+    """Link an object file into a library; return why that failed, in one line, or ""."""
     linker = os.environ.get("CC") or next(filter(shutil.which, LINKERS), None)
     if linker is None:
-        return f"no C compiler was found, of {', '.join(LINKERS)}; CC may name one"
+        return f"no C compiler found (tried {', '.join(LINKERS)}). Set CC to a compiler"
     more = LINKED_WITH.get(sys.platform, [])
     command = [*shlex.split(linker), "-shared", *more, "-o", str(library), str(code)]
     try:
@@ -91,10 +92,11 @@ def _link(code: Path, library: Path) -> str:
 def _in_one_piece(function: Callable[..., Any], *arguments: Any) -> Any:
     """Return `function(*arguments)`, called from a frame of more than a megabyte.
 
-    CPython keeps a thread's frames in pieces of 16 kB, and asks the system for the next one, or
-    gives it back, whenever a call crosses an end. Some of numba's longest loops happened to call
-    across one: 420 000 times for one variant, a third of the time to compile. A frame that no such
-    piece can hold gets one of 2 MB, and what it calls has the rest.
+    CPython stores the frames of a thread in chunks of 16 kB. When a call crosses the end of a
+    chunk, CPython gets another chunk from the system, or returns a chunk to the system. Some of
+    numba's longest loops had such calls: 420 000 for one variant, a third of the time to compile. A
+    frame that is too large for a chunk gets a chunk of 2 MB; the functions that it calls use the
+    rest.
     """
     return function(*arguments)
 
@@ -120,15 +122,15 @@ def object_code(
     module.link_in(for_machine(generated.RESHAPE, machine))
     made = [one for one in (*module.functions, *module.global_variables) if not one.is_declaration]
     for number, one in enumerate(made):
-        # What a function that nobody else calls doesn't use of what it is passed isn't passed: of
-        # some 200 words, which a few named tuples of arrays are, all but a dozen, in half of the
-        # calls. Names have all types in them: two thousand letters, which nobody reads.
+        # LLVM removes unused arguments of internal functions. A few named tuples of arrays are
+        # about 200 words; half of the calls need only a dozen. The names are short, because numba's
+        # names contain all types: two thousand letters.
         is_entry = one.name == name
         one.linkage = "external" if is_entry else "internal"
         one.name = SYMBOL if is_entry else f"part_{number}"
     builder = pass_builder(machine)
     passes = builder.getModulePassManager()
-    passes.add_global_dead_code_eliminate_pass()  # with NUMBA_OPT=0, too, what nobody calls goes
+    passes.add_global_dead_code_eliminate_pass()  # also with NUMBA_OPT=0
     passes.run(module, builder)
     wanted = [one.name for one in module.functions if one.is_declaration]
     unknown = [name for name in wanted if name.startswith(OF_OTHERS)]
@@ -142,9 +144,10 @@ def _module(
 ) -> tuple[Any, str]:
     """Return the LLVM module of a kernel that takes a table, and the kernel's name in it.
 
-    Where a door of numba's doesn't open, this process compiles without them from then on.
+    If a private part of numba has changed (`numba_doors`), this process compiles without private
+    parts from then on.
 
-    Raises `TypeError` as `reached_by`: before numba is asked, so that a mistake in a kernel isn't
+    Raises `TypeError` as `reached_by`, which runs before numba, so that a mistake in a kernel isn't
     taken for a change in numba.
     """
     functions = reached_by(kernel).functions
@@ -162,7 +165,7 @@ def _module(
 
 
 def way() -> Plain:
-    """Return how this process compiles."""
+    """Return the compiler of this process: `Doors`, or `Plain` if numba has changed."""
     if not _WAY:
         try:
             from ghostball.engine.library.numba_doors import Doors  # noqa: PLC0415 - may fail
@@ -184,7 +187,7 @@ def _compile_plainly(error: Exception) -> None:
 
 
 _WAY: list[Plain] = []
-"""How this process compiles, once it has compiled."""
+"""The compiler of this process, after its first use."""
 
 
 def _compilable(kernel: FunctionType, functions: tuple[FunctionType, ...], chosen: Plain) -> Any:
@@ -212,7 +215,7 @@ def _compilable(kernel: FunctionType, functions: tuple[FunctionType, ...], chose
 
 
 class _Module(ModuleType):
-    """A module with what another has; some of it is then replaced here, and not there."""
+    """A copy of a module; replacing an attribute of the copy doesn't change the module."""
 
     def __init__(self, module: ModuleType) -> None:
         super().__init__(module.__name__)
@@ -220,7 +223,7 @@ class _Module(ModuleType):
 
 
 def _copy(function: FunctionType, space: dict[str, Any]) -> FunctionType:
-    """Return a function that finds its names in another space."""
+    """Return a copy of a function that looks up global names in `space`."""
     copy = FunctionType(function.__code__, space, function.__name__, function.__defaults__)
     copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
     return copy

@@ -1,7 +1,7 @@
-"""Writes the kernel that unpacks a table and calls another; loads numba, so only who compiles does.
+"""Make the kernel that unpacks a table and calls another kernel; only a compiling process needs it.
 
-It is made from the kinds of arguments alone. Its arrays are those that the words point to: nothing
-of them is copied, and nothing is counted.
+The code depends only on the kinds of the arguments. The arrays are those to which the words point:
+no data is copied, and no reference is counted.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from ghostball.engine.library.plain_numba import array_in_one_piece
 from ghostball.engine.library.reached import REFERENCE_WORDS, mark
 from ghostball.engine.library.table import Kind, dtype_of, named
 
-# Where numpy keeps what, in bytes after the head of an object of Python's: `PyArrayObject_fields`
-# and `PyArray_Descr` of numpy/ndarraytypes.h. Programs compiled for any numpy since 1.7 rely on it.
+# Offsets of numpy's fields, in bytes after the head of a Python object: `PyArrayObject_fields` and
+# `PyArray_Descr` in numpy/ndarraytypes.h. Programs compiled for any numpy since 1.7 rely on them.
 DATA, DIMENSIONS, LENGTHS, DESCRIPTION, FLAGS = 0, 8, 16, 40, 48
 NUMBER_OF_TYPE = 12
 IN_ONE_PIECE = 0x101
-"""Of an array's flags: C_CONTIGUOUS and ALIGNED."""
+"""The flags C_CONTIGUOUS and ALIGNED of an array."""
 
 
 WORD, HALF_WORD, FLOAT = ir.IntType(64), ir.IntType(32), ir.DoubleType()
@@ -37,7 +37,7 @@ def _loaded(builder: Any, address: Any, kind: Any) -> Any:
 
 
 def _reader(kind: Any, number: Any) -> Any:
-    """Return what reads at an address what LLVM calls `kind`, as numba's `number`."""
+    """Return a function that reads LLVM's type `kind` at an address, as numba's type `number`."""
 
     @intrinsic
     def read_at(_: Any, _address: Any) -> Any:
@@ -56,7 +56,7 @@ half_word_at = _reader(HALF_WORD, types.int64)
 
 @intrinsic
 def _put_at(_: Any, _address: Any, value: Any) -> Any:
-    """Write a number at an address, as an integer where it is one or a truth value."""
+    """Write a number at an address: integers and booleans as an integer, floats as a float."""
     if not isinstance(value, types.Integer | types.Float | types.Boolean):
         return None
 
@@ -73,7 +73,7 @@ put_at: Any = _put_at
 
 
 def array_maker(element: Any, dimensions: int) -> Any:
-    """Return what makes an array of numba's of the numpy array at an address."""
+    """Return a function that makes numba's array from the numpy array at an address."""
     array = types.Array(element, dimensions, "C")
 
     @intrinsic
@@ -91,7 +91,7 @@ def array_maker(element: Any, dimensions: int) -> Any:
 
 
 class Reference(types.Type):
-    """The address of a named tuple of numba's in memory: passed on as one word."""
+    """The address of numba's named tuple in memory, which is passed as one word."""
 
     def __init__(self, target: Any) -> None:
         self.target = target
@@ -148,7 +148,7 @@ def by_reference(_: Any, value: Any, memory: Any) -> Any:
 
 
 def fits(address: int, head: int, dimensions: int, number: int) -> bool:
-    """Whether what is at an address is an array of these dimensions and type, in one piece."""
+    """Return whether a contiguous array of these dimensions and type is at an address."""
     fields = address + head
     return bool(
         half_word_at(fields + DIMENSIONS) == dimensions
@@ -161,7 +161,7 @@ mark(fits, inline=True)
 
 
 class _Source:
-    """The text of the kernel, and what its names stand for."""
+    """The text of the kernel, and the values of its names."""
 
     def __init__(self, first: int) -> None:
         self.space: dict[str, Any] = {}
@@ -169,7 +169,7 @@ class _Source:
         self._first = self._word = first
 
     def argument(self, kind: Kind) -> str:
-        """Return the expression for an argument, from the next words on."""
+        """Return the expression for an argument, which reads the next words of the table."""
         if kind == "none":
             return "None"
         if kind[0] in ("tuple", "named"):
@@ -214,9 +214,9 @@ def _puts(result: Kind, value: str, word: int) -> tuple[list[str], int]:
 
 
 def unpacking(kernel: Any, fitting: Any, kinds: list[Kind], result: Kind) -> Callable[..., Any]:
-    """Return a function of the address of a table that calls `kernel` with what is in it.
+    """Return a function that takes the address of a table, and calls `kernel` with its arguments.
 
-    `kernel`, and `fits`, are what numba makes of them.
+    `kernel`, `fitting`: numba's dispatchers of the kernel and of `fits`.
     """
     layout = table.Layout(kinds, result)
     source = _Source(layout.first)
@@ -269,8 +269,8 @@ end:
   ret i32 1
 }
 """
-"""The one function that numba's machine code calls of numba's own, in LLVM's words.
+"""The only function of numba that compiled kernels call, as LLVM code.
 
-Numba would copy an array's lengths where a reshaped one isn't in one piece; kernels reshape none
-but those that are, so that the strides follow from the lengths.
+Kernels reshape only contiguous arrays, so the strides follow from the lengths. Numba's own function
+also treats other arrays.
 """

@@ -1,23 +1,23 @@
-"""The private parts of numba that the engine compiles with, to compile sooner: in this file alone.
+"""The private parts of numba with which the engine compiles faster; only this file uses them.
 
-Each part is called a door. If a release of numba has changed one, `build` compiles by `plain_numba`
-instead: kernels come out the same, bit for bit, but later, and a warning says so. A door is kept
-while it saves at least 15 % of the time to compile. `python -m benchmarks doors` measures the time
-to compile the lean kernel with both doors, without `by_common_types`, and without both.
+Each part is called a door. If a release of numba has changed a door, `build` uses `plain_numba`
+instead: the kernels are bit-identical, compiling takes longer, and a warning says so. A door is
+kept while it saves at least 15 % of the time to compile. `python -m benchmarks doors` measures the
+time to compile the lean kernel with both doors, without `by_common_types`, and without both.
 
-- `_Code` with `_Compiler`. Uses `CodeLibrary` (its six abstract methods and `_finalized`), and of
-  the compiler `compile_extra`, `state.library`, `flags.no_compile`, `insert_user_function` and the
-  result's `entry_point`. Fails with ImportError or AttributeError where a name is gone, with
-  TypeError where another method is abstract or takes other arguments.
-- `by_common_types`. Uses `get_call_template`, set on a dispatcher. Fails with AttributeError where
-  the name is gone; where numba no longer calls it, a test sees a kernel that is compiled twice.
+- `_Code` with `_Compiler` uses `CodeLibrary` (its six abstract methods and `_finalized`), and
+  `compile_extra`, `state.library`, `flags.no_compile`, `insert_user_function` and `entry_point` of
+  the compiler. It fails with ImportError or AttributeError if a name is gone, and with TypeError if
+  another method is abstract or has other arguments.
+- `by_common_types` sets `get_call_template` of a dispatcher. It fails with AttributeError if the
+  name is gone. If numba no longer calls this method, a test finds a kernel that is compiled twice.
 
-The slow test of numba's versions (`tests/engine/library/test_numba_versions.py`) compiles by both
-doors with the lowest numba and the newest that pyproject.toml allows: run that test before you
-change one of the two versions.
+The slow test `tests/engine/library/test_numba_versions.py` compiles with both doors, with the
+lowest and the highest version of numba that pyproject.toml allows. Run this test before you change
+one of the two versions.
 
-These were tried and left out, since each saves too little: short names of kernels
-(`BaseContext.mangler`), a memory of what operations give (`BaseFunction.get_call_type`), one
+Four more doors were tried and left out, because each saves too little: short names of kernels
+(`BaseContext.mangler`), a cache for the types of operations (`BaseFunction.get_call_type`), one
 optimiser for all functions (`_optimize_functions`), no machine code by numba
 (`_finalize_final_module`).
 """
@@ -42,19 +42,19 @@ from ghostball.engine.library.plain_numba import (
 
 
 class Doors(Plain):
-    """Compiles by both doors."""
+    """The compiler that uses both doors."""
 
     def dispatcher(self, function: Callable[..., Any], **options: Any) -> Any:
-        """Return a function as numba's, which compiles it when a kernel that calls it is."""
+        """Return numba's dispatcher of a function; it is compiled with a kernel that calls it."""
         made = numba.njit(**OPTIONS, **options, pipeline_class=_Compiler)(function)
         return by_common_types(made)
 
     def module(self, dispatcher: Any, machine: Any) -> tuple[Any, str]:
-        """Compile a function of one integer; return its module, all in it once, and its name.
+        """Compile a function of one integer; return its module with each callee once, and its name.
 
-        numba optimises each kernel with all that it calls, and makes machine code of it; so a
-        kernel is done as often as there are kernels above it. Here both are done once, by `build`;
-        the code is faster by a few per cent, since the optimiser sees the whole.
+        numba optimises each kernel together with everything that it calls, and makes machine code
+        of both. So each kernel is compiled as often as there are kernels above it. Here `build`
+        does both once. The code is a few per cent faster, because the optimiser sees all of it.
         """
         dispatcher.compile(self.signature)
         codes = _linked_order(dispatcher.overloads[self.signature].library)
@@ -66,7 +66,7 @@ class Doors(Plain):
 
 
 class _Code(CodeLibrary):
-    """The code of one kernel as numba wrote it, neither linked with what it calls nor optimised."""
+    """The code of one kernel from numba, not optimised, and not linked with its callees."""
 
     def __init__(self, codegen: Any, name: str) -> None:
         super().__init__(codegen, name)
@@ -75,15 +75,15 @@ class _Code(CodeLibrary):
         self.below: list[Any] = []
 
     def add_ir_module(self, ir_module: Any) -> None:
-        """Keep a module of the kernel's."""
+        """Store a module of the kernel."""
         self.texts.append(str(ir_module))
 
     def add_linking_library(self, library: Any) -> None:
-        """Keep what the kernel calls."""
+        """Store a library that the kernel calls."""
         self.below.append(library)
 
     def finalize(self) -> None:
-        """Do nothing: the entry's `Doors.module` does all, once."""
+        """Do nothing: `Doors.module` of the entry does the work once for all kernels."""
         self._finalized = True
 
     def get_llvm_str(self) -> str:
@@ -91,11 +91,11 @@ class _Code(CodeLibrary):
         return "\n".join(self.texts)
 
     def get_function(self, name: str) -> Any:
-        """Nobody asks."""
+        """Raise, because no code calls this method."""
         raise NotImplementedError
 
     def get_asm_str(self) -> str:
-        """Nobody asks."""
+        """Raise, because no code calls this method."""
         raise NotImplementedError
 
 
@@ -104,7 +104,7 @@ def _linked_order(entry: Any) -> list[Any]:
     found: dict[Any, None] = {}
 
     def visit(code: Any) -> None:
-        for one in getattr(code, "below", ()):  # numba's own have theirs inside
+        for one in getattr(code, "below", ()):  # libraries of numba contain their callees
             if one not in found:
                 visit(one)
                 found[one] = None
@@ -114,9 +114,9 @@ def _linked_order(entry: Any) -> list[Any]:
 
 
 def _modules(code: Any, machine: Any) -> list[Any]:
-    """Return a kernel's code, each function optimised by itself, or code that numba itself made.
+    """Return a kernel's code with each function optimised alone, or code of numba's own library.
 
-    Not at all would be slower: each is then optimised wherever it is inlined.
+    Without this step, each function would be optimised again wherever it is inlined.
     """
     if not isinstance(code, _Code):
         return [for_machine(code.get_llvm_str(), machine)]
@@ -134,21 +134,21 @@ def _modules(code: Any, machine: Any) -> list[Any]:
 
 class _Compiler(Compiler):
     def compile_extra(self, function: Callable[..., Any]) -> Any:
-        """Compile, as numba does, but into a `_Code`, which isn't run here."""
+        """Compile as numba does, but into a `_Code`, which this process doesn't run."""
         self.state.flags.no_compile = True
         self.state.library = _Code(self.state.targetctx.codegen(), function.__qualname__)
         made: Any = super().compile_extra(function)  # type: ignore[no-untyped-call]
-        # By which numba knows it: a builtin function, another for each; nobody calls it.
+        # numba's key for this code: a new builtin function for each kernel, which is never called.
         key = object().__sizeof__
         self.state.targetctx.insert_user_function(key, made.fndesc, [made.library])
         return made._replace(entry_point=key)
 
 
 def by_common_types(dispatcher: Any) -> Any:
-    """Let a caller's constant, or an integer of half a word, be an argument like any other.
+    """Treat a caller's constant, or an integer of half a word, like any other argument.
 
-    numba would compile a kernel anew for each constant that a caller passes, and all that it calls;
-    and again where the number of a ball comes from an array and not from a loop.
+    Otherwise numba would compile a kernel, and everything that it calls, again for each constant
+    that a caller passes, and again if the index of a ball comes from an array instead of a loop.
     """
     resolve = dispatcher.get_call_template
     dispatcher.get_call_template = lambda args, kws: resolve(

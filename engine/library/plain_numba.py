@@ -1,9 +1,9 @@
-"""Numba as anyone uses it: options of `njit`, a function's LLVM code, and LLVM's own optimiser.
+"""Compile with the public parts of numba: options of `njit`, a function's LLVM code, and LLVM.
 
-Three things here numba doesn't document, and nothing replaces them, so that compiling fails with
-TypeError or ImportError where they are gone: the options `_nrt` and `no_*_wrapper`, without which a
-kernel calls functions that only a process with numba has, and `populate_array`, by which an array
-is made of an address. So do the models of types in `generated`, which numba documents.
+Three parts are undocumented and can't be replaced: the options `_nrt` and `no_*_wrapper`, without
+which a kernel calls functions that exist only with numba, and `populate_array`, which makes an
+array from an address. If one of them is gone, compiling fails with TypeError or ImportError. The
+same holds for the models of types in `generated`, which numba documents.
 """
 
 from __future__ import annotations
@@ -18,38 +18,38 @@ from numba import types
 from numba.np.arrayobj import populate_array
 
 OPTIONS: dict[str, Any] = {
-    "error_model": "numpy",  # no raising: a division by zero gives inf, as the arithmetic says
+    "error_model": "numpy",  # no exceptions: a division by zero gives inf
     "fastmath": False,  # no fused multiply-add, no reordering: the same bits on every machine
     # No reference counts: kernels allocate nothing, and counting the arrays of each call took more
     # than half of the time.
     "_nrt": False,
-    # Both wrappers call what only a process that runs Python has.
+    # Both wrappers call functions that exist only in a process that runs Python.
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }
 
 
 class Plain:
-    """Compiles by what numba documents; each kernel as often as there are kernels above it."""
+    """The compiler without doors; it compiles a kernel as often as there are kernels above it."""
 
     signature = (types.int64,)
 
     def __init__(self) -> None:
-        self.kernels: dict[Any, Any] = {}  # what one is compiled into is there for the next, too
+        self.kernels: dict[Any, Any] = {}  # dispatchers, shared by all kernels that are compiled
 
     def dispatcher(self, function: Callable[..., Any], **options: Any) -> Any:
-        """Return a function as numba's, which compiles it when a kernel that calls it is."""
+        """Return numba's dispatcher of a function; it is compiled with a kernel that calls it."""
         return numba.njit(**OPTIONS, **options)(function)
 
     def module(self, dispatcher: Any, machine: Any) -> tuple[Any, str]:
-        """Compile a function of one integer; return its module, with all it calls, and its name."""
+        """Compile a function of one integer; return its module with all callees, and its name."""
         dispatcher.compile(self.signature)
         module = for_machine(dispatcher.inspect_llvm(self.signature), machine)
         return module, name_of_entry(module)
 
 
 def name_of_entry(module: Any) -> str:
-    """Return the name of the one function that a module has for others."""
+    """Return the name of the only function that a module exports."""
     (name,) = (
         one.name
         for one in module.functions
@@ -59,14 +59,14 @@ def name_of_entry(module: Any) -> str:
 
 
 def for_machine(text: str, machine: Any) -> Any:
-    """Return LLVM's code as a module for a machine: the same words mean the same there."""
+    """Return LLVM code as a module for a machine; the code is the same for all machines."""
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = machine.triple, str(machine.target_data)
     return module
 
 
 def pass_builder(machine: Any) -> Any:
-    """Return what makes LLVM's optimisers, with numba's settings for them."""
+    """Return a builder of LLVM's optimisers, with numba's settings."""
     config: Any = numba.config
     options = llvm.create_pipeline_tuning_options()
     options.speed_level = int(config.OPT)
@@ -76,7 +76,7 @@ def pass_builder(machine: Any) -> Any:
 
 
 def array_in_one_piece(context: Any, builder: Any, kind: Any, address: Any, lengths: Any) -> Any:
-    """Return an array of numba's in one piece, whose memory, at an address, is someone else's."""
+    """Return numba's contiguous array for memory at an address, which the array doesn't own."""
     made = context.make_array(kind)(context, builder)
     size = ir.IntType(64)(context.get_abi_sizeof(context.get_data_type(kind.dtype)))
     strides: list[Any] = []

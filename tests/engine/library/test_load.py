@@ -120,7 +120,7 @@ def test_an_unwritable_cache_is_reported_and_does_not_stop_the_run(copy):
 @pytest.mark.parametrize(
     ("linker", "reason"),
     [
-        ("", "no C compiler was found, of cc, clang, gcc; CC may name one"),
+        ("", "no C compiler found (tried cc, clang, gcc). Set CC to a compiler"),
         ("nowhere/cc", "`nowhere/cc` can't be run: No such file or directory"),
         ("/bin/sh -c 'echo no >&2; echo room >&2; exit 1'", "failed: no room"),
     ],
