@@ -22,7 +22,7 @@ WAYS = {
 }
 """The ways of Ghostball's engine to resolve impacts of several balls."""
 
-PANELS = {"made": ("breaks that make a ball", 100.0), "scratch": ("scratches", 40.0)}
+PANELS = {"made": ("breaks that make a ball", 100.0), "scratch": ("scratches", 50.0)}
 """Title and largest value [%] of each panel."""
 
 
