@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from threading import Event
 
 import numpy as np
@@ -24,6 +24,13 @@ A thread allocates its arrays once for each share; with 256 shots this takes 0.2
 
 _SCENES_AT_ONCE = 64
 """Largest number of scenes per share: passing one scene at a time took as long as its simulation.
+"""
+
+_LISTENS = 0.2
+"""Longest wait for the threads until Python looks for Ctrl-C [s].
+
+Without a limit, Ctrl-C has no effect in a process that has imported polars: polars replaces
+Python's signal handler by one after which the system continues the wait.
 """
 
 Task = tuple[SceneLayout, st.IntArray]
@@ -68,8 +75,11 @@ def run_tasks(
 
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for done in [pool.submit(play_share, share) for share in shares]:
-                done.result()
+            running = {pool.submit(play_share, share) for share in shares}
+            while running:
+                ended, running = wait(running, timeout=_LISTENS, return_when=FIRST_EXCEPTION)
+                for one in ended:
+                    one.result()
         except BaseException:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)

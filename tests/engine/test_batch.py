@@ -1,14 +1,13 @@
 """Tests of batches: each shot is bit-identical to `simulate`, in any thread."""
 
-import os
-import signal
-import threading
+import importlib
 from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 import pytest
 from batches import assert_same, assert_same_outcomes, two_ball_shot
+from interrupts import ctrl_c
 from shots import FLIES, POOL_TABLE, R, ball, crowded_table, rack, random_break, scene_of
 
 from ghostball.engine import simulate, simulate_many, simulate_starts, simulate_sweep
@@ -41,11 +40,12 @@ def test_a_wrong_number_of_threads_is_refused(wrong):
 @pytest.mark.compiled
 @pytest.mark.parametrize("way", ["sweep", "many", "starts"])
 def test_endless_shots_are_interrupted(way):
+    """Also in a process with polars, after whose signal handler the system continues a wait."""
+    importlib.import_module("polars")
     # Reaching the event limit would take days.
     rolls_on = scene_of(
         ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=1e50
     )
-    interrupt = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     simulate_sweep(rolls_on, 1.0, 0.3, max_events=2)  # compiled before the clock runs
     simulate_many([rolls_on], max_events=2)
     endless: Callable[[], object] = partial(
@@ -56,8 +56,7 @@ def test_endless_shots_are_interrupted(way):
         endless = partial(simulate_starts, rolls_on, velocities=slower, max_events=10**12)
     if way == "many":
         endless = partial(simulate_many, [rolls_on] * 50, threads=2, max_events=10**12)
-    interrupt.start()
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt), ctrl_c():
         endless()
 
 

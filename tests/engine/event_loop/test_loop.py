@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
-import signal
-import threading
 
 import pytest
+from interrupts import ctrl_c
 from shots import POOL_TABLE, R, ball, scene_of
 
 from ghostball.engine import simulate
@@ -99,8 +97,5 @@ def test_a_shot_without_end_is_ended_by_ctrl_c():
         ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=1e50
     )
     simulate(scene, max_events=2)
-    interrupt = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
-    interrupt.start()
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt), ctrl_c():
         simulate(scene, max_events=2**62, max_work=2**62)
-    interrupt.join()
