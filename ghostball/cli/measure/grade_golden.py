@@ -45,7 +45,8 @@ def grade_golden(golden: Path, files: Sequence[Path], factor: float | None = Non
     }
     heads = ("answers", "passed", "failed", "no answer", "largest rest error", "in tolerances")
     rows = (_row(path, len(shots), found) for path, found in judged.items())
-    stdout().print(table_of(heads, rows, right=heads[1:]))
+    # A long path is folded, so that no number is cut on a narrow terminal.
+    stdout().print(table_of(heads, rows, right=heads[1:], whole=heads[1:]))
     statuses = []
     for path, found in judged.items():
         failed = {name: one for name, one in found.items() if one.faults}

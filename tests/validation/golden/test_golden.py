@@ -185,7 +185,11 @@ def answers_of(play: Play, shots: Shots) -> dict[str, dict[str, Any]]:
 
 
 @pytest.fixture
-def grade(folder: Path, tmp_path: Path) -> Callable[..., tuple[int, str]]:
+def grade(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., tuple[int, str]]:
+    monkeypatch.setenv("COLUMNS", "200")  # a row on one line
+
     def run(answers: Any, *options: str) -> tuple[int, str]:
         (tmp_path / "answers.json").write_text(json.dumps(answers))
         done = cli("grade", "--golden", folder, tmp_path / "answers.json", *options)
