@@ -55,6 +55,16 @@ Store = Annotated[
     ),
 ]
 
+
+def peer_option(peers: Sequence[str]) -> Any:
+    """Return the option that names other engines to measure; without it, `peers` are measured."""
+    return typer.Option(
+        metavar="ENGINE",
+        help="Other engine to measure, as for `run --engine`; repeatable. `none` measures only "
+        f"Ghostball's (default: {', '.join(peers)}).",
+    )
+
+
 _ALLOWED_WITH_STORE = ("repeats", "jobs")
 """Options with which a measurement is still complete."""
 

@@ -11,11 +11,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Final, Literal, NamedTuple
 
 import numpy as np
-import typer
 from pydantic import Field
 from rich.console import RenderableType
 
-from benchmarks.commands import Count, benchmark, with_progress
+from benchmarks.commands import Count, benchmark, peer_option, with_progress
 from benchmarks.measurements import BenchmarkMeasurement, table_of
 from ghostball.engine import simulate, simulate_starts
 from ghostball.model import POOL_BALL_RADIUS, EngineFailedError, Physics, UnsupportedSceneError
@@ -219,14 +218,7 @@ def percent(share: float, error: float) -> str:
     return f"{100.0 * share:.1f} ± {100.0 * error:.1f} %"
 
 
-Peers = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="ENGINE",
-        help="Other engine to measure, as for `run --engine`; repeatable. `none` measures only "
-        f"Ghostball's (default: {', '.join(PEERS)}).",
-    ),
-]
+Peers = Annotated[list[str] | None, peer_option(PEERS)]
 
 
 @benchmark

@@ -9,11 +9,10 @@ from functools import partial
 from statistics import median
 from typing import Annotated, Literal
 
-import typer
 from rich.console import RenderableType
 from rich.markup import escape
 
-from benchmarks.commands import Repeats, benchmark, report_progress
+from benchmarks.commands import Repeats, benchmark, peer_option, report_progress
 from benchmarks.measurements import BenchmarkMeasurement, Distribution, table_of
 from benchmarks.scenes import random_rack, run
 from ghostball.model import EngineFailedError, Scene, UnsupportedSceneError
@@ -143,14 +142,7 @@ def _played(engine: ReferenceEngine, scene: Scene) -> float:
     return result.wall_time
 
 
-Peers = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="ENGINE",
-        help="Other engine to measure, as for `run --engine`; repeatable. `none` measures only "
-        f"Ghostball's (default: {', '.join(PEERS)}).",
-    ),
-]
+Peers = Annotated[list[str] | None, peer_option(PEERS)]
 
 
 @benchmark
