@@ -94,7 +94,7 @@ _LARGEST_INDEX = np.iinfo(np.int32).max
 
 
 def _numbers(value: object) -> FloatArray:
-    if value is None:  # NumPy takes it as a number that isn't finite
+    if value is None:  # NumPy would convert it to NaN
         raise ValueError("must be numbers")
     try:
         return np.array(value, dtype=np.float64)
@@ -247,8 +247,8 @@ class EngineAnswer(_AnswerPart):
     ) -> Result:
         """Return the result object as a `Result`.
 
-        `where` is the name of the result object in messages. Only what the conversion needs is
-        checked here; `returned.check_result` checks the rest when an engine is run.
+        `where` is the name of the result object in messages. This method checks only the values
+        that it converts; `returned.check_result` checks the rest when an engine is run.
 
         Raises `EngineError` if a kind or a cushion is unknown, or if arrays have a wrong shape.
         """
@@ -353,7 +353,11 @@ def event_row(event: RunEvent, table: Table | None, where: str) -> tuple[float, 
         partners = partners_of(table).get(kind)
         named = {partner_name(kind, index): index for index in partners or ()}
         if b not in named:
-            rule = f"one of {', '.join(named)}" if named else "that of an obstacle of this scene"
+            rule = (
+                f"one of {', '.join(named)}"
+                if named
+                else "the name of an existing cushion or pocket"
+            )
             if partners is None:
                 rule = "the index of a ball" if kind is EventKind.BALL_BALL else "null"
             raise EngineError(

@@ -2,7 +2,8 @@
 
 Your own engine joins through an entry point of the group `ghostball.engines` in your package:
 
-    [project.entry-points."ghostball.engines"] my-engine = "my_package:MyEngine"
+    [project.entry-points."ghostball.engines"]
+    my-engine = "my_package:MyEngine"
 
 `MyEngine` is a class like those in this folder: `MyEngine(MyEngine.Settings(dt=1e-3))` creates an
 engine, and `MyEngine.unavailable()` returns why it can't run here, or None.
@@ -30,7 +31,7 @@ nothing, so its accuracy is unknown.
 
 
 class EngineError(GhostballError):
-    """An unknown engine, an unknown or wrong setting, or an engine that isn't installed."""
+    """An unknown or unavailable engine, an invalid setting, or an invalid result or file."""
 
 
 class EngineSettings(BaseModel):
@@ -139,13 +140,13 @@ def resolution_of_step(dt: float, scene: Scene) -> float:
 
     A contact is detected up to this distance late.
 
-    `dt` [s].
+    `dt`: time step [s].
 
     Friction acts at the lowest point of a ball, so m R x v + 2/5 m R^2 w about this point is
     conserved. A sliding ball therefore changes its velocity along a straight line, from v to the
     velocity of rolling, v - 2/7 u with the slip u. The larger of the two speeds is its maximum;
-    with spin alone this is 2/7 R w. The higher speed of a lighter ball after an impact isn't
-    counted.
+    for a ball that only spins, this is 2/7 R w. The higher speed of a lighter ball after an impact
+    isn't counted.
     """
     v, w = scene.velocities, scene.angular_velocities
     rolled = v.copy()
@@ -159,7 +160,7 @@ def resolution_of_step(dt: float, scene: Scene) -> float:
 
 
 def lacking_sequence(scene: Scene) -> Iterator[str]:
-    """Yield that sequential impacts are unsupported, for solvers of all contacts together."""
+    """Yield why a solver of all contacts of a time step can't simulate sequential impacts."""
     if scene.physics.impacts == "sequential" and len(scene.balls) > 1:
         yield (
             'no impacts = "sequential" (the solver resolves all contacts of a time step together)'

@@ -1,6 +1,6 @@
 """Read and write the JSON files of pooltool: `System.save("shot.json")` of version 0.6.
 
-The long side of pooltool's table is along y, that of Ghostball's along x: the scene is turned by a
+The long side of a table is along y in pooltool and along x in Ghostball: the scene is turned by a
 right angle. A file holds no laws of impacts, so a scene gets those of pooltool's default engine:
 Alciatore's friction of balls, and Stronge's cushion. The scene is the start of the shot, even if
 pooltool has simulated it. A stroke with an elevated cue differs, because pooltool neglects the
@@ -129,7 +129,8 @@ class _System(_Part):
 def load_pooltool(path: Path) -> Scene:
     """Read a scene from a JSON file of pooltool.
 
-    Raises `GhostballError` if the file isn't one, or has a table that Ghostball doesn't have.
+    Raises `GhostballError` if the file isn't a shot of pooltool, or if Ghostball doesn't support
+    its table.
     """
     try:
         system = _System.model_validate_json(read_text(path))
@@ -306,7 +307,7 @@ def _pockets_of(
 def _among(
     one: tuple[tuple[float, float], float], others: Sequence[tuple[tuple[float, float], float]]
 ) -> bool:
-    """Return True if a circle is one of some circles."""
+    """Return True if a circle equals one of the circles `others`, up to `_SAME`."""
     (x, y), r = one
     return any(max(abs(x - u), abs(y - v), abs(r - radius)) <= _SAME for (u, v), radius in others)
 

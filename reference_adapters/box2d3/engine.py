@@ -2,9 +2,9 @@
 
 It resolves contacts before balls touch ("speculative", up to 0.02 units), in soft sub-steps, and
 applies restitution once, after the solver. So single impacts conserve energy, but simultaneous
-contacts lose energy: a break loses half, at any time step. Tuned, a metre has 100 units, impacts
-have no threshold, and the speed of bodies isn't limited. `config="naive"` is what a newcomer types:
-metres, time steps of 1/60 s, and inelastic impacts below 1 m/s.
+contacts lose energy: a break loses half, at any time step. With `config="tuned"`, a metre has 100
+units, no impact is too slow to rebound, and no ball reaches Box2D's speed limit. `config="naive"`
+is what a newcomer types: metres, time steps of 1/60 s, and inelastic impacts below 1 m/s.
 """
 
 from __future__ import annotations

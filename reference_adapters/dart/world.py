@@ -60,7 +60,7 @@ class DartWorld(ContactWorld):
         factors = multiplied_restitutions if split else restitutions
         ball_factor, cushion_factor = factors(physics)
         friction = ball_friction(scene)
-        # DART uses the smaller of two coefficients, so that of a ball limits all its contacts.
+        # DART uses the smaller of two coefficients: a ball's coefficient limits all its contacts.
         most = max(friction, cushion_friction(physics), float(np.max(scene.sliding_frictions)))
         rub = most if len(scene.balls) == 1 else friction
         self._bodies = [
@@ -137,7 +137,7 @@ class DartWorld(ContactWorld):
         self._set_motion(self.motion()[0], velocities, spins)
 
     def _set_motion(self, centres: FloatArray, velocities: FloatArray, spins: FloatArray) -> None:
-        """Set the motion of each ball without rotation: DART's velocities are in its frame."""
+        """Set the motion and reset the rotation: DART's velocities are in the ball's frame."""
         places = np.hstack([np.zeros_like(centres), centres * self._units])
         motions = np.hstack([spins, velocities * self._units])
         for (joint, _), place, motion in zip(self._bodies, places, motions, strict=True):

@@ -1,8 +1,8 @@
 """A scene as a Newton model: spheres in the plane of the table, or on a plane under gravity.
 
-Each kernel launch from Python takes some 20 us, and a step has tens of them. So steps of one length
-are recorded once as a Warp graph, which replays them; a step of another length is launched. On the
-processor, the arrays of Warp are memory that NumPy reads and writes without a copy.
+Each kernel launch from Python takes some 20 us, and a step has tens of them. So fixed steps are
+recorded once as a Warp graph and replayed. Steps that end at contacts differ in length, so they are
+launched. On the CPU, the arrays of Warp are memory that NumPy reads and writes without a copy.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _ARRAYS = ("joint_q", "joint_qd", "body_q", "body_qd")
 """The motion in a state of Newton: Steel reads that of joints, XPBD that of bodies."""
 
 warp.config.log_level = warp.LOG_WARNING  # otherwise Warp prints each kernel that it loads
-with captured(errors=True):  # Warp prints that no NVIDIA driver is there; none is needed
+with captured(errors=True):  # Warp reports a missing NVIDIA driver, which isn't needed
     warp.init()
 
 
@@ -164,7 +164,7 @@ class NewtonWorld(ContactWorld):
     def _load_kernels(self) -> None:
         """Compile or load the kernels by a step from the initial state, which is restored.
 
-        A recording can't do so, and the time of the simulation must not contain it.
+        A recording can't compile kernels, and the run time must not contain the compilation.
         """
         saved = [view.copy() for view in (*self._places, *self._motions)]
         self._launch(1e-9)
@@ -210,7 +210,7 @@ class NewtonWorld(ContactWorld):
         return newton.solvers.SolverSteel(
             self._model,
             **({"iterations": TUNED_ITERATIONS} | iterations),
-            # Three rows each: in the plane a ball touches up to six equal balls and two cushions.
+            # Three rows per contact: a ball touches up to six equal balls and two cushions.
             free_body_constraint_max=max(512, 24 * len(self._scene.balls)),
             friction_anchor_beta=0.0,  # friction at a point; patches take four times as long
             baumgarte=0.0,  # otherwise overlapping balls that separate slowly gain speed
@@ -219,9 +219,10 @@ class NewtonWorld(ContactWorld):
         )
 
     def _add_bodies(self) -> None:
-        """Add the balls, each with a shape for balls, cushions and cloth, and what they touch.
+        """Add the balls, the cushions and the cloth.
 
-        Newton takes the mean of the coefficients of two shapes; here both have the same.
+        Newton takes the mean of the coefficients of two shapes. A ball therefore has three shapes,
+        for balls, cushions and cloth, and both shapes of a contact have equal coefficients.
         """
         physics = self._scene.physics
         e_ball, e_cushion = restitutions(physics)
@@ -251,7 +252,7 @@ class NewtonWorld(ContactWorld):
             self._parts.append(_CLOTH)
 
     def _pairs(self) -> list[tuple[int, int]]:
-        """Return the shapes that can touch; each of a ball touches its own kind of bodies."""
+        """Return the pairs of shapes that can touch; see `_add_bodies`."""
         end = 3 * len(self._scene.balls)
         cushions = range(end, len(self._parts) - self._own_cloth)
         cloths = range(cushions.stop, len(self._parts))

@@ -139,7 +139,7 @@ class ContinuousRun(PaperRun):
 
     @property
     def limit_reached(self) -> str:
-        """The limit, other than of time, that the run has reached; "" if none."""
+        """The limit that the run has reached, except a time limit; "" if none."""
         if self._counts["steps"] < self._settings.max_events:
             return ""
         return f"{self._settings.max_events} steps (`max_events`) by t = {self.t} s"

@@ -206,7 +206,7 @@ class PaperRun(ABC):
 
     @property
     def limit_reached(self) -> str:
-        """The limit, other than of time, that the run has reached; "" if none."""
+        """The limit that the run has reached, except a time limit; "" if none."""
         return ""
 
     @abstractmethod

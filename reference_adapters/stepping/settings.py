@@ -24,7 +24,7 @@ class SteppingSettings(EngineSettings):
     """
 
     TUNED_DT: ClassVar[float] = 1e-3
-    """Time step of the tuned configuration [s]: cut shots at 1 to 2 m/s rest 1 cm off."""
+    """Time step of the tuned configuration [s]; cut shots at 1 to 2 m/s have errors of 1 cm."""
 
     NAIVE_DT: ClassVar[float] = 1.0 / 60.0
     """Time step of the naive configuration [s]: one frame of a display."""

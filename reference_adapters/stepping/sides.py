@@ -59,7 +59,11 @@ class CornerNames:
         return bool(self._corner_of)
 
     def name(self, cushion: int, place: Sequence[float]) -> int:
-        """Return the index of the cushion met by a ball at a place [m], given one that it met."""
+        """Return the index in events of the cushion that the engine reports for a ball at a place.
+
+        `cushion`: the reported index.
+        `place`: centre of the ball [m].
+        """
         corner = self._corner_of.get(cushion)
         if corner is None:
             return cushion
@@ -87,7 +91,8 @@ class Normals:
 def reach_beyond(scene: Scene) -> float:
     """Return how far outside an open table a ball can get [m]; 0 for a closed table.
 
-    A cushion is an infinite line; a ball can't have more than all the energy.
+    Outside, a ball may hit a cushion, which is an infinite line. The ball has at most the initial
+    energy of all balls.
     """
     table = scene.table
     if table is None or len(table.cushions) == len(CUSHIONS):

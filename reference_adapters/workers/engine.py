@@ -61,7 +61,7 @@ def run_of(
     `settings`: additional settings for the worker, if it takes any.
 
     Raises `EngineUnavailableError` if the worker can't start, `UnsupportedSceneError` if it doesn't
-    support the scene, `WorkerFailedError`, and `EngineError` if the answer is invalid.
+    support the scene, `WorkerFailedError` if it fails, and `EngineError` if the answer is invalid.
     """
     try:
         answer = worker.play(scene, record, longest, settings)

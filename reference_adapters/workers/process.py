@@ -114,7 +114,7 @@ class Worker:
         `longest`: time limit for the answer, and for the start of the process [s].
         `settings`: additional settings, if the engine takes any.
 
-        Raises `WorkerAbsentError, WorkerFailedError`.
+        Raises `WorkerAbsentError` if the worker can't start; `WorkerFailedError` if it fails.
         """
         if self._process is None:
             self._start(longest)

@@ -1,12 +1,13 @@
-// cannon-es: a 3D engine whose contacts are springs with a damper (SPOOK), solved within a step. Tuned,
-// they are so stiff and damped that overlap pushes no ball, and nothing damps or rubs.
+// cannon-es: a 3D engine whose contacts are damped springs (SPOOK), solved within a step. With
+// config=tuned, the springs are so stiff and damped that overlap pushes no ball, and there is neither
+// friction nor damping of the motion.
 
 import { restitutionsOf } from "./play.mjs";
 
 export const load = (require) => require("cannon-es");
 
-// Of stiffness and relaxation: so much that also in steps of 0.1 ns, where steps end at contacts, neither
-// overlap nor softness changes a speed by more than rounding.
+// Stiffness and relaxation of contacts: so large that neither overlap nor softness changes a speed by more
+// than rounding, even in steps of 0.1 ns, which occur if steps end at contacts.
 const HARD = 1e15;
 
 export class World {
@@ -14,7 +15,7 @@ export class World {
 
   constructor({ Body, ContactMaterial, Material, Plane, Sphere, Vec3, World }, scene, cushions, settings) {
     const tuned = settings.config === "tuned";
-    this.damped = !tuned; // by 1 % of its velocity a second
+    this.damped = !tuned; // a ball loses 1 % of its velocity per second
     this.noise = 1e-12;
     this.iterations = settings.iterations ?? (tuned ? 100 : 10);
     this.world = new World();

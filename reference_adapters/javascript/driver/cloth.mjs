@@ -1,11 +1,11 @@
-// What the cloth does to balls between contacts, in closed form: they slide until they roll, roll until
-// they rest, and spin about the vertical. It is the same as reference_adapters/stepping/cloth.py.
+// Cloth friction on balls between contacts, in closed form: balls slide until they roll, roll until they
+// rest, and spin about the vertical. The method is that of reference_adapters/stepping/cloth.py.
 //
-// A sliding ball is slowed by mu_s g against the slip of its lowest point, and turned by the same force:
-// its slip falls by 7/2 mu_s g a second. A rolling ball is slowed by mu_r g.
+// The cloth accelerates a sliding ball by mu_s g against the slip of its lowest point. The same force turns
+// the ball, so the slip decreases by 7/2 mu_s g per second. A rolling ball decelerates by mu_r g.
 
-export const SHORTEST = 1e-6; // slides, rolls and spins that would end sooner after a contact are over [s]
-const SLOWEST = 1e-200; // a slower ball isn't slowed: its direction would overflow [m/s]
+export const SHORTEST = 1e-6; // slides, rolls and spins shorter than this after a contact end at once [s]
+const SLOWEST = 1e-200; // speed below which a ball isn't slowed, because its direction would overflow [m/s]
 
 const duration = (speed, deceleration) =>
   deceleration > 0 ? speed / deceleration : speed > 0 ? Infinity : 0;
@@ -46,7 +46,8 @@ class Ball {
     return speed > SLOWEST ? [(-by * ux) / speed, (-by * uy) / speed] : [0, 0];
   }
 
-  // How long it keeps sliding or rolling, and spinning [s]: 0 is "doesn't now", Infinity "for ever".
+  // Return how long the ball keeps sliding or rolling, and spinning [s]: 0 means that it doesn't slide, roll
+  // or spin now; Infinity means that it never stops.
   durations() {
     const motion = this.rolls
       ? duration(Math.hypot(this.vx, this.vy), this.rollsBy)
@@ -54,7 +55,8 @@ class Ball {
     return [motion, duration(Math.abs(this.wz), this.spinsBy)];
   }
 
-  // Move on by `dt` [s] without contact; return the displacement [m], and push what changed.
+  // Advance by `dt` [s] without contacts, and return the displacement [m]. `changed` is called with the kind
+  // and the time of each event.
   advance(dt, changed) {
     let [dx, dy, left] = [0, 0, dt];
     while (left > 0) {
@@ -85,11 +87,11 @@ class Ball {
     return [dx, dy];
   }
 
-  // Add what contacts did to the velocity in a step of `dt` [s].
+  // Add the velocity change caused by the contacts of a step of `dt` [s].
   kick(dvx, dvy, dt) {
     const shortest = Math.max(dt, SHORTEST);
     const [wx, wy] = this.spin();
-    // What cancellation leaves of a speed that was given away is rounding.
+    // A ball that transfers all its speed stops; the remainder of the cancellation is rounding.
     const added = (v, dv) => (Math.abs(v + dv) <= 4 * Number.EPSILON * Math.abs(v) ? 0 : v + dv);
     this.vx = added(this.vx, dvx);
     this.vy = added(this.vy, dvy);

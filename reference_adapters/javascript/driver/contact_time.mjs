@@ -1,12 +1,12 @@
-// When balls next touch, where the cloth alone acts on them: there a step ends with contact_steps=exact.
-// It is the same as reference_adapters/stepping/contact_time.py, which says why.
+// The time until balls next touch, if only the cloth acts on them: with contact_steps=exact, a step ends
+// there. The method is that of reference_adapters/stepping/contact_time.py, which explains it.
 
-const RESTING_OVERLAP = 1e-7; // at which a step ends for what is in resting contact [m]
-const RESTING_SPEED = 1e-3; // below which what accelerates towards each other counts as that [m/s]
+const RESTING_OVERLAP = 1e-7; // overlap at which a step ends for bodies in resting contact [m]
+const RESTING_SPEED = 1e-3; // bodies with a slower gap that accelerates shut are in resting contact [m/s]
 const LATEST = 1e300;
 const MAX_ROUNDS = 100;
 
-// The gap that the present one has to fall to [m].
+// Return the gap at which a step ends, smaller than the present gap [m].
 function level(present, rate, acceleration, gap) {
   if (present > 2 * gap) return gap;
   const resting = Math.abs(rate) < RESTING_SPEED && acceleration < 0;
@@ -35,7 +35,7 @@ function toBall(one, other, gap, farthest, horizon) {
     other[key][0] - one[key][0],
     other[key][1] - one[key][1],
   ]);
-  if (v[0] === 0 && v[1] === 0 && a[0] === 0 && a[1] === 0) return Infinity; // most of a rack
+  if (v[0] === 0 && v[1] === 0 && a[0] === 0 && a[1] === 0) return Infinity; // most pairs of a rack
   const reach = one.radius + other.radius;
   const rounding = 8 * Number.EPSILON * (farthest + reach);
   let distance = Math.hypot(...x);
@@ -56,7 +56,7 @@ function toBall(one, other, gap, farthest, horizon) {
   return t;
 }
 
-// `balls`: position, velocity, acceleration and radius of each.
+// Return the time until the first contact [s]; Infinity if there is none within `horizon` [s].
 export function timeToContact(balls, cushions, gap, horizon) {
   let first = Infinity;
   for (const ball of balls) for (const one of cushions) first = Math.min(first, toCushion(ball, one, gap));

@@ -1,15 +1,16 @@
 // matter.js: a 2D engine of polygons, in pixels and milliseconds. Its circles are polygons of at most 25
-// sides, so a contact's line is up to half a side's angle wrong; tuned they have `sides`. Impacts slower
-// than 2 pixels in 1/60 s are inelastic (Resolver._restingThresh); tuned none is. Nothing damps or rubs.
+// sides, so a contact normal is wrong by up to half the angle of a side. Impacts slower than 2 pixels in
+// 1/60 s are inelastic (Resolver._restingThresh). With config=tuned, balls have `sides` sides, no impact is
+// too slow to rebound, and there is neither friction nor damping.
 
 import { restitutionsOf } from "./play.mjs";
 
 export const load = (require) => require("matter-js");
 
-const [TUNED_UNITS, OWN_UNITS] = [1000, 300]; // pixels in a metre: 300 make a table of 762 pixels
-const THICKNESS = 1; // of a cushion [m]
+const [TUNED_UNITS, OWN_UNITS] = [1000, 300]; // pixels per metre; with 300, a table has 762 pixels
+const THICKNESS = 1; // thickness of a cushion [m]
 
-// How far a side of a ball's polygon lies inside of the ball, at most [m].
+// Return the largest distance of a ball's polygon from the surface of the ball [m].
 export const inside = ({ balls }, { sides }) =>
   Math.max(...balls.map(({ radius }) => radius * (1 - Math.cos(Math.PI / sides))));
 
@@ -21,11 +22,11 @@ export class World {
     const { Bodies, Body, Composite, Engine, Events, Resolver } = Matter;
     const tuned = settings.config === "tuned";
     const [ball, cushion] = restitutionsOf(scene);
-    this.damped = !tuned; // by 1 % of its velocity in 1/60 s
+    this.damped = !tuned; // a ball loses 1 % of its velocity in 1/60 s
     this.units = tuned ? TUNED_UNITS : OWN_UNITS;
-    Resolver._restingThresh = tuned ? 0 : 2; // of the process
+    Resolver._restingThresh = tuned ? 0 : 2; // global to the process
     this.matter = Matter;
-    this.iterations = settings.iterations ?? 4; // over the velocities
+    this.iterations = settings.iterations ?? 4; // of the velocity solver
     this.engine = Engine.create({ velocityIterations: this.iterations, gravity: { x: 0, y: 0, scale: 0 } });
     const own = tuned && { friction: 0, frictionStatic: 0, frictionAir: 0, inertia: Infinity };
     const units = this.units;
@@ -53,7 +54,7 @@ export class World {
       for (const pair of pairs) {
         const ends = [pair.bodyA.label, pair.bodyB.label];
         this.touched.push(typeof ends[0] === "string" ? ends.reverse() : ends);
-        // Of two restitutions matter.js takes the larger one.
+        // matter.js uses the larger of the two restitutions.
         if (tuned) pair.restitution = typeof this.touched.at(-1)[1] === "string" ? cushion : ball;
       }
     };
@@ -62,7 +63,7 @@ export class World {
   }
 
   start(i, x, y) {
-    // In pixels in 1/60 s.
+    // matter.js measures velocities in pixels per 1/60 s.
     const scale = this.units / 60;
     this.matter.Body.setVelocity(this.balls[i], { x: scale * x, y: scale * y });
   }

@@ -1,5 +1,5 @@
-// planck.js: Box2D in JavaScript, in double precision. Tuned, its slop of 5 mm is 0.1 um, so that
-// bullets meet where they touch; slow impacts aren't inelastic; and nothing damps.
+// planck.js: Box2D in JavaScript, in double precision. With config=tuned, its slop is 0.1 um instead of
+// 5 mm, so bullets collide when they touch, and no impact is too slow to rebound. Nothing damps the motion.
 
 import { restitutionsOf } from "./play.mjs";
 
@@ -15,7 +15,7 @@ export class World {
 
   constructor({ World, Circle, Edge, Settings }, scene, cushions, settings) {
     const tuned = settings.config === "tuned";
-    Object.assign(Settings, tuned ? TUNED : OWN); // they are of the process
+    Object.assign(Settings, tuned ? TUNED : OWN); // global to the process
     this.iterations = settings.iterations ?? 8;
     const exact = settings.contact_steps === "exact";
     const [ball, cushion] = restitutionsOf(scene);
@@ -28,7 +28,7 @@ export class World {
       body.setUserData(i);
       return body;
     });
-    // What exact steps don't find late they find in an edge's skin: that is moved out of the way.
+    // An edge has a skin, in which it touches balls too early. With exact steps, it is moved back by its skin.
     const skin = exact ? 2 * TUNED.linearSlop : 0;
     for (const { name, normal: [nx, ny], point: [px, py] } of cushions) {
       const far = settings.reach + Math.hypot(scene.table.length, scene.table.width);
@@ -41,7 +41,7 @@ export class World {
       const ends = [contact.getFixtureA(), contact.getFixtureB()].map((one) => one.getBody().getUserData());
       return typeof ends[0] === "string" ? ends.reverse() : ends;
     };
-    // Of two restitutions planck takes the larger one.
+    // planck.js uses the larger of the two restitutions.
     if (tuned)
       this.world.on("pre-solve", (contact) =>
         contact.setRestitution(typeof touching(contact)[1] === "string" ? cushion : ball),

@@ -1,23 +1,23 @@
-// Plays a scene on an engine's world: the engine moves the balls and resolves their contacts, and what
-// the cloth does between its steps is the closed form of cloth.mjs. Each ball is given its mean velocity
-// over the coming step, so that the engine takes it where the cloth would; what the engine changes of
-// that velocity is what contacts did.
+// Simulates a scene in the world of an engine: the engine moves the balls and resolves their contacts, and
+// cloth.mjs applies the cloth friction between its steps, in closed form. Each ball gets its mean velocity
+// over the coming step, so that the engine moves it as the cloth would. The change of this velocity by the
+// engine is the effect of contacts.
 //
-// A world is made of a loaded engine, a scene, its cushions and settings, and has
+// A world is created from a loaded engine, a scene, its cushions and settings, and has
 //
-//     collidesFirst       whether a step finds contacts at its start and then moves, or the reverse
+//     collidesFirst       whether a step first finds contacts and then moves the balls, or the reverse
 //     damped              whether the engine slows balls by itself
-//     noise               impulse that is rounding, over the largest momentum that a ball may have
-//     iterations          of its solver
-//     start(i, vx, vy)    give a ball a velocity [m/s]
-//     step(dt)            step by dt [s]; return what touched: [a, b, impulse], b a ball or a cushion's name,
-//                         impulse [kg m/s] 0 where a contact did not push
+//     noise               impulses below this fraction of the largest possible momentum are ignored
+//     iterations          number of iterations of its solver
+//     start(i, vx, vy)    set the velocity of a ball [m/s]
+//     step(dt)            advance by dt [s]; return the contacts, [a, b, impulse]: b is a ball, or the name
+//                         of a cushion; the impulse [kg m/s] is 0 if the contact did not push
 //     read(i)             return x, y [m], vx, vy [m/s] of a ball
 
 import { clothOf } from "./cloth.mjs";
 import { timeToContact } from "./contact_time.mjs";
 
-const FRAME_INTERVAL = 0.002; // shortest time between two samples but at events [s]
+const FRAME_INTERVAL = 0.002; // shortest time between two samples, except at events [s]
 
 const NORMALS = { left: [1, 0], right: [-1, 0], bottom: [0, 1], top: [0, -1] };
 
@@ -27,12 +27,12 @@ export const cushionsOf = ({ table }) =>
     return { name, normal: NORMALS[name], point };
   });
 
-// Restitution of balls, and of cushions along their normal.
+// Return the restitution of balls, and the normal restitution of cushions.
 export function restitutionsOf({ physics }) {
   return [physics.ball_restitution, physics.cushion === "mirror" ? 1 : physics.cushion_restitution];
 }
 
-// The momentum that the heaviest ball would have with all the energy [kg m/s].
+// Return the momentum of the heaviest ball if it had all the energy [kg m/s].
 function largestMomentum({ balls }) {
   const energy = balls.map(({ mass, radius, velocity, angular_velocity }) => {
     const spin = angular_velocity ? radius * Math.hypot(...angular_velocity) : Math.hypot(...velocity);
@@ -85,7 +85,7 @@ export function play(World, engine, scene, record, settings) {
   let lasting = new Set();
   let [t, steps, contactsSolved, status, reason] = [0, 0, 0, "", ""];
 
-  // Return the step's length, its end, and whether something touches there.
+  // Return the length and the end of the next step [s], and whether bodies touch at its end.
   function nextStep() {
     if (!exact) return [end / count, steps + 1 === count ? end : (steps + 1) * (end / count), false];
     const left = end - t;
@@ -108,7 +108,7 @@ export function play(World, engine, scene, record, settings) {
     const whole = record === "trajectory";
     const began = whole && motion();
     const starts = world.collidesFirst && cloth.map((ball) => ({ ...ball }));
-    const parted = whole && [...began]; // as the contacts leave the balls
+    const parted = whole && [...began]; // the motion just after the contacts
     let changes = [];
     const given = cloth.map((ball, i) => {
       const [dx, dy] = ball.advance(dt, (kind, at) => changes.push({ kind, at, ball: i }));
@@ -142,7 +142,7 @@ export function play(World, engine, scene, record, settings) {
       const [dvx, dvy] = [state[i][2] - given[i][0], state[i][3] - given[i][1]];
       if (!(world.damped || pushed.has(i)) || (dvx === 0 && dvy === 0)) return;
       if (!starts) return ball.kick(dvx, dvy, dt);
-      // Half of what the cloth does in the step acts on the motion that the contacts leave.
+      // The cloth friction of half a step acts on the motion after the contacts.
       Object.assign(ball, starts[i]);
       changes = changes.filter((change) => change.ball !== i);
       ball.advance(dt / 2, (kind, at) => changes.push({ kind, at, ball: i }));
@@ -153,7 +153,7 @@ export function play(World, engine, scene, record, settings) {
     const seen = world.collidesFirst ? t : until;
     const met = world.collidesFirst ? positions : centres;
     [positions, t] = [centres, until];
-    // Else the recorded motion would turn a ball in the step after the one in which it turned.
+    // Otherwise a ball would change its direction one step late in the recorded motion.
     if (whole && collisions.length) {
       recorder.frame(seen, met, began);
       recorder.frame(seen, met, starts ? parted : motion());

@@ -1,9 +1,10 @@
-// Serves one engine: a scene per line in, its run per line out, all as JSON, as workers/process.py says.
+// Serves one engine: a scene per line in, its result per line out, as JSON; see workers/process.py.
 //
 //     node serve.mjs FOLDER ENGINE CONFIG
 //
-// FOLDER has node_modules with the engines; ENGINE is a file beside this one; CONFIG is tuned or naive.
-// With files of scenes after these it plays those and ends, for `ghostball grade`, as ENGINE-alone:
+// FOLDER contains node_modules with the engines; ENGINE.mjs is in the folder of this script; CONFIG is tuned
+// or naive. If files of scenes follow, the script simulates these scenes and exits. `ghostball grade` judges
+// the results, whose engine is called ENGINE-alone:
 //
 //     ghostball scenes --export scenes
 //     node serve.mjs . planck tuned scenes/half-ball-cut.json > runs.jsonl
@@ -19,10 +20,10 @@ import { play } from "./play.mjs";
 const [folder, name, config, ...files] = process.argv.slice(2);
 const write = process.stdout.write.bind(process.stdout);
 const answer = (value) => write(`${JSON.stringify(value)}\n`);
-// Whatever the engine prints must not mix with the answers.
+// Output of the engine must not mix with the answers.
 process.stdout.write = process.stderr.write.bind(process.stderr);
 
-// Where the process that started this one was killed, nobody waits for an engine that loops.
+// Exit if the parent process was killed, even if the engine is in an endless loop.
 const ORPHAN = `const parent = process.ppid;
 setInterval(() => process.ppid === parent || process.kill(process.pid, "SIGKILL"), 500);`;
 new Worker(ORPHAN, { eval: true }).unref();
@@ -37,11 +38,12 @@ try {
   process.exit(0);
 }
 
-// What the command of the module uses; ghostball sends all of these.
+// Settings for files of scenes; Ghostball sends its settings with each scene.
 const ALONE = { config, contact_steps: "fixed", dt: config === "naive" ? 1 / 60 : 1e-3, iterations: null };
 const LIMITS = { max_time: 300, max_steps: 1e7, gap: 1e-10, shortest: 0, reach: 10, sides: 240 };
 
-// How far a ball goes in a step until balls meet [m]: as fast as it begins, or as it is once it rolls.
+// Return the largest distance that a ball moves in a step before the first impact [m]. Its largest speed is
+// the initial speed, or the speed of rolling.
 const reachOfStep = ({ balls }) =>
   ALONE.dt *
   Math.max(
