@@ -15,8 +15,8 @@ Anything that can't be decided at the maximum precision is "ambiguous": exact ti
 The certificate names the events, and ends there. Ties of events of different balls that can't
 affect each other are accepted, because the outcome is the same in either order. A shot with resting
 contact is certified up to the start of the contact. A shot with a slide in air, which has no closed
-form, is certified up to the slide: `validation.truth.integration` computes such shots with the same
-events and impacts and integrated slides (`integrated_slide`). Flight is a parabola (`flight`), and
+form, is certified up to the slide: `validation.truth.integration` computes such shots with this
+package, but integrates the slides (`integrated_slide`). Flight is a parabola (`flight`), and
 contacts of airborne balls are contacts in space (`gaps`, `obstacle_gaps`); the rules by which the
 model merges the lowest bounces are part of the proof. The proof ends if a ball comes to lie on a
 different ball or on a nose.

@@ -52,7 +52,7 @@ CAPABILITIES: Capabilities = {
         "none", "contacts that last are a numerical integration, without a closed form"
     ),
 }
-"""Capabilities of certificates; every feature is listed, so a new one is unsupported by default."""
+"""Capabilities of certificates; a feature that isn't listed is unsupported."""
 
 
 def check_certified(scene: Scene, *, integrates: bool = False) -> None:

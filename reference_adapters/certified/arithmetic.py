@@ -38,7 +38,7 @@ class OutOfTimeError(Exception):
 
 @contextmanager
 def computing_until(deadline: float) -> Iterator[None]:
-    """Let `check_time` raise inside the block, from this time of `time.perf_counter` on."""
+    """Make `check_time` raise inside the block once `time.perf_counter` exceeds the deadline."""
     before = _clock[0]
     _clock[0] = deadline
     try:

@@ -1,4 +1,4 @@
-"""Candidates for the next event, ordered by certain bounds."""
+"""Candidates for the next event, ordered by guaranteed lower bounds of their times."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SLACK = 1e-9
 class Candidate:
     """A candidate for the next event; void once one of its bodies is outdated.
 
-    Either its time is known, or only a bound from a search in doubles.
+    Its time is enclosed in an interval, or only bounded by a search in doubles.
     """
 
     __slots__ = ("bodies", "bracket", "choice", "gap", "key", "meeting")
@@ -94,7 +94,7 @@ class Candidate:
         return self.choice.balls
 
     def is_void(self, bodies: list[Body]) -> bool:
-        """Return True if one of its bodies is no longer in `bodies`, those of all balls."""
+        """Return True if one of its bodies isn't in `bodies`, the present bodies of all balls."""
         return any(bodies[k] is not b for k, b in zip(self.balls, self.bodies, strict=True))
 
 
@@ -128,7 +128,7 @@ class Agenda:
             self.add(Candidate(gap.choice, bodies, gap, bracket=bracket))
 
     def sharing(self, candidate: Candidate, bodies: list[Body]) -> list[Candidate]:
-        """Return the candidates that share a ball with a removed candidate, without void ones."""
+        """Return the valid candidates that share a ball with a removed candidate."""
         found: dict[Candidate, None] = {}
         for k in candidate.balls:
             self._by_ball[k] = {one: None for one in self._by_ball[k] if not one.is_void(bodies)}
@@ -138,7 +138,7 @@ class Agenda:
     def take_first(self, bodies: list[Body]) -> list[Candidate]:
         """Remove and return all valid candidates that may come first, with enclosed times.
 
-        All remaining candidates come later than the earliest known one of these.
+        All remaining candidates come later than the earliest known candidate among them.
         """
         group: list[Candidate] = []
         latest = math.inf

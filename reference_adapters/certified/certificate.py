@@ -337,7 +337,7 @@ def _segments_of(stored: Any, balls: int) -> _Segments:
         if not all(type(number) is float for number in numbers):
             raise ValueError("segments must be floats")
         if not first or first[0] != 0 or list(first) != sorted(set(first)) or first[-1] >= rows:
-            raise ValueError(f"starts must be rows of {rows}, rising from 0, got {first}")
+            raise ValueError(f"starts must be rows below {rows}, increasing from 0, got {first}")
         segments.append(np.array(numbers, dtype=np.float64).reshape(rows, width))
         starts.append(first)
     return columns, tuple(segments), tuple(starts)

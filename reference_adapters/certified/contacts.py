@@ -52,8 +52,9 @@ ball touches it repeatedly, because the resting ball stops at once after each im
 MAX_SIMULTANEOUS = {"elastic": 10_000, "slowed": 128, "not slowed": 24}
 """Number of simultaneous impacts of a ball that count as an endless series.
 
-For impacts that lose energy, the number depends on whether friction slows the ball: after it, the
-impacts of the certified model end all approach (`docs/physics.md`).
+For impacts that lose energy, the number depends on whether friction slows the ball. In the
+certified model, one inelastic impulse then ends the approach of all touching balls
+(`docs/physics.md`).
 """
 
 
@@ -108,7 +109,7 @@ class RunContacts:
         return (i, j) in self._balls
 
     def touches_obstacle(self, i: int, row: int) -> bool:
-        """Return whether the gap of ball i to the obstacle with a row is exactly 0."""
+        """Return whether the gap of ball i to the piece of an obstacle is exactly 0."""
         return (i, row) in self._obstacles
 
     def is_still(self, i: int, j: int, bodies: tuple[Body, ...]) -> bool:

@@ -1,8 +1,8 @@
 """Rolling in air, or on a cloth with quadratic friction: distance, speed and duration.
 
-Along the straight path dv/dt = -(a + b v^2), with a = mu_r g. b is (5/7) k of the air drag k v^2,
-because cloth friction takes the rest (all of it for the paper's point ball), plus the quadratic
-friction of the cloth. With q = v0 sqrt(b / a) and w = sqrt(a b):
+Along the straight path dv/dt = -(a + b v^2), with a = mu_r g. b is the quadratic friction of the
+cloth plus (5/7) k for the air drag k v^2, because cloth friction takes the rest; for the paper's
+point ball it is all of k. With q = v0 sqrt(b / a) and w = sqrt(a b):
 
     v(t) = (v0 - sqrt(a / b) tan(w t)) / (1 + q tan(w t)),  x(t) = ln(cos(w t) + q sin(w t)) / b,
 
@@ -25,7 +25,7 @@ from ghostball.reference_adapters.certified.roots import NONE, ROOT, UNSURE, Bra
 Function = Callable[[arb], arb]
 
 _CUT = 0.486
-"""Fraction at which an interval is divided; not 1/2, where roots of simple numbers lie."""
+"""Fraction at which an interval is divided; not 1/2, where scenes of simple numbers have roots."""
 
 
 class Roll:
@@ -72,7 +72,7 @@ class Roll:
         return [part / (n + 1) for n, part in enumerate(v)]
 
     def reach(self, s: arb) -> arb:
-        """Return the radius of convergence of that series at a time s [s], or a lower bound."""
+        """Return the radius of convergence of `series` at a time s [s], or a lower bound."""
         v = self.speed(s)
         if self.duration is None:
             return 1 / (self._b * v)

@@ -1,8 +1,8 @@
-"""Gaps as functions of time: those of two balls; `obstacle_gaps` has those of obstacles.
+"""The gap of two balls as a function of time; `obstacle_gaps` has the gaps to obstacles.
 
-For two balls: |r + v s + a s^2 / 2|^2 - D^2, of degree 4 in the time s since the later of their
-start times; in space if one of them is in the air, otherwise in the plane. If air slows a ball, the
-gap isn't polynomial.
+It is |r + v s + a s^2 / 2|^2 - D^2, of degree 4 in the time s since the later of their start times;
+in space if one ball is in the air, otherwise in the plane. If air slows a ball, the gap isn't
+polynomial.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ coefficient is the sum of a few terms.
 class DistanceGap(ABC):
     """The squared length of a moving vector minus the square of a reach [m^2].
 
-    `t`: time from which its time counts [s].
+    `t`: time at which s is 0 [s].
     `choice`: the event when it closes.
     `reach`: distance at contact [m].
     `curved`: whether air slows a ball; then the gap isn't polynomial.

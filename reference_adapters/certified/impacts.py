@@ -40,8 +40,8 @@ class Together(NamedTuple):
 class Impacts:
     """The outcomes of impacts in one run.
 
-    Both methods raise an error if the outcome can't be decided, or if the contact is a resting
-    contact from now on.
+    `together`, `collided` and `bounced` raise an error if the outcome can't be decided, or if the
+    contact is a resting contact from now on.
 
     `still`: whether the last impact has exactly ended the approach of two balls.
     """

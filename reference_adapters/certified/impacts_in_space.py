@@ -95,7 +95,7 @@ class ImpactsInSpace(Impacts):
         impulse = _plus(_times(normal, n), _times(part, slip))
         turn = _times(5 * part / 2, _cross(n, slip))
         total = masses[0] + masses[1]
-        # Exactly 0 if no ball is lifted or pushed onto the table.
+        # The vertical impulse is exactly 0 if no ball is lifted or pushed onto the table.
         self.still = not free and returned.is_zero() and impulse[2].is_zero()
         return (
             self._sent_on(a, arb(-masses[1] / total), impulse, turn, chosen.instant, order),
@@ -172,7 +172,7 @@ class ImpactsInSpace(Impacts):
         raise UndecidedError("whether an impact is fast enough to lift a ball")
 
     def _part(self, normal: arb, slip: Direction) -> arb:
-        """Return the fraction of the slip that friction removes, over the reduced mass."""
+        """Return the impulse of friction over the slip and the reduced mass."""
         size = _size(slip)
         return ZERO if size.is_zero() else capped(self._laws.friction(size) * normal, size)
 
@@ -184,7 +184,7 @@ class ImpactsInSpace(Impacts):
         if isinstance(body, FlyingBody) and not (body.rise.is_zero() and s.is_zero()):
             rise = place[2] - radius
             if not rise > 0:
-                raise UndecidedError("whether it has come down before")
+                raise UndecidedError("whether the ball has landed before")
         # From u = (vx - R wy, vy + R wx).
         surface = (slip[1] - velocity[1], velocity[0] - slip[0], radius * body.spin_after(s))
         return _Moving(body, (place[0], place[1]), rise, velocity, surface, slip)

@@ -1,7 +1,7 @@
 """A slide in air as polynomial pieces: the interface of an integrated slide.
 
-A slide in air has no closed form, and can't be certified. A shot computed with an integrator of
-slides (`prove`) is integrated and isn't a proof (`validation.truth.integration`).
+A slide in air has no closed form, and can't be certified. If `prove` gets an integrator of slides,
+its result is integrated and isn't a proof (`validation.truth.integration`).
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Balls: (1 + e) times the impulses that just end every approach (Moreau 1988; Smi
 Tamstorf and Grinspun 2012, section 4), with friction against the mean of the slips before and
 after the impacts; each ball is split among its contacts (Tonge, Benevolenski and Voroshilov 2012).
 A ball in a corner bounces off both sides in turn until it leaves both; its motion is the mean over
-both orders, with the mean of their energies. README and `docs/physics.md` describe this model.
+both orders, with the mean of their energies. `docs/physics.md` describes this model.
 
 The impacts must be proved to be simultaneous: `ties.are_at_once`.
 """
@@ -140,7 +140,7 @@ class JointImpacts(Impacts):
         return Together(after, tuple(one.choice for one in group))
 
     def _relative_mass(self, k: int, first: int) -> arb:
-        """Return the mass of a ball over that of a different ball: exactly 1 for equal balls."""
+        """Return the mass of ball k over the mass of ball `first`: exactly 1 for equal balls."""
         own, other = (exactly(self._problem.balls[m].mass) for m in (k, first))
         return arb(own / other)
 
@@ -200,7 +200,7 @@ class JointImpacts(Impacts):
         )
 
     def _corner_normal(self, chosen: Candidate) -> Vector:
-        """Return the normal, pointing out of the table, at a contact of a ball, unless it stays."""
+        """Return the normal of a contact, out of the table; raise an error if it is resting."""
         gap, s = chosen.gap, chosen.age
         if isinstance(gap, RoundGap):
             x, y = gap.normal(s, touching=not self.overlapping(chosen))

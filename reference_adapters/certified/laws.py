@@ -22,7 +22,7 @@ from ghostball.reference_adapters.certified.arithmetic import (
 from ghostball.reference_adapters.certified.problem import ExactProblem
 
 STICKING = fmpq(2, 7)
-"""Impulse over mass and slip that ends a slip: a sphere's surface is 7/2 times as compliant."""
+"""Impulse over mass and slip that ends a slip: an impulse changes the slip by 7/2 J / m."""
 
 # Alciatore's fit to Marlow's measurements, technical proof A.14: a + b exp(-c v), [1], [1], [s/m].
 ALCIATORE = tuple(exactly(number) for number in (9.951e-3, 0.108, 1.088))
@@ -114,7 +114,7 @@ class ImpactLaws:
         )
 
     def _part(self, along: arb, up: arb, approach: arb) -> arb:
-        """Return the fraction of the slip that friction removes, over the reduced mass."""
+        """Return the impulse of friction over the slip and the reduced mass."""
         slip = length(along, up)
         return capped((1 + self._restitution) * self.friction(slip) * approach, slip)
 
@@ -129,8 +129,8 @@ class ImpactLaws:
         """Return ball i after an impact with a cushion; n points into the cushion.
 
         Mirror and restitution: factors on vn and vt, spin unchanged (the paper, 4.2). Han (2005),
-        equations 14 to 21 with the errata of the print; "frictional" is the same at the height of
-        the centre.
+        equations 14 to 21 with the misprints corrected; "frictional" is the same law with a nose at
+        the height of the centre.
         """
         e = self._falling.at(seen.vn)
         if self._cushion in ("mirror", "restitution"):
@@ -183,9 +183,11 @@ def _exchanged(own: InContactFrame, other: InContactFrame, part: arb) -> InConta
 
 
 def capped(most: arb, slip: arb) -> arb:
-    """Return the fraction of a slip that friction of at most `most` removes, at most 2/7.
+    """Return the impulse of friction over mass and slip: 2/7, which ends the slip, or less.
 
-    The fraction increases with `most` and decreases with the slip: if the slip may be 0, interval
+    `most`: largest impulse of friction over mass [m/s].
+
+    The result increases with `most` and decreases with the slip: if the slip may be 0, interval
     ends give the range.
     """
     limit = arb(STICKING)

@@ -33,7 +33,7 @@ from ghostball.reference_adapters.certified.problem import BallNumbers, ExactPro
 UNCOVERED = "how a ball slides in air, because a slide in air has no closed form"
 
 EXACT_ENOUGH = 1e-13
-"""Relative width of a state up to which a search in doubles may replace it; see `contacts`."""
+"""Largest relative width of a state for a search in doubles; see `gaps.DOUBLES_ERROR`."""
 
 _SMALLEST, _LARGEST = 1e-60, 1e60
 """Products of four doubles between these two bounds neither overflow nor underflow."""

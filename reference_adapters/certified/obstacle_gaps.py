@@ -234,7 +234,7 @@ def nose_reach(radius: float, height: float) -> arb:
 
 
 def _range(gap: Sequence[float], low: float, high: float) -> tuple[float, float]:
-    """Return the least and the largest value of a parabola between two times, but for rounding."""
+    """Return the least and the largest value of a parabola between two times, up to rounding."""
     c0, c1, c2 = gap
     values = [c0 + s * (c1 + s * c2) for s in (low, high)]
     if low < (top := -0.5 * c1 / c2 if c2 else low) < high:

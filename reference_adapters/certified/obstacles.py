@@ -62,7 +62,7 @@ class StraightPiece(NamedTuple):
         return self.across((place[0] - self.place[0], place[1] - self.place[1]))
 
     def holds_foot_of(self, place: Vector) -> bool | None:
-        """Return whether the face contains the foot of a place's perpendicular, or None."""
+        """Return whether the foot of a place's perpendicular is on the face; None if undecided."""
         if self.extent is None:
             return True
         dx, dy = place[0] - self.place[0], place[1] - self.place[1]
@@ -191,7 +191,10 @@ def _way_along(one: Segment) -> tuple[fmpq, fmpq]:
 
 
 def _is_beyond(along: arb, *, is_open: bool) -> bool | None:
-    """Return whether a foot lies beyond an end of a face, on its side; None if undecided."""
+    """Return whether a foot is on the face's side of one of its ends; None if undecided.
+
+    `along`: distance from this end, positive towards the other end [m].
+    """
     if along > 0:
         return True
     if along < 0:

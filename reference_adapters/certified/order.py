@@ -33,7 +33,7 @@ laws: if a rolling ball hits a resting ball, both slides end together.
 
 
 def largest_speeds(problem: ExactProblem) -> list[float]:
-    """Return an upper bound on the speed of each ball [m/s]: it has all of the initial energy.
+    """Return an upper bound on the speed of each ball [m/s]: its speed with all the energy.
 
     Neither impacts nor the cloth add energy: m v^2 / 2 is at most the sum of m v^2 / 2
     + m R^2 w^2 / 5, and of m g z if balls start at a height z above the cloth.

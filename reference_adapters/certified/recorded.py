@@ -1,4 +1,4 @@
-"""The motion of a proved shot in doubles, from middles, for an `ExactTrajectory`."""
+"""The motion of a proved shot for an `ExactTrajectory`: the middles of intervals, as doubles."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ POWERS = 20
 PIECES_IN_REACH = 6.0
 """Radius of convergence of a roll in air divided by the length of a piece.
 
-The truncation error is at most 6^-20 of the displacement, which is rounding. For a slide it is
-4^-20 of the effect of the air in a piece.
+The truncation error is at most 6^-20 of the displacement, about the rounding of a double. For a
+slide it is 4^-20 of the effect of the air in a piece.
 """
 
 _SHORTEST_PIECE = 2.0**-30

@@ -31,16 +31,16 @@ _RATIOS = {
 }
 
 _CUTS = (0.486, 0.523, 0.461)
-"""Fractions at which an interval is divided; not 1/2, where roots of simple numbers lie.
+"""Fractions at which an interval is divided; not 1/2, where scenes of simple numbers have roots.
 
-A root at the end of an interval would stay there forever.
+A root at the end of an interval can't be isolated: it stays at an end after every division.
 """
 
 _MOST_PIECES = 80
 """Number of intervals after which a search in doubles ends with UNSURE."""
 
 _SMALL_STEP = 2.0**-30
-"""Newton step, in units of the bracket, below which the following proof decides."""
+"""Size of a Newton step, in units of the bracket, that leaves the bracket only by rounding."""
 
 Margin = Callable[[float], float]
 
@@ -57,7 +57,7 @@ def first_entry_in_doubles(gap: Sequence[float], high: float, margin: Margin) ->
     """Search in doubles for the first entry of a gap in [0, high].
 
     `gap`: coefficients, the constant first [m^2, m^2/s ...].
-    `high`: [s].
+    `high`: end of the search [s].
     `margin`: error bound of a Bernstein coefficient on an interval that ends at a given time.
     """
     stack, pieces = [(0.0, high)], _MOST_PIECES
@@ -138,8 +138,9 @@ def refined(
         and its derivative; for an interval, the range.
     `low`, `high`: [s].
 
-    Returns an interval [s]: the interval Newton step from the middle of an interval that contains
-    its own image. Such an interval has one root, for every function that the coefficients enclose.
+    Returns an interval [s]: the image of an interval under the interval Newton step, if the
+    interval contains this image. Every function that the coefficients enclose then has exactly one
+    root there.
     """
     start, end = low, high
     x = ((start + end) / 2).mid()
@@ -269,7 +270,7 @@ def _shifted(gap: Sequence[arb], by: arb) -> list[arb]:
 
 
 def _trimmed(gap: Sequence[arb]) -> Sequence[arb]:
-    """Return the coefficients without leading ones that are exactly 0, for narrower intervals."""
+    """Return the coefficients up to the highest that isn't exactly 0, for narrower intervals."""
     count = len(gap)
     while count > 1 and gap[count - 1].is_zero():
         count -= 1

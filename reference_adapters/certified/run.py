@@ -1,7 +1,7 @@
 """One run of a problem with one precision: event after event, each proved to be the next.
 
 Conservative bounds in doubles select the candidates that need a proof; those that may be first are
-enclosed in intervals and compared. An open decision raises an error, and `certify` increases the
+enclosed in intervals and compared. An open decision raises an error, and `prove` increases the
 precision and starts again.
 """
 
@@ -179,10 +179,10 @@ class CertifiedRun:
     def _predict_over(
         self, i: int, body: FlyingBody, piece: StraightPiece | RoundPiece, last: float
     ) -> bool:
-        """Return whether airborne ball i meets an obstacle as on the cloth, or as a line.
+        """Return whether the gap of airborne ball i to a post, or to a line, must be searched.
 
-        Otherwise, predict an undecided event, if necessary. The ball flies for at most `last`
-        seconds.
+        A face counts as a line if the ball stays in front of it. If the ball may meet a jaw or an
+        end of a face, predict an undecided event. The ball flies for at most `last` seconds.
         """
         if isinstance(piece, RoundPiece) and (piece.takes_out or piece.is_post):
             return piece.is_post

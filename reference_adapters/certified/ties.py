@@ -66,7 +66,7 @@ def _pair_beside(first: Candidate, other: Candidate) -> tuple[Body, Vector, Vect
 
 
 def _place_beside(one: Candidate, body: Body) -> tuple[Vector, arb] | None:
-    """Return the position of the body that a ball hits, and the distance; None if it moves."""
+    """Return the position and the distance of the body that a ball hits; None if it moves."""
     if isinstance(one.gap, RoundGap):
         return one.gap.piece.centre, one.gap.reach
     if not isinstance(one.gap, PairGap) or one.gap.free:
@@ -76,7 +76,7 @@ def _place_beside(one: Candidate, body: Body) -> tuple[Vector, arb] | None:
 
 
 def axis_of_mirror(first: Candidate, other: Candidate) -> int | None:
-    """Return the axis along which two impacts of a ball are mirror images: 0 is x; None: neither.
+    """Return the axis along which two impacts are mirror images: 0 for x, 1 for y, or None.
 
     The ball moves straight, without side spin, between two equal bodies at rest. However the law
     divides the impulse between them, it doesn't move the ball along this axis.
