@@ -1,4 +1,4 @@
-"""Texts for the accuracy of a run, the same in every table and picture."""
+"""Texts for the accuracy of a case, the same in every table and picture."""
 
 from __future__ import annotations
 
@@ -268,7 +268,7 @@ def median_error(
 ) -> tuple[float | None, bool]:
     """Return the median of errors [m], and True if the median is no larger than rounding.
 
-    `found`: the error of each run, if it is known, and the accuracy class of the run.
+    `found`: the error of each case, if it is known, and the accuracy class of the case.
 
     Without any known error the median is None.
     """

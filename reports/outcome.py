@@ -136,7 +136,7 @@ def of_limits(results: Results) -> Answer:
 
 
 def of_comparison(regression: Regression) -> Answer:
-    """Return the verdict on a comparison with baselines, and its condition for a pass."""
+    """Return the verdict on a comparison; for a failure, also how long `regress` will fail."""
     count = many(len(regression.scenes), "scene")
     failed = [one for one in regression.scenes if one.failed]
     rest = [one for one in regression.scenes if not one.failed]

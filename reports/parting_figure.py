@@ -107,7 +107,7 @@ def _draw_shots(axes: Axes, explanation: Explanation, trails: list[FloatArray]) 
 
 
 def _marks(explanation: Explanation) -> Iterator[tuple[Event, Result, dict[str, Any], str]]:
-    """Yield each collision of the first difference: the run, its mark, and its position."""
+    """Yield each first wrong collision with its result, plot marker and legend text."""
     if explanation.parting is None:
         return
     look, parting = style.engine_style(explanation.label), explanation.parting
@@ -180,13 +180,13 @@ def _add_legend(figure: Figure, explanation: Explanation) -> None:
     disc: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 9}
     filled: dict[str, Any] = {"markerfacecolor": (look.colour, 0.3), "markeredgecolor": look.colour}
     handles = [
-        Line2D([], [], label=f"truth ({explanation.known.kind})", **TRUE_LOOK),
+        Line2D([], [], label=f"reference ({explanation.known.kind})", **TRUE_LOOK),
         Line2D([], [], color=look.colour, linewidth=1.1, label=look.name),
         Line2D([], [], label="ball in the reference", color=style.BLACK, fillstyle="none", **disc),
         Line2D([], [], label=f"ball in {look.name}", **filled, **disc),
     ]
     handles += [
-        Line2D([], [], linestyle="none", markersize=9, label=where, **mark)  # the title names it
+        Line2D([], [], linestyle="none", markersize=9, label=where, **mark)  # named in the title
         for _, _, mark, where in _marks(explanation)
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3)

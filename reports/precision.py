@@ -39,7 +39,7 @@ _NAME: Any = {
 
 
 def draw_against_time(measured: PrecisionMeasurement) -> Figure:
-    """Draw the largest rest error against the run time, for at least one point.
+    """Draw the largest rest error against the run time; `measured` must have a point.
 
     A marker is at the run time of the whole call. A short vertical line is at the time that the
     engine itself reports, a part of the call.
@@ -193,7 +193,7 @@ def _draw_panel(axes: Axes, points: Sequence[PrecisionPoint], cost: _Cost) -> No
 def knee_text(points: Sequence[PrecisionPoint]) -> str:
     """Return the recommended step, "1 ms"; "< 1 ms" if it is the shortest measured step.
 
-    A dash if no step is recommended.
+    Return "–" if no step is recommended.
     """
     knee = knee_of(points)
     if knee is None or knee.step is None:

@@ -63,7 +63,7 @@ def reason_of(explanation: Explanation) -> str:
 
 
 def fault_text(explanation: Explanation, fault: ContactFault) -> str:
-    """Return in words what goes wrong at contacts."""
+    """Return the fault at contacts in words."""
     label, physics = explanation.label, explanation.scene.physics
     contact = "ball collision" if fault.kind is EventKind.BALL_BALL else "cushion contact"
     which = f"each {contact} (median of {fault.count})"
@@ -84,8 +84,8 @@ def fault_text(explanation: Explanation, fault: ContactFault) -> str:
         )
     return (
         f"Just after {which}, velocities of {label} differ from the scene's impact law by "
-        f"{_percent(fault.measured)} of the speed before, though the energy is right. No single "
-        "coefficient explains the whole motion."
+        f"{_percent(fault.measured)} of the largest speed before, though the energy is right. No "
+        "single coefficient explains the whole motion."
     )
 
 
@@ -106,7 +106,7 @@ def _sentence(words: str) -> str:
 
 
 def _late_by_step(explanation: Explanation, found: Attribution) -> str:
-    """Return that collisions differ because of the step."""
+    """Return the words for collisions that differ because of the time step."""
     finest, label = found.ladder[-1], explanation.label
     text = (
         f"The time step of {label} is the cause. {_lateness(found)} The first wrong collision is "
@@ -123,7 +123,7 @@ def _late_by_step(explanation: Explanation, found: Attribution) -> str:
 
 
 def _unseparated(explanation: Explanation, found: Attribution) -> str:
-    """Return that nothing tells whether the step or the model is the cause."""
+    """Return the words for a cause that can't be assigned to the time step or the model."""
     shares = _lateness(found) if found.shared else "No collision before that is shared by all runs."
     return (
         f"The time step and the model of {explanation.label} can't be separated: the first wrong "

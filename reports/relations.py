@@ -85,7 +85,7 @@ def never_judged(cases: list[CaseRecord]) -> list[str]:
 
 
 RELATION_KEY = (
-    "Each engine also simulated related shots, such as the mirrored one. kept: both runs agree "
-    "within the engine's own error, or, where the engine promises it, to the bit."
+    "Each engine also simulated related shots, such as the mirrored shot. kept: both runs agree "
+    "within the engine's own error, or bit for bit if the engine promises identical bits."
 )
 """Explanation of the table of `relation_rows`."""

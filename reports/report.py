@@ -31,7 +31,7 @@ SHEET = "-sheet"
 """End of the file name of a sheet, after the name of the scene."""
 
 PART = f"part of {PAGE} on scene "
-"""Start of the name of a task, before the name of the scene: it makes a scene's part and sheet."""
+"""Start of the name of a task, before the name of the scene whose part and sheet it makes."""
 
 CASES_WORTH_A_PROCESS = 100
 """Number of cases without pictures that take as long as starting another process."""
@@ -94,7 +94,8 @@ def write_report(
                 if progress is not None:
                     progress(number, len(tasks), done.task)
         report = results.path / PAGE
-        page = harmless(page_text(results, parts, regression, failed)).encode()  # for terminals
+        # Without control characters, which would act on a terminal that shows the file.
+        page = harmless(page_text(results, parts, regression, failed)).encode()
         write_whole(report, page)
         sheets = [part.sheet for part in parts.values() if part.sheet is not None]
         _remove_stale(results.path, sheets, figures)
@@ -150,7 +151,7 @@ def _scene_part(
 def _drawn(
     stem: Path, shot: Shot, endings: Sequence[str], failed: list[FailedPart]
 ) -> PurePosixPath | None:
-    """Draw a sheet and write it; return its PNG, relative to the page, or None without one."""
+    """Draw and write a sheet; return its PNG, relative to the page, or None without a sheet."""
 
     def drawn() -> bool:
         figure = draw_sheet(shot)

@@ -47,8 +47,8 @@ ENSEMBLE_KEY = (
     f"rest position. Verdict: the distributions compared with those of `{OURS}`, which is no "
     "independent reference, by Kolmogorov-Smirnov tests and the energy distance of the rest "
     "positions. An engine with the right distributions is called different in at most "
-    f"{1.0 / FALSE_ALARMS:.0f}th of the scenes; a difference of the stated size is found in "
-    f"{POWER:.0%} of them."
+    f"1 of {1.0 / FALSE_ALARMS:.0f} scenes; a difference of the stated size is found in "
+    f"{POWER:.0%} of the scenes."
 )
 
 QUANTITY_HEADS = ("scene", "engine", "quantity", "mean", "difference", "p", "visible")
@@ -103,7 +103,7 @@ def ensemble_words(one: EnsembleVerdict) -> str:
         for q in one.quantities
         if q.visible
     )
-    return f"not distinguishable with {one.ended} runs; a difference would be seen of {seen}"
+    return f"not distinguishable with {one.ended} runs; smallest visible difference: {seen}"
 
 
 def quantity_rows(results: Results) -> Iterator[list[str]]:
@@ -137,5 +137,5 @@ def _wrong(one: EnsembleVerdict) -> str:
     if one.reasons:
         said.append(f"{many(one.planned - one.ended, 'run')} did not finish: {one.reasons[0]}")
     if one.broken:
-        said.append(f"{many(one.broken, 'run')} that finished failed a common limit")
+        said.append(f"{many(one.broken, 'finished run')} failed a common limit")
     return "; ".join(said)

@@ -58,7 +58,7 @@ def standing_text(case: CaseRecord | None, error: str) -> str:
 
 
 def legend_text(verdicts: Iterable[Verdict]) -> str:
-    """Return a line with the meanings of the signs of these verdicts, and of the brackets."""
+    """Return a line with the meanings of the signs of these verdicts."""
     # Two verdicts may share a sign.
     words: dict[str, list[str]] = {}
     present = set(verdicts)
@@ -170,14 +170,14 @@ def load_shot(results: Results, name: str) -> Shot:
 
 
 def motion_of_run(run: Run) -> Motion:
-    """Return the motion of a run that has one, such as the runs of `Shot.drawn`."""
+    """Return the motion of a run with a motion, such as the runs of `Shot.drawn`."""
     assert run.motion is not None
     return run.motion
 
 
 def energy_scale(shot: Shot) -> tuple[float, str, float]:
     """Return a suitable unit of energy [J], its name, and the largest energy in a chart [J]."""
-    # An engine that blew up has no energy to scale by.
+    # Initial energies set the scale, because an unstable simulation can reach any energy.
     start = max(largest(motion_of_run(run).energy[:1]) for run in shot.drawn)
     highest = max(largest(motion_of_run(run).energy) for run in shot.drawn)
     unit, name = next(((unit, name) for unit, name in UNITS if start >= unit), UNITS[-1])
@@ -199,8 +199,8 @@ def distance_from(reference: Motion, motion: Motion) -> FloatArray:
     """Return the largest distance of a ball from an exact motion, (k,) [m], at `motion.times`.
 
     Distances are in the plane of the table. Between stored states, the exact motion is a cubic with
-    the stored positions and velocities at both ends. This is exact up to rounding, because the
-    acceleration of a ball is constant there.
+    the stored positions and velocities at both ends. This is exact up to rounding if the
+    acceleration of a ball is constant or linear in time there.
     """
     if len(reference.times) == 1:  # nothing moves in the exact motion
         return _distances(motion, reference.positions[:, :, :2])

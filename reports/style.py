@@ -1,6 +1,7 @@
 """The style of all figures: each engine has the same colour, line, marker and name everywhere.
 
-Colours are those of Okabe and Ito (2008), which are distinct for common kinds of colour blindness.
+Colours of engines are those of Okabe and Ito (2008), which are distinct for common kinds of colour
+blindness, and `BROWN`.
 The configurations of an engine share a colour and differ by line and marker, so no meaning depends
 on colour alone.
 """
@@ -88,7 +89,7 @@ _FAMILY_LINES: dict[str, tuple[LineStyle, str]] = {
     "paper-continuous": ((0.0, (7.0, 2.0, 1.5, 2.0)), "p"),
     "paper-discrete": ((0.0, (3.5, 2.0)), "X"),
     "certified": ((0.0, (9.0, 1.5, 1.2, 1.5, 1.2, 1.5)), "*"),
-    # Engines in JavaScript share colours with others, and differ by line and marker.
+    # Engines in JavaScript share colours with other engines, and differ by line and marker.
     "planck": ((0.0, (4.0, 1.0)), "<"),
     "matter-js": ((0.0, (4.0, 1.0, 1.2, 1.0)), ">"),
     "cannon-es": ((0.0, (2.0, 1.0)), "H"),

@@ -16,7 +16,7 @@ def many(count: int, noun: str) -> str:
 
 
 def reused_text(results: Results) -> str:
-    """Return which cases an earlier run measured; "" if there are none."""
+    """Return how many cases were reused, and when they were measured; "" if there are none."""
     dates = sorted(case.measured for case in results.cases if case.reused)
     if not dates:
         return ""
@@ -29,7 +29,7 @@ def reused_text(results: Results) -> str:
 
 
 def run_time_text(case: CaseRecord, *, dated: bool) -> str:
-    """Return the run time of a case, or ""; if `dated`, with the date of the measurement."""
+    """Return the run time of a case, or "–"; if `dated`, with the date of the measurement."""
     seconds = metric_of(case, "wall_time")
     date = f" ({case.measured[:10]})" if dated and case.measured and seconds is not None else ""
     return style.format_time(seconds) + date

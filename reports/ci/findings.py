@@ -1,6 +1,7 @@
-"""Failures and permitted changes of a run, as lines for any CI service and as notes for GitHub.
+"""Errors and warnings of a run, as lines for any CI service and as annotations for GitHub.
 
-A note is a workflow command: a line `::error title=TITLE::MESSAGE` that a step prints.
+A line `::error title=TITLE::MESSAGE` in the output of a step (a workflow command) makes an
+annotation.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ NAMED = 6
 
 @dataclass(frozen=True)
 class Finding:
-    """A failure or a permitted change; `about` names its scene, its engine or the baselines."""
+    """An error or a warning; `about` names its scene or engine, the results, or the baselines."""
 
     level: Literal["error", "warning"]
     about: str
@@ -33,7 +34,7 @@ class Finding:
 
 
 def findings(results: Results | None, regressions: Sequence[Regression]) -> list[Finding]:
-    """Return the failures, then permitted changes; `results`: None for a comparison alone."""
+    """Return the errors, then the warnings; `results` is None if only a comparison was made."""
     failed = [] if results is None else list(failures(results.cases))
     found = [*map(_of_failure, failed), *(() if results is None else _of_run(results))]
     lost = {(one.case.scene, one.case.label) for one in failed if one.check is None}
@@ -43,7 +44,7 @@ def findings(results: Results | None, regressions: Sequence[Regression]) -> list
 
 
 def notes(found: Sequence[Finding]) -> str:
-    """Return findings as notes, up to `SHOWN` of each level; the last one counts the rest."""
+    """Return annotations, up to `SHOWN` of each level; if there are more, the last counts them."""
     lines = []
     for level in ("error", "warning"):
         these = [one for one in found if one.level == level]
@@ -55,7 +56,7 @@ def notes(found: Sequence[Finding]) -> str:
 
 
 def note(level: str, title: str, message: str) -> str:
-    """Return one note, with title and message escaped for GitHub."""
+    """Return one annotation, with title and message escaped for GitHub."""
     texts = f"Ghostball: {title}", message
     title, message = (
         text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A") for text in texts

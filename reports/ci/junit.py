@@ -7,9 +7,10 @@ Ghostball's engine with itself, or if it could not be measured: a test that can'
 count as passed.
 
 A case that did not run is one test case, skipped or in error. A case that stopped early has an
-additional test case in error. So have a run in which nothing was judged, and an engine whose final
-positions were not judged in any case. A scene that was compared with its baseline has a test case
-`baseline`: it fails if the change fails, and is in error if there was nothing to compare with.
+additional test case in error. Without comparisons, the document has a test case `judged` in error
+if nothing was judged, or if the final positions of some engine were judged in no case. A scene that
+was compared with its baseline has a test case `baseline`: it fails if the change fails, and is in
+error if there was nothing to compare with.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from ghostball.validation.results.records import CaseRecord, Check, number_with_
 Kind = Literal["failure", "error", "skipped"]
 """JUnit's element of a test case that doesn't pass."""
 
-# XML 1.0 has no way to write these, not even escaped.
+# XML 1.0 can't hold these characters, even escaped.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 

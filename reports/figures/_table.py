@@ -106,7 +106,7 @@ def draw_table(axes: Axes, scene: Scene, view: View, *, ticks: bool = True) -> N
 
 
 def _draw_shaped(axes: Axes, table: Table) -> None:
-    """Draw a table that isn't a plain rectangle: what surrounds it, its cloth, and its holes."""
+    """Draw a table that isn't a plain rectangle: its cushions, its cloth, and its holes."""
     from matplotlib.patches import Polygon, Rectangle  # noqa: PLC0415
 
     depth = CUSHION_DEPTH

@@ -45,7 +45,7 @@ def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = No
 
     `colours`: colours of the balls, instead of those of the engines.
     """
-    # A band is for drawing other lines on top; a single run gets a normal line.
+    # Ghostball's line is a band beneath the other lines; a single run gets a normal line.
     alone = {"linewidth": 1.2, "alpha": 1.0} if len(shot.drawn) == 1 else {}
     for order, run in enumerate(shot.drawn):
         look = {"zorder": 2 + 0.01 * order, **line_of(run), **alone}
@@ -58,7 +58,7 @@ def draw_against_time(axes: Axes, shot: Shot, colours: Sequence[str] | None = No
 
 
 def _range_of_x(shot: Shot) -> tuple[float, float]:
-    """Return the range of x for the chart against time: that of all balls, within the view."""
+    """Return the range of x of all balls, within the view, for the chart against time."""
     left, right, _, _ = view_shown(shot, collinear=True)
     x = np.concatenate([motion_of_run(run).positions[:, :, 0].ravel() for run in shot.drawn])
     x = x[(left <= x) & (x <= right)]
@@ -177,7 +177,8 @@ def _error_text(run: Run, shot: Shot) -> str:
     found = None if run.case is None else run.case.accuracy
     if run.standing is RestError.CHAOTIC and found is not None and found.at is not None:
         return f"wrong collisions from t = {style.format_time(found.at)} on"
-    error = rest_error_text(run.case).strip("()")  # a picture doesn't say what limits judge
+    # In tables, brackets mean that no limit judges the error; pictures leave them out.
+    error = rest_error_text(run.case).strip("()")
     return f"{shot.end} position error: {error or 'unknown'}"
 
 

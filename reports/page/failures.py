@@ -53,7 +53,7 @@ def _failures(results: Results, scenes: Mapping[str, ScenePagePart]) -> Iterator
 
 
 def _rests(case: CaseRecord) -> Iterator[tuple[str, str, str]]:
-    """Yield each ball with its rest position x, y [m]; a repeated run must give the same bits."""
+    """Yield each ball with the rest position x, y [m] of this run; a repetition must match it."""
     if case.rest_positions is not None:
         for ball, (x, y, _) in zip(case.definition["balls"], case.rest_positions, strict=True):
             yield str(ball["id"]), repr(float(x)), repr(float(y))

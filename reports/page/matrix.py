@@ -1,4 +1,4 @@
-"""What changed since the baselines, and the matrix of engines by scenes."""
+"""Sections of the changes since the baselines, and of the matrix of engines by scenes."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def why_text(case: CaseRecord | None) -> str:
     """Return the reason of a case's verdict, in one line without markup."""
     verdict = verdict_of(case)
     if case is None:
-        return "not run: the run stopped first"
+        return "not run: the run stopped before this case"
     if case.outcome != "ran":
         return f"{verdict.words}: {' '.join(case.reason.split())}"
     if not case.broken and (why := unfinished_text(case)):

@@ -185,10 +185,10 @@ def _points(sign: str, measured: Sequence[ComparedFigure]) -> Series:
 
 
 def _by_quantity(figures: Sequence[ComparedFigure]) -> dict[str, list[ComparedFigure]]:
-    """Return the figures of each quantity; of several at one x, only the first.
+    """Return the figures of each quantity; if several have the same x, only the first.
 
-    The first figure at an x is the figure at the smallest angle. If each figure has a description
-    of its own, all are of one quantity.
+    The first figure at an x has the smallest angle. If every figure has its own description, all
+    figures belong to one quantity.
     """
     found: dict[str, dict[float, ComparedFigure]] = {}
     alone = len({one.what for one in figures}) == len(figures)

@@ -68,7 +68,7 @@ class ReplayTrack:
 
 
 def tick_of(motion: Motion) -> float:
-    """Return the unit of times of a motion [s]: no ball moves farther than `QUANTUM` in it."""
+    """Return the unit of times of a motion [s]: no coordinate changes by more than `QUANTUM`."""
     speeds = np.abs(motion.velocities)
     speed = np.max(speeds, initial=0.0, where=np.isfinite(speeds) & (speeds < 1e9))
     return float(min(TICK, QUANTUM / speed)) if speed > 0.0 else TICK
@@ -80,9 +80,9 @@ def track_of(motion: Motion, ball: int, tick: float, radius: float) -> ReplayTra
     `tick` [s]: unit of times.
     `radius` [m]: radius of the ball.
 
-    There are few pieces: a piece is tried to the ball's next event and then to later events. If a
-    piece to the next event doesn't fit, a shorter one is found by bisection. No piece contains a
-    change of phase.
+    To keep the pieces few, a piece is fitted up to the ball's next event, then up to later events.
+    If the piece up to the next event doesn't fit, bisection finds a shorter piece. No piece
+    contains a change of phase.
     """
     xyz = motion.positions[:, ball]
     # `<=` is false for nan.
@@ -226,7 +226,7 @@ def packed_motion(
 ) -> tuple[bytes, float, dict[int, float]]:
     """Return a motion and its event log as bytes, the tick [s], and the time [s] of each lost ball.
 
-    `events`, a structured array (`engine.EVENT_DTYPE`): the events to keep.
+    `events`, a structured array (`model.EVENT_DTYPE`): the events to keep.
     `radii` (n,) float64 [m]: radii of the balls.
 
     The bytes have this order:
@@ -237,7 +237,8 @@ def packed_motion(
     - for each ball, the number of its own samples and their indices, then the phases, ends, bulges
       and spins of its pieces.
 
-    Integers are stored as the difference from the integer before, except for bulges and spins.
+    Times in ticks, ball and sample indices, and ends are stored as the difference from the integer
+    before. Kinds and phases are single bytes.
     """
     tick = tick_of(motion)
     tracks = [track_of(motion, ball, tick, radius) for ball, radius in enumerate(radii.tolist())]

@@ -47,7 +47,7 @@ def number_heads(cases: Sequence[CaseRecord]) -> list[str]:
     """Return the headings of the table of numbers."""
     # In a scene that ends at `t_max`, balls still move.
     end = "end" if any(case.status == "t-max" for case in cases) else "rest"
-    own = (f"{end} error, rms", f"{end} time [s]", "its error", "largest overlap", "run time")
+    own = (f"{end} error, rms", f"{end} time [s]", "time error", "largest overlap", "run time")
     return [*COMPARISON_HEADS, *own]
 
 

@@ -17,7 +17,7 @@ from ghostball.validation.results.store import CaseRecord, Results
 VARIANTS = {
     "contact_steps=exact": (
         "exact steps",
-        "its time steps end when balls touch, so the remaining error is from its solver",
+        "time steps end when balls touch, so the remaining error is from the engine's solver",
     ),
     "config=naive": ("naive", "with the settings that a newcomer types, 60 time steps per second"),
 }

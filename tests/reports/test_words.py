@@ -129,7 +129,7 @@ def test_a_row_has_a_cell_under_each_heading_and_a_scene_is_named_once():
     assert [row[0] for row in rows] == ["break", "", "", ""]
     assert [row[-1] for row in rows] == [
         "the reference of the other engines",
-        "not distinguishable with 15 runs; a difference would be seen of rest time 0.4 s",
+        "not distinguishable with 15 runs; smallest visible difference: rest time 0.4 s",
         "different from the reference with p < 0.001 in rest time, by +6 s",
         "nothing to compare: too few runs finished",
     ]
@@ -139,7 +139,7 @@ def test_a_row_has_a_cell_under_each_heading_and_a_scene_is_named_once():
 @pytest.mark.usefixtures("shown")
 def test_what_is_wrong_is_said():
     assert list(ensemble_remarks(None)) == [
-        "break on near: 2 runs that finished failed a common limit",
+        "break on near: 2 finished runs failed a common limit",
         "break on gone: 14 runs did not finish: it hung",
     ]
 

@@ -195,7 +195,7 @@ PLANTED = {
     "a turned normal": (
         hit(angle=0.0),
         stepping(turned=math.radians(3), **SAME),
-        "velocities of mine differ from the scene's impact law by 5.2 % of the speed before",
+        "mine differ from the scene's impact law by 5.2 % of the largest speed before",
     ),
     "sliding": (
         hit(),

@@ -254,7 +254,7 @@ def test_the_verdicts_in_words() -> None:
     assert "doesn't claim to be exact" in ensemble_words(verdict(late, exact=False))
     words = ensemble_words(verdict(same))
     assert words == (
-        "not distinguishable with 40 runs; a difference would be seen of pocketed balls 0.4"
+        "not distinguishable with 40 runs; smallest visible difference: pocketed balls 0.4"
     )
     few = verdict(same, same, ended=3)
     assert few.is_blind
