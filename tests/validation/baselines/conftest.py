@@ -1,4 +1,4 @@
-"""A workshop of results and baselines: fixtures for the tests of the gate and of accepting."""
+"""Fixtures for the tests of the gate and of acceptance: folders of results and baselines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SCENES = [gate.cut_shot(), gate.roll_shot()]
 
 
 class Workshop:
-    """A folder of results and one of baselines."""
+    """A folder of results and a folder of baselines."""
 
     def __init__(self, place, monkeypatch):
         self.out, self.baselines = place / "out", place / "accepted"
@@ -30,7 +30,7 @@ class Workshop:
         self._monkeypatch = monkeypatch
 
     def compare(self, *, scenes=SCENES, **options) -> Regression:
-        """Run the scenes, compare, and store what was found."""
+        """Run the scenes, compare the results with the baselines, and store the comparison."""
         ours = Criteria(truth="engine")  # nothing here needs a proof
         criteria = {scene.name: ours for scene in scenes}
         run_suite(scenes, ["ghostball"], self.out, criteria=criteria)
@@ -40,12 +40,12 @@ class Workshop:
         return found
 
     def accept(self, reason="It is right.", **options):
-        # What is planted breaks limits of truth, which is what acceptance is mostly not about.
+        # A planted fault also fails limits, which most tests of acceptance aren't about.
         options = {"even_though_limits_fail": True, **options}
         return accept(self.out, reason, self.gate, **options)
 
     def plant(self, speeds):
-        """Make our engine play the named scenes at another speed of the cue ball."""
+        """Multiply the cue ball's speed in our engine by the factor of each named scene."""
 
         def planted(scene, **options):
             factor = speeds.get(scene.name, 1.0)
@@ -75,14 +75,14 @@ class Workshop:
 
 @pytest.fixture
 def shop(tmp_path, monkeypatch, in_this_process):
-    # The two shots of many balls take a second each, and are tested where they are shipped.
+    # The two scenes with many balls take a second each; other tests run them.
     monkeypatch.setattr(gate_module, "many_balls", lambda: ())
     return Workshop(tmp_path, monkeypatch)
 
 
 @pytest.fixture
 def accepted(shop):
-    """A workshop whose baselines are accepted."""
+    """A `Workshop` with accepted baselines."""
     shop.compare()
     shop.accept("The first.")
     return shop

@@ -1,4 +1,4 @@
-"""What a comparison found is accepted with a reason, and else nothing is written."""
+"""Acceptance stores the results of a comparison with a reason; if refused, it writes nothing."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_one_of_two_changes_is_accepted_and_the_other_still_fails(accepted):
     accepted.accept("This too.")
     found = accepted.compare()
     assert set(gate.changes(found).values()) == {"unchanged"}
-    # What the truth says of it can't be accepted.
+    # Acceptance doesn't remove failed limits.
     assert found.outcome == "failed"
     assert all("failed limits: quality_factor must be" in one.summary for one in found.scenes)
 
@@ -44,7 +44,8 @@ def test_a_comparison_of_other_code_is_not_accepted(shop, sources):
 
 
 def test_a_baseline_that_is_not_the_one_that_was_compared_with_is_not_overwritten(accepted):
-    # Someone else's acceptance, pulled in between, or another `--baselines`.
+    # Another person's accepted baseline was pulled meanwhile, or `--baselines` names another
+    # folder.
     accepted.plant({"cut": 1.01})
     accepted.compare()
     accepted.accept("The first.")
@@ -101,13 +102,13 @@ def test_only_what_is_asked_for_is_read_or_simulated_again(accepted, monkeypatch
         asked.append(scene)
         return compared_run_in(results, gate, scene)
 
-    accepting = import_module("ghostball.validation.baselines.accept")  # not the function
+    accepting = import_module("ghostball.validation.baselines.accept")  # not its function
     monkeypatch.setattr(accepting, "compared_run_in", played)
     accepted.plant({"cut": 1.01, "roll": 0.99})
     accepted.compare()
     assert accepted.accept(only=["cut"]).left == ("roll",)
     assert asked == ["cut"]
-    # What was accepted since isn't left.
+    # A scene that was accepted meanwhile isn't left over.
     assert accepted.accept(only=["roll"]).left == ()
     assert asked == ["cut", "roll"]
 

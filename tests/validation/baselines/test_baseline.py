@@ -1,4 +1,4 @@
-"""A baseline's file: a whole record, read back to the bit, refused where it was edited."""
+"""The file of a baseline holds a whole record, reads back to the bit, and is refused if edited."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ OURS = Path(__file__).parents[3] / "benchmarks/baselines/ghostball"
 
 @pytest.mark.parametrize("name", baseline_names(OURS))
 def test_every_shipped_baseline_is_what_would_be_written(name):
-    # Else the next acceptance would rewrite lines that nobody asked about.
+    # Otherwise the next acceptance would change unrelated lines.
     path = baseline_path(OURS, name)
     assert load_baseline(path).text == path.read_text(encoding="utf-8")
 
@@ -93,7 +93,7 @@ def test_every_shipped_baseline_is_what_would_be_written(name):
 
 
 def edited(file, change, *, hashed):
-    """Edit a file; `hashed`: and its hash too."""
+    """Edit a file; `hashed`: whether to update its hash, too."""
     data = json.loads(file.read_text(encoding="utf-8"))
     change(data)
     if hashed:
@@ -152,7 +152,8 @@ def test_nonsense_is_refused_by_its_name_though_its_hash_is_right(file, kind):
 
 @pytest.mark.parametrize("part", [0.0, 0.3, 0.6, 0.9, 0.995])
 def test_a_file_that_was_cut_short_is_refused(file, part):
-    # A full disk, a copy that broke off: none of it may count as another version, or as nothing.
+    # After a full disk or an interrupted copy, the rest of a file must not count as another
+    # version, or as no baseline.
     content = file.read_bytes()
     file.write_bytes(content[: int(part * len(content))])
     with pytest.raises(BaselineError, match=re.escape(f"{file}: not valid JSON")) as raised:
@@ -167,7 +168,7 @@ def test_another_schema_is_an_error_of_its_own(file, schema):
         load_baseline(file)
 
 
-# --- where they lie ---------------------------------------------------------------------------
+# --- folders ----------------------------------------------------------------------------------
 
 
 def test_an_engine_is_called_by_its_own_name_and_the_settings_that_it_was_given():

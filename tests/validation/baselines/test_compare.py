@@ -1,4 +1,4 @@
-"""The one comparison: three rules and their answers, one part of a small run replaced at a time."""
+"""The three rules of the comparison and their answers; each test changes a part of a small run."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ ULP = 2.0**-52
 
 
 def of(head, base=BASE, **explained):
-    """Compare with so much explained by rounding as `explained` says, else 1e-12 of everything."""
+    """Compare two runs; rounding explains `explained`, by default 1e-12 in each quantity."""
     allowed = gate.allowance(len(head.log().events), **explained)
     return compare(base, head, lambda: allowed)
 
 
 def shifted(run, index, by):
-    """Return a run whose event comes later by so much [s]."""
+    """Return a run in which event `index` comes later by `by` [s]."""
     events = run.log().events.copy()
     events["t"][index] += by
     return gate.with_events(run, events)
 
 
 def with_another_collision(run):
-    """Return a run with a collision at 0.9 s that no other one has."""
+    """Return a run with an additional collision at 0.9 s."""
     extra = gate.log((0.9, EventKind.BALL_CUSHION, 1, 0))
     events = np.concatenate([run.log().events, extra])
     return gate.with_events(run, events[np.argsort(events["t"])])
@@ -105,7 +105,7 @@ def test_another_last_bit_is_rounding():
 
 
 def test_a_speed_changed_by_1e9th_is_no_rounding():
-    # Would be called rounding if the allowance were 10^5 times too wide.
+    # Fails if the allowance is 10^5 times too wide: then the change counts as rounding.
     faster = gate.cut_shot(1.0 + 1e-9)
     change = gate.compared(BASE, gate.off(gate.played(faster, like=SHOT), 1e-9), faster)
     assert change.change == "worse"
@@ -144,7 +144,7 @@ def test_the_order_of_events_of_one_instant_is_a_convention():
         return compare(base, head, lambda: gate.allowance(2, balls=4))
 
     assert of(ordered((2, 3), (0, 1)), ordered((0, 1), (2, 3))).change == "rounding"
-    # ... not if they share a ball.
+    # If events share a ball, their order is no convention.
     assert of(ordered((1, 2), (0, 1)), ordered((0, 1), (1, 2))).change != "rounding"
 
 
@@ -171,7 +171,7 @@ def test_an_ulp_of_a_chaotic_shot_is_rounding_up_to_its_horizon(name):
     assert change.change == "rounding", change.summary
     assert change.horizon is not None
     assert np.max(np.abs(base.record.rest_positions - head.record.rest_positions)) > 1e-6
-    # 1e-7 of the speed is seen even there.
+    # A change of the speed by 1e-7 isn't rounding, even in this shot.
     moved = cue.model_copy(update={"velocity": (vx * (1 + 1e-7), vy, 0.0)})
     far = scene.model_copy(update={"balls": (moved, *others)})
     change = gate.compared(base, gate.played(far, like=scene), far)
@@ -242,17 +242,17 @@ def test_what_is_worse_one_way_is_better_the_other_way(error, octaves):
     there, back = of(two, one).change, of(one, two).change
     opposite = {"worse": "better", "better": "worse", "changed": "changed"}
     if 0.9 < abs(2.0**octaves - 1.0) / NEGLIGIBLE < 1.1:
-        return  # a tiny part of the one may be a little more of the other
+        return  # the difference may be negligible relative to one error only
     assert back == opposite[there]
 
 
 def test_what_rounding_explains_makes_nothing_worse():
-    # A ball along a rail ends 166 fm off; on another processor 900 fm, after 5000 steps.
+    # For a ball along a rail, the error is 166 fm; on another processor 900 fm, after 5000 steps.
     base = gate.off(BASE, 1.66e-13, "nanometres")
     head = gate.off(gate.at_rest(BASE, BASE.record.rest_positions + 5e-12), 9e-13, "nanometres")
     assert of(head, base, rest=4e-12).change == "changed"
     assert of(head, base, rest=1e-13).change == "worse"
-    # Past the horizon rounding may move a ball by as much as a millimetre.
+    # After the horizon, rounding may move a ball by up to a millimetre.
     late = shifted(head, 0, 1e-3)
     assert of(gate.off(late, 9e-4), base, rest=None).change == "changed"
     assert of(gate.off(late, 2e-3), base, rest=None).change == "worse"
@@ -276,13 +276,13 @@ EARLY = gate.having(BASE, accuracy=None)
 @pytest.mark.parametrize(
     ("base", "head", "answer"),
     [
-        # What became unphysical is worse whatever was known before.
+        # A run that became unphysical is worse, whatever was known about the baseline.
         (EARLY, gate.having(MOVED, accuracy=BROKEN), "worse"),
         (gate.having(EARLY, truth=None), gate.having(MOVED, accuracy=BROKEN), "worse"),
         (gate.having(BASE, truth="closed form"), gate.having(MOVED, accuracy=BROKEN), "worse"),
         (WAS_BROKEN, gate.having(MOVED, accuracy=BROKEN), "changed"),
         (WAS_BROKEN, gate.off(MOVED, 1e-3), "better"),
-        # Without a reference the proved part decides, and else the collisions.
+        # Without a reference result, the proved part decides, or else the collisions.
         (proved(BASE, 0.5), proved(MOVED, 1e6), "worse"),
         (proved(BASE, 1e6), proved(MOVED, 0.5), "better"),
         (proved(BASE, 0.5), proved(MOVED, 31.0), "changed"),
@@ -341,7 +341,7 @@ def test_runs_without_motion_are_compared_by_error_counts_and_status():
         assert change.rest_head != change.rest_base
     unknown = compare(bare(BASE, accuracy=None), bare(MOVED, accuracy=None))
     assert unknown.change == "changed"
-    # One of both runs is enough, and the same bits need no events.
+    # If one run has motion, the runs are compared. Equal bits need no events.
     assert compare(BASE, far).change == "worse"
     assert compare(base, base).change == "unchanged"
 

@@ -1,4 +1,4 @@
-"""A folder of results against baselines: from none there to a planted change that is accepted."""
+"""Results compared with baselines: with no baseline, with a planted change, after acceptance."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_a_run_that_crashed_fails(accepted, monkeypatch):
 
 
 def refuse_rolling(monkeypatch):
-    """Take a capability away from our engine."""
+    """Make our engine reject scenes without a table."""
 
     def refuse(scene, **options):
         if scene.name == "roll":
@@ -105,7 +105,7 @@ def refuse_rolling(monkeypatch):
 
 
 def test_a_scene_that_our_engine_no_longer_represents_fails(accepted, monkeypatch):
-    # Else a capability that was lost would pass.
+    # Otherwise the loss of a capability would pass.
     refuse_rolling(monkeypatch)
     found = accepted.compare(whole=True)
     roll = found.scene("roll")
@@ -129,7 +129,7 @@ def test_a_baseline_of_a_scene_that_is_no_more_is_told_of(accepted):
 
 @pytest.fixture
 def unsteady(monkeypatch):
-    """Our engine says each time that the balls rest a nanometre farther."""
+    """Make our engine return rest positions that differ by a nanometre at each call."""
     count = iter(range(1, 99))
 
     def unsteady(scene, **options):

@@ -1,4 +1,4 @@
-"""A comparison that is kept: reads back equal, refused with a reason."""
+"""A stored comparison reads back equal, and a damaged one is refused with a reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Other revisions: found by any name that git knows, checked out once, kept outside of the work."""
+"""Other revisions: git finds them by any name; each is checked out once, outside the repository."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def commit(root, content):
 
 @pytest.fixture
 def root(tmp_path, monkeypatch):
-    """A repository with two commits, and a cache of its own."""
+    """Create a repository with two commits, and a separate cache."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path / "cache"))
     root = tmp_path / "repository"
     root.mkdir()
@@ -85,7 +85,7 @@ def test_a_revision_is_checked_out_beside_the_work_and_always_in_one_place(root)
 
 @pytest.mark.parametrize("end", [None, ValueError, KeyboardInterrupt, SystemExit])
 def test_nothing_is_left_however_it_ends_and_the_repository_knows_of_nothing(root, end):
-    """A worktree that was kept stood in `git worktree list`, and its commits were never pruned."""
+    """Fails if `git worktree list` keeps a removed checkout: git never prunes its commits."""
     before = sorted(path for path in (root / ".git").rglob("*"))
     with suppress(BaseException), checked_out(root, resolve("HEAD~1", root)) as place:
         if end:

@@ -1,4 +1,4 @@
-"""What rounding explains: a change by an ulp always, a change by 1e-7 never."""
+"""Rounding explains a change of the input by an ulp, and never a change by 1e-7."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def faster(scene: Scene, change) -> Scene:
 
 
 def shot(seed: int) -> Scene:
-    """Three balls on a table, one of which is cut at by another."""
+    """Return three balls on a table; one ball hits another one at an angle."""
     chance = np.random.default_rng(seed)
     base = gate.cut_shot(float(chance.uniform(0.5, 2.0)))
     y = float(0.6 + chance.uniform(-0.045, 0.045))
@@ -70,13 +70,13 @@ def test_the_allowance_is_of_the_run_as_it_is():
     assert found.rest.shape == (2,)
     assert math.isinf(found.horizon)
     assert math.isinf(found.map_end)
-    # Some dozens of roundings of what a metre or a second is: neither nothing nor a nanometre.
+    # Some dozens of roundings of a metre or a second: more than 0, less than a nanometre.
     assert np.all(found.event_times > 0.0)
     assert np.all((found.rest > 0.0) & (found.rest < 1e-11))
 
 
 def test_a_tangent_map_that_is_wrong_explains_nothing(monkeypatch):
-    # Breaks where a bug in our engine's tangent map waves itself, or another bug, through.
+    # Fails if a bug in our engine's tangent map makes this bug, or another one, count as rounding.
     scene = find_scene("break-7")
     times = simulate(scene, record="events").events["t"]
     right = allowance_of(scene)
@@ -120,7 +120,7 @@ def test_a_chaotic_shot_has_a_horizon_and_no_end():
 
 @pytest.mark.parametrize("name", ["break-7", "frozen-break", "cradle", "wedged", "roll-distance"])
 def test_no_allowance_is_nothing_or_not_a_number(name):
-    # NaN would explain nothing where it is compared with <=, and all where with >.
+    # With NaN, `<=` would explain nothing, and `>` everything.
     found = allowance_of(find_scene(name))
     assert not np.isnan(found.event_times).any()
     assert np.all(found.event_times >= 0.0)
@@ -155,7 +155,7 @@ def test_a_time_stepping_engine_may_round_in_every_step():
 
 @plays(Feature.ROLLING, Feature.UNBOUNDED_CLOTH)
 def steps(scene, dt=1e-3, noise=0.0, factor=1.0):
-    """Let a ball roll in time steps, each of which rounds its place: seen on another processor."""
+    """Simulate a rolling ball in time steps; each rounds its position, as on another processor."""
     chance, x, v, t = np.random.default_rng(1), scene.positions[:, :2], scene.velocities[:, :2], 0.0
     start = [(0.0, x, v)]
     slows = factor * scene.physics.gravity * scene.physics.rolling_friction

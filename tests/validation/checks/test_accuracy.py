@@ -1,4 +1,4 @@
-"""Fails where a class depends on whose run it is, or a broken shot is called by its error."""
+"""The accuracy class must not depend on the engine, and unphysical runs have no error."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_a_shot_is_exact_only_if_every_ball_is(truth: Truth) -> None:
 def test_a_collision_is_judged_up_to_the_horizon_of_rounding(
     truth: Truth, horizon: float, kind: str | None
 ) -> None:
-    # The collision is at t; errors pass the radius of a ball at `horizon` times t.
+    # The collision is at t; errors reach the radius of a ball at `horizon` times t.
     t = float(truth.collision_times[0])
     grown = Meetings(np.array([horizon * t]), np.array([np.inf]), 1.0, cut().balls[0].radius)
     chaotic = replace(truth, kind=CERTIFIED, graded=None, meetings=grown)
@@ -89,7 +89,7 @@ def test_a_class_ends_where_the_next_begins() -> None:
 
 
 def test_rounding_is_what_it_makes_of_this_shot() -> None:
-    # 9e-14 m are nothing but rounding after 3141 collisions, and no rounding on a straight roll.
+    # 9e-14 m is rounding after 3141 collisions, but not after a straight roll.
     scene = find_scene("galperin-2")
     result, truth = simulate(scene, record="trajectory"), truth_of(scene)
     found = class_of(result, truth)
@@ -175,7 +175,8 @@ def test_balls_through_each_other_and_nan_are_broken() -> None:
 
 
 def test_in_a_contact_that_lasts_collisions_are_not_counted() -> None:
-    # Nothing moves there; whether an engine calls it a collision or not, its balls are in place.
+    # Nothing moves in this contact; the balls are in place whether an engine reports collisions or
+    # not.
     scene = find_scene("wedged")
     for label in ("pymunk", "pymunk:contact_steps=exact"):
         result = make_engine(label).simulate(scene, record="trajectory")

@@ -1,4 +1,4 @@
-"""What is measured of a run against the proof of its shot."""
+"""Metrics that compare a run with the certified motion of its shot."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STOP = find_scene("stop")
 
 
 def framed(row: int = 0, by: float = 0.0, velocity: float = 0.0) -> Result:
-    """Return a right run in 101 frames, with something added to ball 0 in one of them."""
+    """Return an exact run in 101 frames, with an error added to ball 0 in one frame."""
     run = simulate(STOP, record="trajectory")
     times = np.linspace(0.0, run.rest_time, 101)
     positions, velocities, spins = (part.copy() for part in run.sample(times))
@@ -31,7 +31,7 @@ def framed(row: int = 0, by: float = 0.0, velocity: float = 0.0) -> Result:
 def test_a_ball_beside_its_way_is_seen_though_it_ends_in_its_place() -> None:
     true = truth_of(STOP)
     assert measure(framed(), true).values["path_factor"] <= 4.0
-    # A ball on a table is rounded by some 2^-53 m.
+    # The rounding of a position on a table is about 2^-53 m.
     factor = measure(framed(50, by=1e-9), true).values["path_factor"]
     assert 1e-10 * 2.0**53 < factor < 1e-9 * 2.0**53
 
@@ -39,7 +39,7 @@ def test_a_ball_beside_its_way_is_seen_though_it_ends_in_its_place() -> None:
 @pytest.mark.parametrize("part", ["velocities", "angular_velocities"])
 @pytest.mark.parametrize("name", ["stop", "half-ball-cut", "draw-shot", "pocket-draw"])
 def test_velocities_and_spins_of_the_other_sign_are_seen(name: str, part: str) -> None:
-    """Breaks where places and energies alone are compared: both are right."""
+    """Fails if only positions and energies are compared, because both are right here."""
     shot = find_scene(name)
     run, true = simulate(shot, record="trajectory"), truth_of(shot)
     times = np.linspace(0.0, run.rest_time, 101)
@@ -77,7 +77,7 @@ def test_what_needs_the_whole_proof_has_no_value_with_a_part_of_it() -> None:
 
 
 def test_a_ball_that_nothing_moves_may_be_a_rounding_of_the_table_from_its_place() -> None:
-    """Breaks where coordinates are only rounded as they are counted from the table's corner."""
+    """Fails if the allowed rounding depends only on the distance from the table's corner."""
     idle = {"id": "idle", "position": (0.1, 0.1)}
     data = STOP.model_dump(exclude_unset=True) | {"name": "idle"}
     data["balls"] = (*STOP.model_dump(exclude_unset=True)["balls"], idle)

@@ -1,4 +1,4 @@
-"""Criteria files: what is refused, which criterion wins, whom it covers, how a value is judged."""
+"""Criteria files: refused files, precedence and coverage of criteria, and judging a value."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def criteria(*items: Criterion) -> Criteria:
     return Criteria(criteria=items)
 
 
-# --- whom a criterion covers
+# --- the engines that a criterion covers
 
 
 @pytest.mark.parametrize(
     ("selector", "covered"),
     [
         ("pymunk", True),
-        ("pymunk:dt=1e-3", True),  # a number, however it is spelled
+        ("pymunk:dt=1e-3", True),  # equal numbers in different spellings
         ("pymunk:dt=0.002", False),
         ("pymunk:dt=small", False),
         ("pymunk:gate=TRUE", True),
@@ -42,7 +42,7 @@ def criteria(*items: Criterion) -> Criteria:
         ("*", True),
         ("*:contact_steps=fixed", True),
         ("*:contact_steps=exact", False),
-        ("*:unknown=1", False),  # it has no such setting, and needs none
+        ("*:unknown=1", False),  # not a setting of this engine
     ],
 )
 def test_a_selector_compares_the_effective_settings(selector: str, covered: bool) -> None:
@@ -50,7 +50,7 @@ def test_a_selector_compares_the_effective_settings(selector: str, covered: bool
 
 
 def test_a_selector_with_a_setting_that_the_engine_lacks_is_refused() -> None:
-    # It would never match, and the criterion would guard nothing.
+    # The selector would never match, so the criterion would check nothing.
     with pytest.raises(
         CriteriaError, match=r"`pymunk:contact_step=exact` names the setting `contact_step`"
     ):
@@ -70,14 +70,14 @@ def test_an_engine_that_nobody_installed_is_refused(table: str) -> None:
         read.check_engines(["ghostball", "pymunk"], "x.toml")
 
 
-# --- which criterion wins
+# --- precedence of criteria
 
 
 @pytest.mark.parametrize(
     "special",
     [
         criterion("pymunk:contact_steps=exact", at_most=2.0),
-        # Else "at most 1 m natively" would still bind where "at least 2 m" was meant to replace it.
+        # Otherwise "at most 1 m" would still apply, although "at least 2 m" is meant to replace it.
         criterion("pymunk:contact_steps=exact", at_least=2.0),
     ],
 )
@@ -120,7 +120,7 @@ def test_what_an_engine_claims_decides_which_row_holds() -> None:
     assert criteria(exact).applying_to("mine", {}, "less") == ()
 
 
-# --- how a value is judged
+# --- judging a value
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ def test_what_an_engine_claims_decides_which_row_holds() -> None:
         ({"equals": 3}, 4, False),
         ({"at_most": 2.0}, math.nan, False),
         ({"at_least": 2.0}, math.nan, False),
-        ({"at_most": 0.0}, 0.0, True),  # 0 is a limit like any other, not "none given"
+        ({"at_most": 0.0}, 0.0, True),  # 0 is a limit, not a missing one
     ],
 )
 def test_a_limit_includes_its_bound(limit: dict[str, float], value: float, passed: bool) -> None:
@@ -225,7 +225,7 @@ def test_a_file_is_read_back(tmp_path: Path) -> None:
         (RULE, 'reason = "by hand"', "", r"`steps\[0\].reason` is missing"),
         (RULE, 'late = ["ball-ball"]', "", r"`steps\[0\].late` is missing"),
         (
-            # With "*" whoever calls a setting so would be held to nothing.
+            # With "*", any engine with a setting of this name would have no limits.
             '[[excused]]\nengines = ["pymunk", "*:config=naive"]\nreason = "so"\n',
             "",
             "",

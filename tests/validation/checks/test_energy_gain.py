@@ -1,4 +1,4 @@
-"""Energy that a run makes, and its difference from the truth: what is planted is seen."""
+"""Planted energy gains, and planted energy differences from the reference, are detected."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ STEPPING = (
     "paper-discrete:dt=1e-4",
     "paper-continuous",
 )
-"""Engines whose impacts come so little late that the cloth takes less than 1e-4 meanwhile."""
+"""Engines with so little delay of impacts that the cloth takes less than 1e-4 of the energy."""
 
 UNSUITED = {(label, "draw-shot") for label in STEPPING if label != "pymunk:contact_steps=exact"}
-"""They don't let balls slide."""
+"""Engines whose balls can't slide."""
 
 EXACT_GAIN, STEPPED_GAIN = 1e-12, 1e-4
 
@@ -47,14 +47,14 @@ def rise_of(result: Result, resolution: float | None = 0.0) -> float | None:
 
 
 def instants_of_impacts(result: Result) -> np.ndarray:
-    """Return when balls collide, the first instant and the last [s]."""
+    """Return the times of collisions, with the first and the last time of the run [s]."""
     assert result.events is not None
     collisions = result.events["t"][result.events["kind"] == EventKind.BALL_BALL]
     return np.unique(collisions[[0, -1]])
 
 
 def with_gain_at(result: Result, t: float, gain: float) -> Result:
-    """Return a run in which an impact at t made `gain` of the initial energy, of all balls."""
+    """Return a run in which all balls gain `gain` of the initial energy in an impact at t."""
     motion = result.trajectory
     whole = result.energy([0.0, t]).total
     factor = math.sqrt(1.0 + gain * whole[0] / whole[1])
@@ -62,7 +62,7 @@ def with_gain_at(result: Result, t: float, gain: float) -> Result:
         segments = []
         for one in motion.segments:
             k = int(np.searchsorted(one[:, 0], t, side="right")) - 1
-            # The ball continues as it was, but faster, from a segment of its own at that instant.
+            # The ball continues in the same direction, but faster, in a separate segment from t on.
             state, after = motion.sample(np.array([t])), one[k].copy()
             ball = len(segments)
             after[0] = t
@@ -88,7 +88,7 @@ def with_gain_at(result: Result, t: float, gain: float) -> Result:
 
 
 def _first_after(result: Result, motion: SampledTrajectory, t: float) -> int:
-    """Return the first frame in which the balls that collide at t have changed their ways."""
+    """Return the first frame in which the balls that collide at t have changed their directions."""
     first = max(int(np.searchsorted(motion.times, t, side="left")) - 1, 0)
     changes = np.abs(np.diff(motion.velocities[first : first + 4], axis=0)).max(axis=(1, 2))
     return first + 1 + int(np.argmax(changes))
@@ -96,8 +96,8 @@ def _first_after(result: Result, motion: SampledTrajectory, t: float) -> int:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_gain_of_an_exact_engine_at_an_impact_is_seen(name: str) -> None:
-    # Breaks where the state just before an impact isn't looked at: what the cloth takes since the
-    # last look is a thousand million times as much.
+    # Fails if the state just before an impact isn't used: since the previous state, the cloth takes
+    # 1e9 times as much energy.
     result = simulate(find_scene(name), record="trajectory")
     honest = rise_of(result)
     assert honest is not None
@@ -136,7 +136,7 @@ def test_a_gain_of_a_stepping_engine_at_an_impact_is_seen(label: str, name: str)
 @pytest.mark.parametrize("label", ["pymunk", "pybullet"])
 def test_what_a_late_contact_gives_back_is_no_gain_and_more_is(label: str) -> None:
     pytest.importorskip(label)
-    # Chipmunk's bounce undoes what the cloth took in its step: 3.8e-4 of the energy at 0.8 m/s.
+    # Chipmunk's bounce restores the energy that the cloth took in its step: 3.8e-4 at 0.8 m/s.
     scene, engine = find_scene("head-on"), make_engine(label)
     result, resolution = engine.simulate(scene, record="trajectory"), resolution_of(engine, scene)
     assert rise_of(result, resolution) == 0.0
@@ -149,7 +149,7 @@ def test_what_a_late_contact_gives_back_is_no_gain_and_more_is(label: str) -> No
 
 
 def test_what_the_cloth_takes_from_undisturbed_balls_is_what_our_engine_loses() -> None:
-    # A ball that slides, then rolls, then rests; through all of it in steps of any length.
+    # A ball slides, then rolls, then rests; the steps don't end with these phases.
     scene = scene_of(
         ball((0.0, 0.0), (1.0, 0.4), angular_velocity=(10.0, -40.0, 0.0)), preset="pool", table=None
     )
@@ -163,7 +163,7 @@ def test_what_the_cloth_takes_from_undisturbed_balls_is_what_our_engine_loses() 
     lost = -np.diff(result.energy(times).total)
     taken = least_cloth_loss(scene, before, after, np.diff(times))
     assert np.all(taken <= lost + 1e-15)
-    # To the second order in the step, but where a phase ends in it.
+    # `taken` differs from `lost` by the second order of the step, unless a phase ends in the step.
     assert np.sum(taken >= 0.8 * lost) >= 35
 
 
@@ -189,7 +189,7 @@ def test_a_run_that_makes_energy_of_nothing_fails_and_one_that_rests_says_why() 
 
 
 def test_the_cloth_takes_nothing_from_balls_in_the_air() -> None:
-    # Breaks where a collision of two balls counts what the cloth would take from a third one.
+    # Fails if a collision of two balls includes the cloth's energy loss of a third ball.
     flier = ball((0.4, 0.9, 0.3), (1.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0))
     scene = scene_of(flier, ball((0.5, 0.3), (1.0, 0.0)), ball((0.66, 0.3)), **FLIES)
     run = simulate(scene, record="trajectory")
@@ -205,7 +205,7 @@ def test_the_cloth_takes_nothing_from_balls_in_the_air() -> None:
 
 
 def test_energy_is_measured_by_that_with_which_the_shot_starts() -> None:
-    # A ball between two others loses all its speed at once; what rounding leaves is no first one.
+    # A ball that loses all its speed keeps a rounded remainder, which isn't the initial energy.
     run = simulate(find_scene("head-on"), record="trajectory")
     motion = run.trajectory
     assert isinstance(motion, ExactTrajectory)
@@ -228,7 +228,7 @@ def test_who_counts_steps_of_contacts_may_not_gain_energy_for_that() -> None:
     assert rise_of(gains) == pytest.approx(1e-7, rel=0.01)
 
 
-# --- energy against that of the truth
+# --- difference from the reference energy
 
 
 @pytest.mark.parametrize("late", [0.05, -0.05])

@@ -1,4 +1,4 @@
-"""Metrics on runs made by hand, each value worked out in the test."""
+"""Metrics of runs that are made by hand; each test derives the expected value."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def result(
     status: Status = Status.REST,
     rest_time: float = 2.0,
 ) -> Result:
-    """Balls that roll along x: `xs[k][i]` where ball i is at frame k, all at `speeds[k]` then."""
+    """Return balls that roll along x: at frame k, ball i is at `xs[k][i]`, with `speeds[k]`."""
     positions = np.zeros((len(times), len(shot.balls), 3))
     positions[:, :, 0] = xs
     positions[:, :, 2] = R
@@ -103,7 +103,7 @@ def test_a_metric_without_a_value_says_why() -> None:
     assert measured.values["wall_time"] == 0.25, "the engine's own"
 
 
-# --- where and when the balls end
+# --- rest positions and rest time
 
 
 def test_rest_errors_are_distances() -> None:
@@ -211,10 +211,10 @@ A, B, C = (BB, 0, 1), (BB, 1, 2), (BC, 0, 3)
     ("events", "when", "note"),
     [
         ([(1.0, *A), (1.5, *B)], None, "never"),
-        ([(1.0, *A), (1.4, *C)], 1.4, ""),  # another one, and sooner than the true one
-        ([(1.0, *A), (1.7, *C)], 1.5, ""),  # the true one is missing when it was due
+        ([(1.0, *A), (1.4, *C)], 1.4, ""),  # a wrong collision before the true one
+        ([(1.0, *A), (1.7, *C)], 1.5, ""),  # the true collision is missing
         ([(1.0, *A)], 1.5, ""),
-        ([(1.0, *A), (1.5, *B), (1.8, *C)], 1.8, ""),  # one too many
+        ([(1.0, *A), (1.5, *B), (1.8, *C)], 1.8, ""),  # an additional collision
     ],
 )
 def test_first_divergence(events: Any, when: float | None, note: str) -> None:
@@ -259,13 +259,13 @@ def test_energy_between_frames_is_interpolated_not_computed_of_blended_velocitie
 
 
 def test_what_a_late_collision_still_has_is_no_error_of_the_energy() -> None:
-    # The truth loses 0.75 of its energy at 0.9 s, the run at its frame at 1 s.
+    # The reference loses 0.75 of its energy at 0.9 s, the run in its frame at 1 s.
     shot = scene(friction=0.0)
     times, ends = (0.0, 0.5, 0.9, 1.0, 1.5, 2.0), [[0.0, 1.0]] * 6
     true = result(shot, ends, [1.0, 1.0, 0.5, 0.5, 0.5, 0.5], times=times, events=[(0.9, *A)])
     late = result(shot, ends, [1.0, 1.0, 1.0, 0.5, 0.5, 0.5], times=times, events=[(1.0, *A)])
     assert measure(late, truth(motion=true)).values["energy_difference_max"] == 0.0
-    # What it loses without the event is one, and so is what it keeps after it.
+    # A loss without an event is an error, and so is energy that remains after the event.
     for speeds in ([1.0, 0.5, 0.5, 0.5, 0.5, 0.5], [1.0, 1.0, 1.0, 1.0, 1.0, 0.5]):
         wrong = replace(late, trajectory=result(shot, ends, speeds, times=times).trajectory)
         measured = measure(wrong, truth(motion=true))
@@ -292,7 +292,7 @@ def test_drift_where_energy_holds_and_rise_everywhere() -> None:
     assert lossy.values["energy_drift"] is None
     assert "conserved" in lossy.notes["energy_drift"]
     assert lossy.values["energy_rise"] == pytest.approx(0.96, rel=1e-12)
-    # What comes in sample by sample counts whole: 1, 0.5, 0.8, 1.1 m/s.
+    # A rise over several samples counts as a whole: 1, 0.5, 0.8, 1.1 m/s.
     slow = measure(
         result(scene(), [[0.0, 1.0]] * 4, [1.0, 0.5, 0.8, 1.1], times=(0.0, 1.0, 1.5, 2.0)), truth()
     )
@@ -310,7 +310,7 @@ def test_drift_where_energy_holds_and_rise_everywhere() -> None:
         ({"motion": "sliding"}, False),
         ({"motion": "sliding", "sliding_friction": 0.0}, True),
         ({"motion": "sliding", "sliding_friction": 0.0, "ball_friction": 0.05}, False),
-        ({"cushion_restitution": 0.9, "cushion": "restitution"}, True),  # without cushions
+        ({"cushion_restitution": 0.9, "cushion": "restitution"}, True),  # the scene has no cushions
     ],
 )
 def test_where_energy_holds(changes: dict[str, Any], holds: bool) -> None:

@@ -1,4 +1,4 @@
-"""Relations between two shots: our engine keeps them, and an engine that breaks one is named."""
+"""Relations between two shots: our engine keeps all, and an engine that breaks one is detected."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def broken(found: CaseMetrics) -> set[str]:
     return {name for name, value in values.items() if value is not None and value > 1.0}
 
 
-# Each displacement grows with the way, which a boost changes. A wind is no mirror image of itself
-# after x and y are swapped, and a clock has a unit.
+# Each displacement grows with the distance that a ball moves, which a boost changes. A wind isn't
+# its own mirror image after x and y are swapped, and a clock has a unit.
 CAUGHT = {
     "rotate": {"rotate", "mirror", "boost"},
     "translate": {"translate", "rotate", "mirror", "scale", "boost", "split"},
@@ -130,7 +130,7 @@ def test_a_difference_in_the_last_bit_is_seen_where_bits_are_promised() -> None:
 
 @pytest.mark.parametrize("relation", WORDS)
 def test_a_second_shot_is_the_first_seen_from_another_side(relation: str) -> None:
-    """Breaks where a scene is changed in one way, and its result turned back in another."""
+    """Fails if a scene is transformed, but its result isn't transformed back by the inverse."""
     result = simulate(cut(), record="trajectory")
     made = SECOND_SHOTS[relation](result)
     starts = made.expected(np.array([made.start]), made.scene.positions[np.newaxis])
@@ -186,7 +186,7 @@ def test_a_near_miss_within_the_stated_error_breaks_no_relation(
     stated: float, breaks: bool
 ) -> None:
     class Late(type(OURS)):
-        """Sees larger balls in the second shot, as an engine does whose contacts are late."""
+        """An engine with larger balls in the second shot, as if its contacts were late."""
 
         def resolution(self, scene):
             return stated
@@ -234,7 +234,7 @@ def test_the_criteria_are_those_of_the_named_relations() -> None:
 
 @pytest.mark.parametrize("frames", [50, 5000])
 def test_positions_between_frames_may_be_off_by_the_interpolation_and_no_more(frames: int) -> None:
-    """Breaks where a coarse record of a right motion counts as a broken relation."""
+    """Fails if a coarse record of a right motion counts as a broken relation."""
 
     class Recorded(type(OURS)):
         def simulate(self, scene, *, record="rest"):
@@ -243,7 +243,7 @@ def test_positions_between_frames_may_be_off_by_the_interpolation_and_no_more(fr
             return replace(result, trajectory=SampledTrajectory(times, *result.sample(times)))
 
     class Slower(Recorded):
-        """Rolls 1 % less far in a shot in other units."""
+        """An engine whose balls roll 1 % less far in a shot in other units."""
 
         def simulate(self, scene, *, record="rest"):
             if scene.name.endswith(".scale"):
@@ -259,7 +259,7 @@ def test_positions_between_frames_may_be_off_by_the_interpolation_and_no_more(fr
 
 
 def test_contacts_whose_order_is_rounding_end_the_comparison() -> None:
-    """Breaks where a ball in a corner, hit from above, counts as a broken relation."""
+    """Fails if a ball in a corner that another ball hits counts as a broken relation."""
     found = related(random_scene(400))
     assert broken(found) == set()
     assert "compared up to t = 0.06802 s of" in found.said["rotate_factor"]

@@ -1,4 +1,4 @@
-"""Relations: the other shot is right, an exact engine keeps them, and a wrong one is seen."""
+"""Relations: the second shot is right, an exact engine keeps them, a wrong engine is detected."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ OURS = make_engine("ghostball")
 
 
 class Leaning(type(OURS)):
-    """Plays every shot in a wind along x."""
+    """An engine that simulates every shot in a wind along x."""
 
     def simulate(self, scene, *, record="rest"):
         result = super().simulate(scene, record=record)
@@ -40,7 +40,7 @@ class Leaning(type(OURS)):
 
 
 def related(name: str, scene: Scene, engine=OURS):
-    """Return the value of a relation's metric, and why it has none."""
+    """Return the value of a relation's metric, and the note if it has none."""
     result = engine.simulate(scene, record="trajectory")
     found = measure(result, Truth(None), {name}, engine=engine)
     return found.values[name], found.notes.get(name, "")
@@ -69,7 +69,7 @@ def test_the_mirrored_scene_has_left_and_bottom_swapped_and_is_its_own_inverse()
 
 @pytest.mark.parametrize("scene", ["draw-shot", "masse", "throw-slip", "english-running"])
 def test_an_exact_engine_keeps_the_mirror_image_to_the_bit(scene: str):
-    """Breaks where the cloth, a ball or a cushion turns a ball the wrong way about one axis."""
+    """Fails if the cloth, a ball or a cushion turns a ball the wrong way about one axis."""
     assert related("mirror_error", find_scene(scene)) == (0.0, "")
 
 

@@ -1,4 +1,4 @@
-"""What is asked of an engine: by whom it is named, what it claims, and what every engine keeps."""
+"""The limits for an engine: from files, from its declared accuracy, and for every engine."""
 
 from dataclasses import replace
 
@@ -70,7 +70,7 @@ def test_who_claims_to_err_by_rounding_alone_is_asked_for_all():
 
 
 def test_how_deep_balls_may_overlap_grows_with_the_scene():
-    """Breaks where the limit is a length: balls a million times as large round by as much more."""
+    """Fails if the limit is a constant length: the rounding grows with the scene."""
     large = limits_of(ToyEngine(), kept_scene("radius"))["overlap_max"]  # 28 575 m, 6e4 m across
     assert large == pytest.approx(2.0**-37 * 57_150.0 + 1024 * 2.0**-52 * 54_764.5, rel=1e-4)
 
@@ -119,7 +119,7 @@ def test_naive_settings_are_excused_by_the_file_and_no_others():
     tuned = [("pymunk", settings | {"config": "tuned"})]
     assert "accuracy" in limits_of(naive, names=tuned)
     assert "a newcomer types" in common_criteria().excuse("pymunk", settings)
-    # A setting of the same name excuses nobody else.
+    # The excuse doesn't apply to a different engine with a setting of the same name.
     assert "accuracy" in limits_of(naive, names=[("mine", settings)])
     assert common_criteria().excuse("mine", settings) == ""
 
@@ -146,7 +146,8 @@ def test_the_scene_wins_then_the_file_for_all_then_the_step_then_the_law():
 
 
 def test_a_scene_says_more_of_an_engine_that_it_names():
-    # Where fixed steps pass through everything, their criteria leave overlaps and counts open.
+    # With fixed steps, balls pass through each other here: the criteria leave overlaps and counts
+    # open.
     galperin = find_scene("galperin-3")
     pymunk = make_engine("pymunk")
     names = [("pymunk", plain_settings(pymunk))]
@@ -161,11 +162,11 @@ def test_judged_as_another_its_limits_hold_but_own_ones_first():
     names = [("toy", {}), ("ghostball", {})]
     asked = limits_of(ToyEngine(), HALF_BALL, shipped_criteria(HALF_BALL), for_all, names)
     assert asked["rest_error_ulps"] == 1e6
-    assert asked["rest_time_error_ulps"] == 4  # of `ghostball`, in the scene
-    assert asked["quality_factor"] == 32  # of every engine that claims so much
+    assert asked["rest_time_error_ulps"] == 4  # for `ghostball`, from the scene
+    assert asked["quality_factor"] == 32  # for every engine that declares this accuracy
 
 
-# --- what the law sees of an engine that claims to be exact
+# --- planted faults of an engine that claims to be exact
 
 
 WRONG = {

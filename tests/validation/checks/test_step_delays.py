@@ -1,4 +1,4 @@
-"""Which events a step may delay, and which of them come whatever it does."""
+"""The events that a time step may delay, and those that it can't delay."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ def test_collisions_of_different_balls_within_a_step_have_no_order() -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "break-7",  # a ball hits the next one within the step
-        "break-16",  # errors of a step grow to a radius at once
-        "frozen-triangle",  # the proof ends where balls that touch are hit
+        "break-7",  # a ball hits two balls within one step
+        "break-16",  # the error of one step grows to a radius at once
+        "frozen-triangle",  # the proof ends when touching balls are hit
     ],
 )
 def test_the_first_collision_is_asked_where_the_end_cannot_be_judged(name: str) -> None:
@@ -60,7 +60,7 @@ def test_the_first_collision_is_asked_where_the_end_cannot_be_judged(name: str) 
 
 
 def test_the_collisions_before_a_tie_are_asked_in_their_order() -> None:
-    # "b" meets "c" at 0.3 s; only a second later "d" and "e" are hit at one instant.
+    # "b" hits "c" at 0.3 s; a second later, "a" hits "d" and "e" simultaneously.
     balls = [
         Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
         Ball(id="d", position=(1.0, 0.03)),

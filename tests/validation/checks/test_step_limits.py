@@ -1,4 +1,4 @@
-"""Fails where an engine that is worse than its step would pass, or one that isn't would fail."""
+"""Limits from the time step: a worse engine fails, and an engine within its step's limit passes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def with_settings(engine: PymunkEngine, **changes: Any) -> PymunkEngine:
 
 
 class CoarserEngine(PymunkEngine):
-    """Steps ten times more coarsely than it says."""
+    """An engine with a time step ten times as long as declared."""
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         coarse = with_settings(self, dt=10.0 * self.settings.step)
@@ -46,14 +46,14 @@ class CoarserEngine(PymunkEngine):
 
 
 class FixedEngine(PymunkEngine):
-    """Says that it ends its steps where balls touch, and doesn't."""
+    """An engine that declares steps that end at contacts, but has fixed steps."""
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         return with_settings(self, contact_steps="fixed", dt=1e-3).simulate(scene, record=record)
 
 
 class WrongSignEngine(PymunkEngine):
-    """Rubs the wrong way: against the spin that balls don't have."""
+    """An engine that reverses the initial spins, so that friction has the wrong sign."""
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         balls = tuple(
@@ -66,12 +66,12 @@ class WrongSignEngine(PymunkEngine):
 
 
 def judged(scene_name: str, engine: PymunkEngine) -> CaseRecord:
-    """Run a shipped scene on an engine, judged by its step alone."""
+    """Run a shipped scene on an engine, judged only by the limits of its time step."""
     return judged_in(find_scene(scene_name), engine)
 
 
 def judged_in(scene: Scene, engine: PymunkEngine) -> CaseRecord:
-    """Run a scene on an engine, judged by its step alone."""
+    """Run a scene on an engine, judged only by the limits of its time step."""
     rule = Criteria().step_rule(engine.name, plain_settings(engine), common_criteria())
     case = Case(scene, "pymunk", truth_of(scene), asked_of_all((), rule))
     record, _ = run_case(case, lambda _: engine)
@@ -103,7 +103,7 @@ def test_who_says_that_steps_end_at_contacts_must(name: str) -> None:
 
 @pytest.mark.parametrize("speed", [0.7515606237993473, 0.7548096777227437, 0.8450587876152478])
 def test_a_ball_may_bounce_with_an_older_velocity_than_spin(speed: float) -> None:
-    """Chipmunk takes the velocity from before its step; the adapter sets the spin after it."""
+    """Chipmunk uses the velocity before its step; the adapter sets the spin after it."""
     scene = Scene(
         name="bounce",
         physics=Physics(preset="pool-coulomb", rolling_friction=0.02, cushion="restitution",
@@ -128,7 +128,7 @@ def test_the_limit_goes_with_the_step() -> None:
     scene = find_scene("half-ball-cut")
     limits = [limit_of_step(scene, f"pymunk:dt={dt}") for dt in ("1e-3", "1e-4", "1e-5")]
     coarse, middle, fine = (limit for limit in limits if limit is not None)
-    # To first order, and a little more for coarse steps.
+    # The limit is proportional to the step, and slightly larger for coarse steps.
     assert coarse / middle == pytest.approx(10.0, rel=0.02)
     assert middle / fine == pytest.approx(10.0, rel=0.002)
 
@@ -141,7 +141,7 @@ def test_an_amplifying_shot_is_allowed_more() -> None:
 
 
 def test_what_an_engine_does_in_time_costs_nothing() -> None:
-    # Slides that end in time, and balls that are found in time, add nothing to the limit.
+    # If the engine ends slides without delay, the limit contains only the delay of collisions.
     scene = find_scene("draw-shot")
     both, collisions = (
         StepRule(engines=("pymunk",), late=late, energy_noise=1e-9, reason="by hand")
@@ -155,7 +155,7 @@ def test_what_an_engine_does_in_time_costs_nothing() -> None:
 
 
 def test_two_balls_may_overlap_by_what_both_go_in_a_step() -> None:
-    # The two close in at 1.5 m/s + 1 m/s, so that one step of 1 ms lets them overlap by 2.5 mm.
+    # The balls approach at 2.5 m/s, so one step of 1 ms allows an overlap of 2.5 mm.
     balls = [
         Ball(id="a", position=(0.3, 0.5), velocity=(1.5, 0.0)),
         Ball(id="b", position=(1.2, 0.5), velocity=(-1.0, 0.0)),
@@ -163,7 +163,7 @@ def test_two_balls_may_overlap_by_what_both_go_in_a_step() -> None:
     scene = Scene(name="head-on", balls=balls)
     found = criteria_of_step(scene, make_engine("pymunk:dt=1e-3"))
     (limit,) = (one.limit for one in found if one.metric == "overlap_max")
-    assert 2.5e-3 + 1e-13 < limit < 2.5e-3 + 1e-11  # and what rounding of their places makes
+    assert 2.5e-3 + 1e-13 < limit < 2.5e-3 + 1e-11  # plus the rounding of positions
 
 
 def test_balls_that_touch_may_overlap_by_the_rounding_of_their_places_more() -> None:
@@ -214,7 +214,7 @@ def test_a_scene_may_say_that_an_engine_errs_by_more_than_its_step() -> None:
 
 
 def with_change(change: Callable[[Result], Result]) -> type[PymunkEngine]:
-    """Return an engine that reports its shots with a change."""
+    """Return Pymunk with a change of its results."""
 
     class Changed(PymunkEngine):
         def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
@@ -228,24 +228,24 @@ def right(result: Result) -> Result:
 
 
 def late(result: Result) -> Result:
-    """Report each collision, and the end, two of its steps of 1 ms too late."""
+    """Report each event 2 ms (two time steps) too late, and the rest 20 ms too late."""
     return resting_at(with_late_events(result, 2e-3), result.rest_time + 0.02)
 
 
 def dull(result: Result) -> Result:
-    """Show balls that are a twentieth slower than they go, at the end of each step."""
+    """Report velocities that are 5 % too low, in all frames except the first."""
     velocities = frames_of(result).velocities.copy()
     velocities[1:] *= 0.95
     return with_frames(result, velocities=velocities)
 
 
 def shifted(kind: EventKind, by: float) -> Callable[[Result], Result]:
-    """Report events of a kind later than they are [s]."""
+    """Return a change that reports the events of a kind later by `by` [s]."""
     return lambda result: with_late_events(result, by, [kind])
 
 
 def mispocketing(result: Result) -> Result:
-    """Name the next pocket."""
+    """Report falls into the next pocket."""
     events = events_in(result).copy()
     falls = events["kind"] == EventKind.POCKETED
     events["b"][falls] = (events["b"][falls] + 1) % 6
@@ -253,13 +253,13 @@ def mispocketing(result: Result) -> Result:
 
 
 def silent(result: Result) -> Result:
-    """Say nothing of balls that fall."""
+    """Report no falls into pockets."""
     events = events_in(result)
     return with_events(result, events[events["kind"] != EventKind.POCKETED])
 
 
 def swerving(result: Result) -> Result:
-    """Show a ball 10 cm aside for a while, and end it in its place."""
+    """Report a ball 10 cm beside its path for a while, and a right rest position."""
     positions = frames_of(result).positions.copy()
     many = len(positions)
     positions[many * 3 // 10 : many * 6 // 10, 0, 1] += 0.1
@@ -267,7 +267,7 @@ def swerving(result: Result) -> Result:
 
 
 def failed_with(name: str, change: Callable[[Result], Result]) -> set[str]:
-    """Return the limits that Pymunk breaks in a shipped scene, with a change."""
+    """Return the limits that Pymunk with a change fails in a shipped scene."""
     return broken(judged(name, with_change(change)()))
 
 
@@ -286,10 +286,10 @@ WRONG: tuple[tuple[tuple[str, ...], Callable[[Result], Result], set[str]], ...] 
     (POCKETS, shifted(EventKind.POCKETED, -0.1), {"event_time_error"}),
     (PATHS, swerving, {"path_error"}),
 )
-"""Scenes, what an engine that steps reports wrong in them, and the least that it breaks."""
+"""Scenes, a change of Pymunk's results, and the limits that the change breaks at least."""
 
 ALONE = ({"phase_time_error"}, {"path_error"})
-"""Limits that break alone."""
+"""Sets of limits that break without any other limit."""
 
 
 @pytest.mark.parametrize(
@@ -306,7 +306,7 @@ def test_who_steps_is_held_to_its_step_on_the_way(
 
 @plays(*Feature)
 def behind(scene: Scene, dt: float = 1e-3) -> dict[str, object]:
-    """Show the true motion a step too late."""
+    """Simulate a scene exactly, and report the motion one time step too late."""
     run = run_ours(scene)
     times = np.linspace(0.0, run.rest_time, 400)
     samples = [(float(t) + dt, *(part[0] for part in run.sample([t]))) for t in times]
@@ -321,8 +321,8 @@ def behind(scene: Scene, dt: float = 1e-3) -> dict[str, object]:
 @pytest.mark.parametrize(
     ("velocity", "spin"),
     [
-        ((0.0, 0.0), (0.0, 100.0, 0.0)),  # slips 3.5 times what it goes at most
-        ((1.0, 0.0), (0.0, -120.0, 0.0)),  # draw: slips 4.4 times as much
+        ((0.0, 0.0), (0.0, 100.0, 0.0)),  # the slip is 3.5 times the largest speed
+        ((1.0, 0.0), (0.0, -120.0, 0.0)),  # draw: the slip is 4.4 times the largest speed
     ],
 )
 def test_what_friction_takes_in_a_step_allows_for_spin(
@@ -366,7 +366,7 @@ def test_the_path_before_the_first_contact_is_asked_where_the_end_cannot_be_judg
 
     scene = find_scene(name)
     found = {one.metric: one for one in criteria_of_step(scene, make_engine("pymunk"))}
-    # A ball goes that far in a step.
+    # The limit is about the distance that a ball moves in a step.
     assert found["early_path_error"].limit < 1.5e-3 * np.max(
         np.linalg.norm(scene.velocities, axis=1)
     )

@@ -1,4 +1,4 @@
-"""Only what touches a ball changes its velocity at once."""
+"""The velocity of a ball jumps only at contacts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ghostball.validation.truth.scene_truth import truth_of
 
 
 def share_of(result: Result, resolution: float = 0.0) -> float:
-    """Return the energy in jumps over the first energy."""
+    """Return the energy of the largest jump over the initial energy."""
     return largest_jump(result, resolution) / first_energy(result.scene)
 
 
@@ -42,7 +42,8 @@ def test_balls_that_stop_dead_with_nothing_near_them_jump(name: str, resolution:
     scene = find_scene(name)
     stopped = stops_late(scene)
     assert share_of(stopped, resolution) > BROKEN_SHARE
-    # So it is where the motion goes on to its last sample, and the run only says that it rests.
+    # The jump is also detected if the balls move in the last sample, and the run claims that they
+    # rest.
     frames = frames_of(stopped)
     velocities = frames.velocities.copy()
     velocities[-1] = velocities[-2]
@@ -77,7 +78,7 @@ def test_a_ball_may_stop_where_it_touches_something_but_not_where_it_only_says_s
 
 
 def test_a_report_explains_a_change_that_the_motion_shows_a_step_away() -> None:
-    """The balls part a step after the report: by then they are that far from each other."""
+    """The velocities change a step after the reported event, when the balls are this far apart."""
     scene = find_scene("half-ball-cut")
     run = right(scene)
     events, frames = events_in(run), frames_of(run)

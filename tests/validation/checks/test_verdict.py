@@ -1,4 +1,4 @@
-"""Fails where a case that nothing judged is called passed, or a chaotic number an error."""
+"""Verdicts: a case without a judgement doesn't pass, and a chaotic distance is no error."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def check(metric: str, passed: bool | None = True, kind: str = "at_most") -> Che
 
 def case(*checks: Check, truth: str = CLOSED_FORM, engine: str = "pymunk") -> CaseRecord:
     fields = {"status": "rest", "truth": truth, "metrics": {"rest_error_max": 272.0}}
-    # Without balls no limit is wider than the smallest one.
+    # In a scene without balls, no limit is wider than the smallest ball.
     return record(engine, "shot", definition={}, checks=checks, **fields)
 
 
@@ -58,7 +58,7 @@ def test_a_pass_needs_a_limit_on_the_outcome(metric: str, kind: str, verdict: Ve
     found = check(metric, kind=kind)
     assert verdict_of(case(found)) is verdict
     assert verdict_of(case(found, check("overlap_max", passed=False))) is Verdict.FAIL
-    # A check that compares our engine with itself judges nothing.
+    # A check that compares our engine with itself judges no result.
     assert verdict_of(case(found, check("rest_error_max", passed=None))) is verdict
 
 
@@ -108,19 +108,19 @@ def test_nothing_is_judged_where_no_check_has_a_verdict_and_nothing_failed() -> 
 
 
 def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
-    # Breaks where an engine that moves nothing passes, for nothing that it does is limited.
+    # Fails if an engine passes that moves no ball, because no limit applies to its result.
     kept = check("energy_rise")
     silent, ours = replace(case(kept), unstated=True), case(check("rest_error_max"), engine="mine")
     assert unjudged_engines([silent, ours]) == ("pymunk",)
     assert not_judged([silent, ours]).startswith("no case of pymunk had its final positions judged")
-    # One shot with a limit on how it ends is enough, whether it holds or not.
+    # One shot with a limit on rest positions is enough, whether it passes or fails.
     for passed in (True, False):
         limited = replace(case(kept, check("rest_error_max", passed)), unstated=True)
         assert unjudged_engines([silent, limited]) == ()
-    # Who states a step isn't judged in chaos, and who is excused or asked for energy isn't either.
+    # An engine isn't listed if its shots are chaotic, excused, or run without these metrics.
     stepping = replace(silent, unstated=False)
     assert unjudged_engines([replace(stepping, horizon=0.5)]) == ()
-    assert unjudged_engines([stepping]) == ("pymunk",)  # with a step that allows anything
+    assert unjudged_engines([stepping]) == ("pymunk",)  # its step is so long that no limit applies
     assert unjudged_engines([replace(silent, excused="a default")]) == ()
     assert unjudged_engines([replace(silent, left_out=("accuracy",))]) == ()
     assert unjudged_engines([replace(silent, outcome="not-representable"), ours]) == ()
@@ -129,7 +129,7 @@ def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
 def test_how_many_ends_were_judged_is_said_unless_all_were() -> None:
     judged, free = case(check("rest_error_max")), case(check("energy_rise"))
     said = "the final positions were judged in 1 of 3 scenes"
-    # A shot that fails was judged; one that the engine can't play wasn't run.
+    # A failed shot was judged; an unsupported shot wasn't run.
     failed = case(check("rest_error_max", False))
     unable = replace(free, outcome="not-representable")
     for cases, text in (
@@ -152,7 +152,7 @@ def test_a_limit_wider_than_a_ball_is_none() -> None:
         failed = replace(found, checks=(replace(wide, passed=False),))
         assert verdict_of(failed) is Verdict.FAIL
     assert not_judged([found])
-    # A tight limit beside the wide one judges, whichever of the two is stated first.
+    # A tight limit judges the case, before or after the wide limit.
     tight = replace(check("rest_error_rms"), limit=0.02)
     for checks in ((wide, tight), (tight, wide)):
         both = replace(found, checks=checks)
@@ -170,7 +170,7 @@ def test_a_rest_error_is_worth_what_judges_it() -> None:
     assert rest_verdict_of(counted) is Verdict.SHOWN
     for passed, verdict in ((True, Verdict.PASS), (False, Verdict.FAIL)):
         assert rest_verdict_of(case(check("rest_error_max", passed))) is verdict
-    # Past the horizon an unjudged distance is no error.
+    # After the horizon, a distance without a limit is no error.
     chaotic = replace(case(check("energy_rise"), truth=OUR_ENGINE), horizon=0.5, metrics={})
     before = replace(case(check("energy_rise"), truth=OUR_ENGINE), horizon=None)
     unable = replace(case(engine="ghostball"), outcome="not-representable", truth=None)
@@ -185,7 +185,7 @@ def test_a_rest_error_is_worth_what_judges_it() -> None:
         (replace(chaotic, engine="ghostball"), RestError.NONE),
         (before, RestError.UNJUDGED),
         (replace(before, horizon=0.5, checks=(check("rest_error_max"),)), RestError.JUDGED),
-        (replace(unable, metrics={}), RestError.NONE),  # our engine is no reference there
+        (replace(unable, metrics={}), RestError.NONE),  # there is no reference result
     ):
         assert rest_error_standing(found) is standing
     assert not unable.is_own_measure

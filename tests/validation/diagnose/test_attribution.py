@@ -1,4 +1,4 @@
-"""Where differences come from: of engines whose model, step and rounding errors are planted."""
+"""The causes of differences, for engines with planted errors of model, time step and rounding."""
 
 from dataclasses import replace
 
@@ -58,7 +58,7 @@ def test_an_engine_without_errors_differs_by_rounding():
 
 
 def test_pymunk_is_blamed_for_its_step_where_it_has_no_model_error():
-    """What a newcomer typed: at steps that fit, pymunk plays these within micrometres."""
+    """In these scenes, the error of pymunk is micrometres if the time step is suitable."""
     balls = [
         Ball(id="cue", position=(0.5, 0.4), velocity=(1.8, 0.525)),
         *(Ball(id=name, position=place) for name, place in THREE.items()),
@@ -86,7 +86,7 @@ def test_of_an_engine_without_a_step_all_is_its_model():
 
 
 def test_a_roll_that_ends_half_a_step_short():
-    # Semi-implicit Euler: a roll ends v dt / 2 short.
+    # With semi-implicit Euler, a roll ends v dt / 2 too short.
     found = attribute(find_scene("stop"), make_engine("paper-discrete"))
     assert found.outcome == "step"
     assert [one.difference for one in found.ladder] == pytest.approx(
@@ -97,7 +97,7 @@ def test_a_roll_that_ends_half_a_step_short():
 
 @pytest.mark.parametrize("label", ["paper-discrete", "pymunk"])
 def test_runs_with_wrong_collisions_are_compared_by_the_times_of_those_they_share(label):
-    """Breaks where femtometres before the first collision are called "rounding"."""
+    """Fails if differences of femtometres before the first collision are called "rounding"."""
     found = attribute(find_scene("break-7"), make_engine(label))
     assert found.outcome == "step"
     assert found.difference is None
@@ -109,9 +109,9 @@ def test_runs_with_wrong_collisions_are_compared_by_the_times_of_those_they_shar
 
 
 def lucky(fourth):
-    """An engine whose second step is right by luck, so that the third one seems to leave most.
+    """Return an engine whose second run is right by luck, so that its third run seems worse.
 
-    `fourth` returns its run with a shorter step than the third, from a right one.
+    `fourth` maps a right run with a still shorter step to the returned run.
     """
 
     class Lucky(ToyEngine):
@@ -139,7 +139,8 @@ def test_a_fourth_run_that_stops_early_is_not_compared():
 
 @pytest.mark.parametrize("predictable", [np.inf, 0.6])
 def test_a_fourth_run_with_wrong_collisions_is_compared_by_times(predictable, monkeypatch):
-    # Balls that miss each other end far from their places: no sign of a wrong model.
+    # Balls that miss each other rest far from their reference positions; this doesn't prove a wrong
+    # model.
     def misses(right):
         missed = other_shot(turn=0.5).simulate(right.scene, record="events")
         return replace(missed, engine="toy", settings=right.settings)
@@ -176,7 +177,7 @@ def test_the_same_twice():
     assert once == again
 
 
-# --- the instant
+# --- the instant of comparison
 
 TRUE = [Event(EventKind.BALL_BALL, 0, 1, 1.0), Event(EventKind.BALL_BALL, 1, 2, 2.0)]
 

@@ -14,7 +14,7 @@ from ghostball.validation.diagnose.self_check import contradiction_in
 from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.truth.known_shot import known_shot
 
-# Faults at contacts: the planted one is found, and none where an engine keeps the impact law
+# Planted faults at contacts are found; an engine that keeps the impact law has no fault.
 
 
 @pytest.mark.parametrize("energy", [0.98, 1.005, 1.02, 1.5])
@@ -71,7 +71,7 @@ def test_a_wrong_rolling_friction_is_no_slide(rolling):
     assert fault_at_contacts(run_engine(stepping(rolling=rolling), hit())) is None
 
 
-# A result that contradicts itself is told so, and how
+# A result that contradicts itself is refused; the message names the contradiction.
 
 
 def moved(places):

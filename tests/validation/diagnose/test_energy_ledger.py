@@ -1,4 +1,4 @@
-"""Fails where energy is booked to the wrong entry, or the entries don't add up."""
+"""Energy is booked to the right entry, and the entries add up to the loss."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ def motion(scene):
 
 ADD_UP = ["break-16", "draw-shot", "pool-break-9", "masse", "elastic-gas", "push-line"]
 TOO_LONG = "galperin-3"
-"""A scene whose log is too long to keep all of its states."""
+"""A scene with too many events to keep all of its states."""
 
 
 @pytest.mark.parametrize("name", [*ADD_UP, TOO_LONG])
@@ -30,7 +30,8 @@ def test_the_entries_add_up_to_what_was_lost(name):
 
 
 def test_an_inelastic_collision_costs_what_the_formula_says():
-    # Head-on at v, masses alike: (1 - e^2) m v^2 / 4, v from the rolling until then.
+    # A head-on impact at v of equal masses costs (1 - e^2) m v^2 / 4; v includes the slowing by
+    # rolling.
     scene = find_scene("restitution-head-on")
     stored = motion(scene)
     collision = stored.events[0]["t"]
@@ -38,7 +39,7 @@ def test_an_inelastic_collision_costs_what_the_formula_says():
     speed = np.linalg.norm(stored.velocities[before, 0])
     e, m = scene.physics.ball_restitution, scene.masses[0]
     ledger = ledger_of(scene, stored)
-    # Rolling balls lose of the spin, too, where they roll on at once.
+    # Balls that continue to roll at once also lose energy of their spin.
     assert ledger.entries["ball-ball"] >= (1.0 - e**2) * m * speed**2 / 4.0 * (1.0 - 1e-12)
     assert set(ledger.entries) == {"ball-ball", "rolling"}
     assert ledger.counts == {"ball-ball": 1, "ball-cushion": 0}
@@ -64,7 +65,7 @@ def test_an_elastic_collision_costs_nothing_though_each_ball_changes():
 
 
 def test_what_is_lost_at_the_start_counts():
-    # Two balls that touch and close in at t = 0: the first stored state is the one after.
+    # The balls touch and approach at t = 0: the first stored state is the one after the impact.
     r = 0.028575
     scene = Scene(
         name="struck-at-once",

@@ -1,4 +1,4 @@
-"""Explanations: a planted divergence is the one that is named."""
+"""Explanations name the planted cause of a difference."""
 
 import json
 import math
@@ -33,7 +33,7 @@ TABLE = Table(length=2.0, width=1.0)
 
 
 def triangle():
-    """The cue ball grazes "a" by 1 mm, then meets "b"."""
+    """Return a shot in which the cue ball hits "a" with an overlap of 1 mm, then hits "b"."""
     balls = [
         Ball(id="cue", position=(0.3, 0.5), velocity=(2.0, 0.0)),
         Ball(id="a", position=(0.8, 0.5 + 0.05715 - 0.001)),
@@ -43,7 +43,7 @@ def triangle():
 
 
 class BlindEngine(EngineBase):
-    """Our engine, blind to one ball: it plays without it."""
+    """Our engine without one ball, which is moved far away."""
 
     name = "blind"
     Settings = NoSettings
@@ -95,7 +95,8 @@ def test_a_planted_collision_is_named_with_the_gap_that_truth_leaves():
 
 
 def test_a_planted_swap_is_named_with_the_time_between():
-    # Two balls on both sides of the line, one of them 3 mm nearer.
+    # Two balls lie on both sides of the cue ball's path, which hits "b" first if `nearer` is
+    # negative.
     def scene(nearer):
         balls = [
             Ball(id="cue", position=(0.3, 0.5), velocity=(2.0, 0.0)),
@@ -243,7 +244,7 @@ def test_no_run_is_made_twice(monkeypatch):
 
     monkeypatch.setattr(time_steps, "run_engine", counted)
     found = explain(hit(), stepping(energy=1.02, **SAME))
-    assert found.fault is not None  # looked for in the run with the shortest step
+    assert found.fault is not None  # the fault was searched for in the run with the shortest step
     assert len(runs) == len(found.attribution.ladder)
     assert len(set(runs)) == len(runs)
 
@@ -256,7 +257,7 @@ def test_a_coefficient_comes_with_what_it_leaves():
 
 @pytest.mark.parametrize("name", ["break-7", pytest.param("break-16", marks=pytest.mark.slow)])
 def test_the_step_is_the_cause_of_a_break_with_wrong_collisions(name):
-    # Breaks where the ball that rolls up to the rack is all that is compared: "rounding".
+    # Fails if only the ball that rolls up to the rack is compared, so that the cause is "rounding".
     pytest.importorskip("pymunk")
     found = explain(find_scene(name), make_engine("pymunk"), label="pymunk")
     assert found.parting is not None
@@ -275,7 +276,7 @@ def test_a_fault_at_contacts_is_not_taken_for_the_step_in_a_break(wrong):
 
 
 def test_collisions_that_are_as_late_with_every_step_leave_the_cause_open():
-    # Its cue ball is too slow, whatever the step.
+    # An engine whose cue ball is too slow with any time step.
     class Slow(OtherShotEngine):
         Settings = ToySettings
         stroke = StrokeChange(speed=-0.01, turn=0.003)
@@ -297,7 +298,7 @@ def test_what_comes_past_the_horizon_is_not_called_wrong(name):
 
 
 def test_where_the_reference_is_ambiguous_nobody_is_wrong():
-    # A cue ball on the axis of a symmetric rack: which ball it moves first, nothing decides.
+    # The cue ball is on the axis of a symmetric rack: which ball it hits first can't be decided.
     r = 0.028575
     rack = [(0.5, 0.3), (0.551, 0.3 - 1.001 * r), (0.551, 0.3 + 1.001 * r)]
     balls = [
@@ -305,7 +306,7 @@ def test_where_the_reference_is_ambiguous_nobody_is_wrong():
         *(Ball(id=f"b{k}", position=place) for k, place in enumerate(rack)),
     ]
     scene = Scene(name="rack", balls=balls, table=TABLE)
-    # The reference is our engine; this one plays a mirror image of the shot, mirrored back.
+    # The reference result is from our engine; the tested engine simulates the mirrored shot.
     found = explain(scene, turned_over(), label="mine")
     assert "ambiguous" in found.known.why
     assert found.attribution.outcome == "agrees"
@@ -326,7 +327,7 @@ def test_a_first_wrong_collision_that_a_rounding_decides_is_no_error():
 @pytest.mark.parametrize("label", ["pymunk", "pybullet"])
 def test_nearly_every_smoke_scene_has_a_conclusion(label):
     pytest.importorskip(label)
-    # Steps four times as long as their own, so that the shortest of the ladder take less time.
+    # Steps four times as long as the default make the shortest steps of the series faster.
     engine, outcomes = make_engine(f"{label}:dt=4e-3"), []
     for scene in select(["smoke"]):
         with suppress(UnsupportedSceneError):

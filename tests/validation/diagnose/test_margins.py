@@ -1,4 +1,4 @@
-"""Overlaps, gaps and speeds of approach against what geometry says."""
+"""Overlaps, gaps and approach speeds agree with geometry."""
 
 import math
 
@@ -21,7 +21,7 @@ R = 0.028575
 
 
 def aimed(aside=0.0, speed=1.0, x=0.6):
-    """Return a run: a ball rolls along x towards another one at `x`, `aside` of its centre [m]."""
+    """Return a run: a ball rolls along x towards a ball at `x`, with the offset `aside` [m]."""
     balls = [
         Ball(id="cue", position=(0.0, aside), velocity=(speed, 0.0)),
         Ball(id="object", position=(x, 0.0)),
@@ -37,7 +37,7 @@ def test_the_overlap_of_a_collision_is_what_is_left_of_two_radii_beside_the_aim(
 
 
 def test_the_overlap_with_a_ball_that_would_stop_is_what_it_would_still_go():
-    # It gets 1 mm farther than to touch.
+    # Without the other ball, it would roll 1 mm beyond the contact.
     way = 0.5 + 1e-3
     speed = math.sqrt(2.0 * 0.02 * 9.81 * way)
     run = aimed(speed=speed, x=0.5 + 2 * R)

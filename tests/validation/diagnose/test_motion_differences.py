@@ -1,4 +1,4 @@
-"""What differs on the way is named, also of a run whose end is right."""
+"""Differences before the end are named, even if the end is right."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A wrong coefficient is named, whichever it is, and none is where there is none."""
+"""Each wrong coefficient is named, and no coefficient if none is wrong."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ghostball.validation.truth.known_shot import known_shot
 
 
 def with_first(scene, **changes):
-    """Return how our engine plays a scene with another first ball, and the ball."""
+    """Return our engine's result for a scene with a changed first ball, and this ball."""
     ball = scene.balls[0].model_copy(update=changes)
     other = scene.model_copy(update={"balls": (ball, *scene.balls[1:])})
     return simulate(other, record="trajectory"), ball
 
 
 def found_in(name, **wrong):
-    """Return what is found where our engine plays a scene with wrong coefficients."""
+    """Return the wrong factor that is found if our engine uses wrong coefficients."""
     scene = find_scene(name)
     physics = scene.physics.model_copy(update=wrong)
     result = simulate(scene.model_copy(update={"physics": physics}), record="trajectory")
@@ -32,7 +32,7 @@ def found_in(name, **wrong):
     ("name", "field", "scale", "relation"),
     [
         ("stop", "rolling_friction", 5 / 7, "5/7 of"),
-        ("half-ball-cut", "rolling_friction", 5 / 7, "5/7 of"),  # another shot from 3.5 s on
+        ("half-ball-cut", "rolling_friction", 5 / 7, "5/7 of"),  # wrong collisions from 3.5 s on
         ("sliding-stun", "sliding_friction", 0.5, "1/2 of"),
         ("restitution-head-on", "ball_restitution", 0.9, "the square of"),
         ("restitution-bounce", "cushion_restitution", 1.25, "elastic, not"),
@@ -59,7 +59,7 @@ def test_a_wrong_coefficient_is_named_with_its_value(name, field, scale, relatio
     ],
 )
 def test_a_coefficient_that_is_a_little_wrong_is_named_too(name, field, scale):
-    # Breaks where the search looks at so few factors that the right value is the nearest of them.
+    # Fails if the search tries so few factors that the scene's value is the nearest of them.
     right = getattr(find_scene(name).physics, field)
     found = found_in(name, **{field: scale * right})
     assert (found.what, found.right) == (field, right)
@@ -67,7 +67,7 @@ def test_a_coefficient_that_is_a_little_wrong_is_named_too(name, field, scale):
 
 
 def test_a_step_beside_a_wrong_coefficient_hides_it_not():
-    # An engine in steps whose balls bounce with 0.95 of the restitution that the scene states.
+    # A time-stepping engine whose balls have 0.95 times the restitution of the scene.
     scene = find_scene("head-on")
     physics = scene.physics.model_copy(update={"ball_restitution": 0.95})
     weaker = scene.model_copy(update={"physics": physics})
@@ -90,7 +90,7 @@ def test_a_wrong_mass_and_a_wrong_spin_are_named_with_their_ball():
 
 
 def test_what_a_shot_cannot_tell_apart_is_said():
-    # Only the ratio of the masses matters where two balls meet.
+    # In a collision, only the ratio of the masses matters.
     scene = find_scene("draw-shot")
     result, _ = with_first(scene, mass=0.8 * scene.balls[0].mass)
     found = wrong_factor(known_shot(scene), result)
@@ -113,7 +113,7 @@ def test_no_coefficient_is_named_where_none_is_wrong():
 
 
 def test_the_error_of_a_step_is_no_wrong_coefficient():
-    # Breaks where it is: a step that is seen late is like a collision that is a little weaker.
+    # Fails if a coefficient is named: a late collision looks like a slightly weaker collision.
     assert explain(find_scene("head-on"), make_engine("pymunk")).factor is None
 
 

@@ -1,4 +1,4 @@
-"""The example engine of `ghostball init`: only its collisions with loss are wrong."""
+"""The example engine of `ghostball init` is wrong only in inelastic collisions."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The engine to begin from keeps what it says: contacts come up to a step late, and no more."""
+"""The example engine with time steps detects contacts at most one step late."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Golden shots: what the folder holds, and which answers pass its comparison.
+"""Golden shots: the files of the folder, and the answers that pass the comparison.
 
 `faults_of` is a reader written from the README of a folder alone; it shares no code with Ghostball.
 """
@@ -174,7 +174,7 @@ WRONG: dict[str, Play] = {
 
 
 def answers_of(play: Play, shots: Shots) -> dict[str, dict[str, Any]]:
-    """Return the answers of an engine, without the shots in which its fault can't be planted."""
+    """Return the answers of an engine; shots in which its fault can't be planted are left out."""
     answers = {}
     for name, shot in shots.items():
         try:
@@ -220,7 +220,7 @@ def test_wrong_engines_are_caught(shots, grade, name):
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("name", ["stop", "chaos-a"])
 def test_a_number_that_is_not_finite_fails(shots, grade, number, name):
-    """Also in the rest positions of a shot that has none, and in the time of a late event."""
+    """A number that isn't finite fails, even where the golden shot has no number to compare."""
     given = answers_of(ours, {name: shots[name]})
     given[name]["rest_positions"][0][1] = number
     assert faults_of(shots[name], given[name]) == ["not finite"]
@@ -411,7 +411,7 @@ def test_a_scene_without_a_reference_has_no_golden_shot():
 
 
 def test_the_schema_beside_the_scenes_is_current():
-    # Mend with: python -c "from ghostball.validation.golden.format import *;
+    # To renew the file: python -c "from ghostball.validation.golden.format import *;
     # print(golden_schema())" > validation/scenes/golden.schema.json
     assert (FOLDER / SCHEMA_FILES[0]).read_text(encoding="utf-8") == golden_schema() + "\n"
 
@@ -439,7 +439,7 @@ def test_a_folder_that_is_not_empty_is_refused(tmp_path):
 
 @pytest.mark.slow
 def test_the_whole_folder(tmp_path):
-    """All golden shots: the same bytes for each run, enough of each family, ours passes all."""
+    """Golden shots are reproducible, cover each family, and our engine passes all of them."""
     files = golden_files()
     assert files == golden_files()
     for name, text in files.items():

@@ -1,4 +1,4 @@
-"""The grader's own tangent map: against proofs of slightly changed shots, and in closed form."""
+"""The grader's tangent map agrees with proofs of slightly changed shots and with closed forms."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_scenes import PROVABLE, random_scene
 
 CHANGE = 1e-9
-"""Largest displacement [m] that differences are taken over: the second order is 1e-9 of it."""
+"""Largest difference of two shots [m]; its second order is 1e-9 of it."""
 
 LAWS = (
     "half-ball-cut",
@@ -43,7 +43,7 @@ LAWS = (
     "around-the-table",
     "break-7",
 )
-"""Scenes of each law of impacts and way of moving that can be proved."""
+"""Scenes with each impact law and each kind of motion that can be certified."""
 
 AIR = {"preset": "pool", "air_drag": 0.05}
 
@@ -87,7 +87,7 @@ SLIDES_IN_AIR = {
     "a cut of sliding balls",
     "a draw that comes back",
 }
-"""Shots of `IN_AIR` that no proof covers."""
+"""Shots of `IN_AIR` that can't be certified."""
 
 
 def rounding_horizon(growth: CertifiedGrowth) -> float:
@@ -95,7 +95,7 @@ def rounding_horizon(growth: CertifiedGrowth) -> float:
 
 
 def changed(scene: Scene, change: NDArray[np.float64]) -> Scene:
-    """Return the scene with a change of every ball's state (n, 7); rolling balls roll."""
+    """Return the scene with a changed state of each ball, (n, 7); rolling balls still roll."""
     balls = []
     for one, rolls, spin, d in zip(
         scene.balls, scene.rolls, scene.angular_velocities, change, strict=True
@@ -112,14 +112,14 @@ def changed(scene: Scene, change: NDArray[np.float64]) -> Scene:
 
 
 def state(scene: Scene) -> NDArray[np.float64]:
-    """Return the state of every ball, (n, 7); without the spin of one that rolls."""
+    """Return the state of each ball, (n, 7); the spin of a rolling ball is set to 0."""
     spins = np.where(scene.rolls[:, np.newaxis], 0.0, scene.angular_velocities)
     return np.hstack([scene.positions[:, :2], scene.velocities[:, :2], spins])
 
 
 @pytest.mark.parametrize("name", [*LAWS, *IN_AIR])
 def test_changes_become_what_proofs_of_changed_shots_say(name: str) -> None:
-    # Breaks where a sign, a factor or a term is wrong, and where growth is 30 times too large.
+    # Fails if a sign, a factor or a term is wrong, or if the growth is 30 times too large.
     scene = IN_AIR[name] if name in IN_AIR else find_scene(name)
     known = integrated_once if name in SLIDES_IN_AIR else partial(certify, motion=True)
     growth = growth_of_certificate(scene, known(scene))
@@ -129,7 +129,7 @@ def test_changes_become_what_proofs_of_changed_shots_say(name: str) -> None:
     end = np.array([growth.t_end])
     largest = np.max(np.abs(carried(growth, direction[np.newaxis], end)))
     sides = [changed(scene, sign * CHANGE / largest * direction) for sign in (1.0, -1.0)]
-    # The scenes hold rounded numbers: it is their own difference that is predicted from.
+    # The numbers of the scenes are rounded, so the prediction starts from their actual difference.
     real = (state(sides[0]) - state(sides[1]))[np.newaxis]
     predicted = carried(growth, real, end)[0, 0]
     proofs = [known(side) for side in sides]
@@ -149,11 +149,12 @@ def test_rounding_displaces_a_rolling_ball_by_its_place_and_its_way() -> None:
 
 @pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9])
 def test_a_thin_hit_amplifies_the_rounding_of_the_distance_from_the_start(depth: float) -> None:
-    """Breaks where only the places are rounded: a hit so thin is far more uncertain than they are.
+    """Fails if only positions are rounded: a thin hit also amplifies the rounding of the distance.
 
-    Two discs of diameter D at an offset (1 - d) D meet at c D = sqrt(2 d - d^2) D along the path.
-    A distance that is wrong by D is so after a way of D / c, turns the normal by 1 / c, and so the
-    object ball, which leaves at c v, by as much over its way; its speed changes by v (1 - d) / c.
+    Two discs of diameter D at an offset (1 - d) D touch at c D = sqrt(2 d - d^2) D along the path.
+    An error D of their distance becomes D / c along the path. It turns the normal by 1 / c, and so
+    displaces the object ball, which leaves at c v, by 1 / c over its path; the speed changes by v
+    (1 - d) / c.
     """
     aside, way = 2.0 * R * (1.0 - depth), 0.1
     scene = scene_of(
@@ -179,7 +180,7 @@ def test_a_thin_hit_amplifies_the_rounding_of_the_distance_from_the_start(depth:
 def test_a_faster_ball_rolls_farther_in_air_as_worked_numbers_say(
     physics: dict[str, Any], by_speed: float
 ) -> None:
-    """Breaks where the air is left out of the growth: v / (a + b v^2), at 5 m/s."""
+    """Fails if the growth ignores the air: distance per speed is v / (a + b v^2), at 5 m/s."""
     scene = scene_of(ball((0.0, 0.0), (5.0, 0.0)), **physics)
     growth = growth_of_certificate(scene, certify(scene, motion=True))
     change = np.zeros((1, 1, 7))
@@ -191,7 +192,7 @@ def test_a_faster_ball_rolls_farther_in_air_as_worked_numbers_say(
 
 
 def test_what_rounding_does_is_the_sum_over_all_that_is_rounded() -> None:
-    # The covariance against single changes: of a shot without an event, each number of each ball.
+    # The covariance agrees with separate changes of each number of a ball, before the first event.
     scene = find_scene("half-ball-cut")
     growth = growth_of_certificate(scene, certify(scene, motion=True))
     t = math.nextafter(growth.times[1], 0.0)
@@ -214,8 +215,8 @@ def test_there_is_no_derivative_past_two_collisions_at_one_instant() -> None:
 
 
 def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
-    # Breaks where two roundings share their signs: of two balls that meet, their errors cancel;
-    # of one ball, again and again in thousands of impacts, they add up.
+    # Fails if two roundings have the same signs: the errors of two colliding balls would cancel,
+    # and the errors of one ball would add up over thousands of impacts.
     ratios = []
     shots = [random_scene(number, **PROVABLE, flight="no") for number in range(48)]
     for scene in (*shots, find_scene("galperin-2"), find_scene("galperin-3")):
@@ -232,7 +233,7 @@ def test_our_engines_sample_of_roundings_is_as_near_as_it_says() -> None:
 
 
 def test_in_air_growth_continues_through_every_piece_of_the_motion() -> None:
-    """Breaks where what is known at an event is lost at the pieces of series that follow it."""
+    """Fails if the growth at an event is lost in the further pieces of the motion's series."""
     scene = IN_AIR["a cut of sliding balls"]
     proof = integrated_once(scene)
     growth = growth_of_certificate(scene, proof)
@@ -247,7 +248,7 @@ def test_in_air_growth_continues_through_every_piece_of_the_motion() -> None:
 
 
 def test_of_flight_nothing_is_said() -> None:
-    """Breaks where a proof whose balls may fly is taken for one on the cloth."""
+    """Fails if a proof with airborne balls is treated like a proof on the cloth."""
     scene = find_scene("half-ball-cut")
     proof = certify(scene, motion=True)
     assert proof.segments is not None
@@ -264,7 +265,7 @@ def test_of_flight_nothing_is_said() -> None:
 
 @pytest.mark.parametrize("scene", ["half-ball-cut", "throw-slip", "three-cushions"])
 def test_what_the_engine_says_of_its_growth_is_what_the_proof_says(scene: str) -> None:
-    """Breaks where the tangent map, or the horizon, is off by more than the proof leaves open."""
+    """Fails if the engine's tangent map or horizon differs too much from the proof."""
     result = simulate(find_scene(scene), record="trajectory")
     assert self_reported_growth(result, certify(result.scene, motion=True)) == []
 

@@ -1,4 +1,4 @@
-"""How errors grow along a proved flight, by the widths of its enclosures."""
+"""Error growth along a proved flight, from the widths of its enclosures."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_widths_are_those_of_doubles_whatever_the_precision(bits: int) -> None:
     settings = CertifiedSettings(start_precision=bits, max_precision=max(bits, 3392), width=1.0)
     proof = certify(scene, settings, cached=False)
     (size,) = width_sizes(proof)
-    # A throw by 20 m amplifies roundings of a few numbers by a few thousand at most.
+    # A throw over 20 m amplifies the rounding of a few numbers by at most a few thousand.
     assert 1.0 < size < 1e5
     assert width_horizon(scene, proof) == math.inf
 
@@ -90,7 +90,7 @@ def test_a_ball_that_ends_elsewhere_has_a_quality_that_says_so() -> None:
 
 
 def test_what_is_amplified_too_far_is_past_a_horizon() -> None:
-    """The same enclosures, as if of a proof with more bits: so much more has rounding grown."""
+    """The enclosures count as those of a proof with more bits, so that rounding has grown more."""
     scene = find_scene("flight-jump")
     proof = certify(scene, motion=True)
     horizons = [
@@ -108,7 +108,7 @@ def test_what_is_amplified_too_far_is_past_a_horizon() -> None:
 
 
 def test_a_landing_within_a_rounding_of_a_bounce_is_negligible() -> None:
-    """Ball 0 is hit twice at one instant, and the second time a rounding above the table."""
+    """Ball 0 is hit twice simultaneously; at the second hit it is one rounding above the table."""
     scene = kept_scene("landing-at-a-bounce")
     result = simulate(scene, record="trajectory")
     found = grade(result, certify(scene, motion=True, cached=False))
@@ -121,8 +121,7 @@ def test_the_truth_of_a_flight_without_a_closed_form_is_its_proof() -> None:
     assert truth.certificate is not None
     assert truth.certificate.proved
     assert truth.lateness is None
-    # Up to the one collision of two balls, errors of rounding are no matter; those of a step may
-    # be.
+    # Rounding errors don't limit the comparison; errors of a time step do, from the collision on.
     assert truth.horizon_of(1e-9) == math.inf
     assert truth.horizon_of(1e-2) == pytest.approx(0.690024583668587)
     rest = truth_of(find_scene("flight-throw"))

@@ -1,4 +1,4 @@
-"""Where logs part: each ball's own order counts, nothing else."""
+"""The first difference of two logs: only the order of the events of each ball counts."""
 
 import random
 
@@ -50,7 +50,7 @@ def test_a_missing_and_an_added_collision_are_named():
     assert missing.parting.true == TRUE[2]
     assert missing.parting.other is None
     added = compare_logs(TRUE, sorted([*TRUE, Event(CUSHION, 3, 1, 0.5)], key=lambda one: one.t))
-    assert added.parting.true == TRUE[1]  # what ball 3 does in truth
+    assert added.parting.true == TRUE[1]  # the reference event of ball 3
     assert added.parting.other == Event(CUSHION, 3, 1, 0.5)
     assert added.parting.first == Event(CUSHION, 3, 1, 0.5)
 
@@ -69,7 +69,7 @@ logs = st.lists(
 
 @given(logs, st.randoms())
 def test_any_order_that_keeps_each_ball_s_own_agrees_and_no_other(log, random):
-    # Swap neighbours without a ball in common, which makes every order of the same trace.
+    # Swaps of neighbours without a common ball produce every equivalent order.
     other = list(log)
     for _ in range(20):
         if len(other) > 1:
@@ -97,19 +97,19 @@ A, B, C, D = (BB, 0, 1), (BB, 1, 2), (BC, 0, 3), (BC, 2, 0)
     ("found", "found_times", "true", "times", "leading"),
     [
         ([A, B, C], [1, 2, 3], [A, B, C], [1, 2, 3], 3),
-        ([A, B], [1, 2], [A, B, C], [1, 2, 3], 2),  # one missing
-        ([A, B, C], [1, 2, 3], [A, B], [1, 2], 2),  # one too many
-        ([A, D, B], [1, 2, 3], [A, B], [1, 2], 1),  # one too many in between
-        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 3], 1),  # order of a ball counts
-        ([A, C, B], [1, 2, 3], [A, B, C], [1, 2, 3], 3),  # they share no ball
+        ([A, B], [1, 2], [A, B, C], [1, 2, 3], 2),  # one event is missing
+        ([A, B, C], [1, 2, 3], [A, B], [1, 2], 2),  # an additional event
+        ([A, D, B], [1, 2, 3], [A, B], [1, 2], 1),  # an additional event in between
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 3], 1),  # the order of a ball's events counts
+        ([A, C, B], [1, 2, 3], [A, B, C], [1, 2, 3], 3),  # C and B share no ball
         ([], [], [A], [1], 0),
-        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2], 3),  # tied in truth: no order
-        ([A, D, B], [1, 2, 2], [A, B, D], [1, 2, 3], 3),  # one time for both: no order claimed
-        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2 * (1 + 1e-13)], 3),  # apart by rounding only
-        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2 * (1 + 1e-11)], 1),  # a true order
-        ([A, D, B], [1, 2, 3], [A, B, D], [], 1),  # a closed form's order is strict
-        ([A, A, D], [1, 1, 2], [A, B, D], [1, 1, 2], 1),  # each true collision serves once
-        ([B], [1], [A, B], [1, 1], 0),  # the log ends inside the tie
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2], 3),  # simultaneous in the reference: no order
+        ([A, D, B], [1, 2, 2], [A, B, D], [1, 2, 3], 3),  # equal times in the log: no order
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2 * (1 + 1e-13)], 3),  # equal up to rounding
+        ([A, D, B], [1, 2, 3], [A, B, D], [1, 2, 2 * (1 + 1e-11)], 1),  # different times
+        ([A, D, B], [1, 2, 3], [A, B, D], [], 1),  # without times, the reference has a strict order
+        ([A, A, D], [1, 1, 2], [A, B, D], [1, 1, 2], 1),  # each reference collision has one partner
+        ([B], [1], [A, B], [1, 1], 0),  # the log ends among simultaneous events
     ],
 )
 def test_leading_collisions(found, found_times, true, times, leading):
@@ -120,18 +120,18 @@ def test_leading_collisions(found, found_times, true, times, leading):
     assert compare_logs(*logs).leading == leading
 
 
-# --- as strictly as an exact engine is held
+# --- the strict comparison, for exact engines
 
 KEYS = {
     "A": (BALLS, 0, 1),
-    "B": (CUSHION, 2, 0),  # no ball in common with A
-    "C": (EventKind.ROLL_TO_REST, 3, -1),  # nor with either
-    "X": (BALLS, 1, 2),  # one with A, one with B
+    "B": (CUSHION, 2, 0),  # shares no ball with A
+    "C": (EventKind.ROLL_TO_REST, 3, -1),  # shares no ball with A or B
+    "X": (BALLS, 1, 2),  # shares a ball with A, and one with B
 }
 
 
 def log(text):
-    """Events at 1, 2, 3 ... s; those in brackets at one instant."""
+    """Return events at 1, 2, 3 ... s; events in brackets are simultaneous."""
     found, t, inside = [], 0.0, False
     for letter in text:
         if letter == "(":
@@ -154,10 +154,10 @@ def log(text):
         ("ABC", "AC", (1,), ()),
         ("AC", "ABC", (), (1,)),
         ("ABC", "AXC", (1,), (1,)),
-        ("AB", "BA", (), ()),  # they share no ball: their times are compared instead
-        ("(AX)C", "XAC", (0, 1), (0, 1)),  # they share a ball: order counts at one instant, too
-        ("(AXB)", "BAX", (1, 2), (0, 2)),  # B may not pass X
-        ("(AB)", "BXA", (0,), (1, 2)),  # from X on, balls 1 and 2 play another shot
+        ("AB", "BA", (), ()),  # A and B share no ball: only their times are compared
+        ("(AX)C", "XAC", (0, 1), (0, 1)),  # they share a ball: the order counts
+        ("(AXB)", "BAX", (1, 2), (0, 2)),  # B must come after X
+        ("(AB)", "BXA", (0,), (1, 2)),  # from X on, balls 1 and 2 have wrong collisions
         ("ABABAB", "ABAB", (4, 5), ()),
         ("AAX", "AX", (1, 2), (1,)),
     ],
@@ -185,7 +185,7 @@ def test_the_parting_says_what_came_instead():
 
 
 def test_thousands_of_events_that_repeat_themselves():
-    # Galperin's billiard: one pair, again and again; here the other log misses the end.
+    # Two events alternate, as in Galperin's billiard; the other log lacks the last two.
     whole = log("AX" * 15_000)
     compared = compare_logs(whole, whole[:-2], strict=True)
     assert compared.missing == (29_998, 29_999)

@@ -1,4 +1,4 @@
-"""Up to where a proof can be graded against: the horizon, the lowest bounce, the proof's end."""
+"""The end of grading: the horizon, the lowest bounce, or the end of the proof."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_only_what_comes_before_the_horizon_is_graded() -> None:
     assert made.until == made.compared_at < cut
     assert len(made.time_errors) == 10
     assert made.position_errors.max() < 1e-14
-    # What is wrong after it isn't held against the run; what is wrong before it is.
+    # Faults after the horizon don't count; faults before the horizon do.
     assert clean(grade(without_event(result, 12), certificate, growth, until=cut))
     assert grade(without_event(result, 7), certificate, growth, until=cut).missing[0] == 7
 
@@ -78,7 +78,8 @@ def test_where_nothing_is_proved_nothing_is_graded() -> None:
 
 
 def test_events_are_compared_beyond_the_end_of_the_tangent_map() -> None:
-    # A ball frozen to a cushion is hit onto it: two collisions at one instant, and no derivative.
+    # A ball that is frozen to a cushion is hit into it: the collisions are simultaneous, without a
+    # derivative.
     scene = find_scene("frozen-to-cushion")
     result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
     ends = growth_of_certificate(scene, certificate).derivative_ends
@@ -93,7 +94,7 @@ def test_events_are_compared_beyond_the_end_of_the_tangent_map() -> None:
 
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_bounces_that_die_out_are_graded_until_they_do(number: int) -> None:
-    # Random shots in which a ball bounces ever lower, on another or off a cushion.
+    # Random shots with ever lower bounces of a ball on another ball or a cushion.
     scene = kept_scene(f"bounces-die-out-{number}")
     result, certificate = simulate(scene, record="trajectory"), certify(scene, motion=True)
     made = grade(result, certificate)
@@ -108,7 +109,7 @@ def test_bounces_that_die_out_are_graded_until_they_do(number: int) -> None:
 
 
 def test_positions_are_not_graded_against_a_proof_that_is_wider_than_a_rounding() -> None:
-    """Breaks where the middle of a wide enclosure counts as the truth."""
+    """Fails if the middle of a wide enclosure counts as the reference position."""
     scene = find_scene("break-7")
     result = simulate(scene, record="trajectory")
     wide = certify(scene, CertifiedSettings(start_precision=53, max_precision=53), motion=True)

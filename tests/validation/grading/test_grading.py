@@ -1,4 +1,4 @@
-"""Grades: of exact runs, of runs that are wrong somewhere, and up to where there is one at all."""
+"""Grades of exact runs, of runs with one fault, and of runs that can be graded only in part."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_an_exact_run_of_a_whole_shot() -> None:
     assert (made.extent, made.why, made.until, made.events) == ("whole", "", math.inf, 3)
     assert clean(made)
     assert made.compared_at == result.rest_time
-    # The errors, again, by hand: the first event's time and the cue ball's x.
+    # The time error of the first event and the position error of the cue ball, computed by hand.
     t = certificate.events[0].t
     assert result.events is not None
     error = abs(Fraction(float(result.events["t"][0])) - t.mid) - t.rad
@@ -46,7 +46,7 @@ def test_an_exact_run_of_a_whole_shot() -> None:
 def test_an_event_that_is_not_found() -> None:
     result, certificate, growth = run_and_proof("break-7")
     made = grade(without_event(result, 5), certificate, growth)
-    assert made.missing[0] == 5  # and what its balls go through after it
+    assert made.missing[0] == 5  # and later events of its balls
     assert made.first is not None
     assert made.first.t == float(certificate.events[5].t)
 
@@ -119,7 +119,7 @@ def test_a_position_that_is_not_finite_is_infinitely_wrong() -> None:
 
 
 def test_a_slip_that_is_but_rounding_is_no_event() -> None:
-    # The certified engine sees a stunned ball slip by 1e-17 m/s, and roll; ours doesn't.
+    # In the certified engine, a stunned ball slips at 1e-17 m/s and then rolls; in ours it doesn't.
     result, certificate, growth = run_and_proof("stun-shot")
     made = grade(result, certificate, growth)
     assert result.events is not None
@@ -130,7 +130,8 @@ def test_a_slip_that_is_but_rounding_is_no_event() -> None:
 
 
 def test_a_roll_that_rounding_of_the_line_of_centres_leaves_is_no_event() -> None:
-    # Head-on, but for the last bits: 1e-14 m/s of 6.2 m/s are left in doubles, 2e-15 m/s in truth.
+    # Head-on up to the last bits: of 6.2 m/s, doubles leave 1e-14 m/s, and the exact impact 2e-15
+    # m/s.
     scene = scene_of(
         ball((0.48132284911279266, 0.09179769516754445), (5.756720402189766, 2.421848082553362)),
         ball((1.6239230444679669, 0.5724887655890686)),
@@ -145,7 +146,7 @@ def test_a_roll_that_rounding_of_the_line_of_centres_leaves_is_no_event() -> Non
 
 
 def slow_slide(slip: float) -> Scene:
-    """A ball that rolls but for a slip of some [m/s]."""
+    """Return a ball that rolls with a small slip [m/s]."""
     radius = 0.028575
     spin = (0.0, (1.5 - slip) / radius, 0.0)
     return scene_of(ball((0.0, 0.0), (1.5, 0.0), angular_velocity=spin), motion="sliding")
@@ -163,7 +164,7 @@ def test_a_slip_above_rounding_is_an_event(slip: float) -> None:
 
 
 def swap(result: Result, first: int, by: float) -> Result:
-    """Let an event come after the next one, by some time [s]."""
+    """Move event `first` to the time `by` [s] after the next event."""
     assert result.events is not None
     events = result.events.copy()
     events["t"][first] = events["t"][first + 1] + by
@@ -221,7 +222,7 @@ def test_a_run_that_recorded_too_little_is_refused(record: Any) -> None:
 def test_all_kinds_of_events_are_compared() -> None:
     result, certificate, growth = run_and_proof("follow-shot")
     assert result.events is not None
-    for kind in set(EventKind) - {EventKind.POCKETED}:  # no scene has an obstacle that takes out
+    for kind in set(EventKind) - {EventKind.POCKETED}:  # this scene has no pockets
         indices = np.flatnonzero(result.events["kind"] == kind)
         for k in indices.tolist():
             assert grade(without_event(result, k), certificate, growth).missing

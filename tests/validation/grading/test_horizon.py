@@ -1,4 +1,4 @@
-"""Each engine has a horizon of its own; past it nothing is said of how a shot ends."""
+"""The horizon depends on the engine's errors; after the horizon, ends of shots aren't compared."""
 
 from __future__ import annotations
 
@@ -81,14 +81,14 @@ def test_who_errs_more_has_the_shorter_horizon():
 
 
 def test_the_horizon_is_the_first_meeting_where_errors_pass_a_radius():
-    # An engine that is 1 mm off makes 20 mm of it by the first meeting, 40 mm by the second.
+    # An error of 1 mm has grown to 20 mm at the first meeting, and to 40 mm at the second.
     largest = np.array([20.0, 40.0, 100.0])
     meetings = Meetings(np.array([1.0, 2.0, 3.0]), largest, extent=1.0, radius=0.03)
     assert meetings.horizon(1e-3) == 2.0
 
 
 def test_what_all_but_happens_leaves_a_shot_predictable():
-    """Breaks where the nearness of another path shortens a horizon: errors don't grow by it."""
+    """Fails if a near miss shortens the horizon, although errors don't grow there."""
     for label in ("ghostball", "pymunk", "pymunk:dt=1e-2", "paper-discrete"):
         assert horizon_of("half-ball-cut", label) == math.inf
     assert horizon_of("break-7", "pymunk") == math.inf
@@ -104,7 +104,7 @@ def test_a_contact_at_which_steps_end_is_off_by_its_gap():
 
 def test_who_states_nothing_is_not_taken_to_be_exact_and_excused_from_nothing():
     class Protocol:
-        """No `EngineBase`, and without a word about its resolution."""
+        """An engine without the base class `EngineBase` and without `resolution`."""
 
     class Silent(GhostballEngine):
         resolution = EngineBase.resolution
@@ -125,9 +125,9 @@ def test_who_states_nothing_is_not_taken_to_be_exact_and_excused_from_nothing():
 @pytest.mark.parametrize(
     ("name", "ends"),
     [
-        ("chaos-a", 5.4499),  # roundings have grown to a millimetre
+        ("chaos-a", 5.4499),  # rounding errors have grown to a millimetre
         ("half-ball-cut", math.inf),
-        ("frozen-to-cushion", math.inf),  # a closed form, through two collisions at one instant
+        ("frozen-to-cushion", math.inf),  # a closed form, with two simultaneous collisions
     ],
 )
 def test_a_shot_has_a_horizon_of_its_own_whatever_the_engine(name, ends):
@@ -147,7 +147,8 @@ def test_past_its_horizon_nothing_is_said_of_how_a_shot_ends():
     assert all("after the horizon" in far.notes[name] for name in ends)
     assert far.ball_errors is None
     assert far.metrics["matching_events"] >= 0
-    # Up to its horizon, by when it plays another shot: errors didn't grow so far by themselves.
+    # At its horizon the engine already has wrong collisions, so this error is larger than error
+    # growth explains.
     assert far.metrics["energy_difference_max"] == pytest.approx(0.0739, rel=0.01)
 
 
@@ -158,7 +159,7 @@ def test_a_closed_form_is_compared_with_whatever_errors_become():
 
 
 def test_a_run_that_stops_early_fails_what_every_scene_asks():
-    """Breaks where a criterion is dropped because a bad run left nothing to measure."""
+    """Fails if a criterion is dropped because a bad run leaves nothing to measure."""
     scene = find_scene("half-ball-cut")
     rows = common_criteria().applying_to("ghostball", {}, "rounding")
     graded = asked_of_all([one for one in rows if one.metric == "quality_factor"])
@@ -179,7 +180,7 @@ def test_what_is_graded_up_to_the_horizon_only_leaves_the_end_open():
 
 
 def test_what_is_round_scatters_a_ball_as_another_ball_does():
-    # Half of the way to what a path turns about: a post of seven radii is like balls of four.
+    # The width is half the mean radius of ball and obstacle: (0.03 + 0.2) / 2 = 0.115 m.
     post = {"centre": (0.5, 0.25), "radius": 0.2}
     cue = Ball(id="a", position=(0.1, 0.3), velocity=(1.0, 0.0), radius=0.03)
     table = Table.model_validate({"length": 1.0, "width": 0.5, "posts": [post]})

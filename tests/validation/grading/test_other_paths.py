@@ -1,4 +1,4 @@
-"""What a step allows is never too little: other paths are seen wherever they are within reach."""
+"""The limits of a time step are never too small: other paths within reach are detected."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def rule_of(engine: ReferenceEngine) -> StepRule:
 
 
 def limits_broken(scene: Scene, engine: ReferenceEngine, truth: Truth) -> tuple[int, list[str]]:
-    """Return how many limits on the outcome are computed, and those that a run breaks."""
+    """Return the number of limits on the outcome, and the limits that a run breaks."""
     limits = step_criteria(rule_of(engine), engine, scene, truth)
     limits = tuple(one for one in limits if one.metric in ENDS)
     if not limits:
@@ -60,7 +60,7 @@ def limits_broken(scene: Scene, engine: ReferenceEngine, truth: Truth) -> tuple[
 
 
 def judge_random(numbers: range, table: str, dt: float = 1e-3, **other: str) -> int:
-    """Play random scenes on displaced engines; return how many limits were judged."""
+    """Simulate random scenes on displaced engines; return the number of judged limits."""
     judged = 0
     for number in numbers:
         scene = random_scene(number, **{**PROVABLE, "table": table, **other})
@@ -85,23 +85,23 @@ def test_a_displaced_exact_engine_finds_the_first_collisions_of_many_balls() -> 
 
 
 def test_a_late_bounce_moves_the_end_of_a_ball_that_spins_on_its_place() -> None:
-    # The last event is a ball's rest at 1.5 s; it spins until 4.3 s, by what the cushion gave it.
+    # The last event is at 1.5 s; then a ball spins until 4.3 s, with the spin from the cushion.
     assert judge_random(range(123, 124), "posts") > 0
 
 
 def test_an_early_hit_changes_when_a_ball_comes_to_a_cushion_that_it_all_but_reaches() -> None:
-    # It bounces off the cushion at 0.034 m/s and 6 mm before its end, 4 s after the first hit.
+    # The ball reaches the cushion at 0.034 m/s, 4 s after the first hit, and rests 6 mm after it.
     assert judge_random(range(300, 301), "pool", 1e-4, count="few") > 0
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("table", TABLES)
 def test_a_displaced_exact_engine_keeps_its_limits_in_200_scenes(table: str) -> None:
-    # 40 for each of 5 tables; a good part of the scenes must be judged at all.
+    # 40 scenes for each of 5 tables, most of which must be judged.
     assert judge_random(range(100, 140), table) > 40
 
 
-# --- by hand ----------------------------------------------------------------------------------
+# --- worked by hand---------------------------------------------------------------------------
 
 
 def margins_of(*balls: Ball, table: Table | None = None, t_max: float | None = None) -> Margins:
@@ -121,21 +121,21 @@ def test_a_hit_is_missed_by_the_sum_of_the_radii_less_its_offset() -> None:
     margins = margins_of(ball("a", 0.0, 0.0, 1.0), ball("b", 0.3, 0.03))
     assert np.count_nonzero(margins.turns) == 1
     assert margins.widths[margins.turns] == pytest.approx([2.0 * RADIUS - 0.03], rel=1e-9)
-    # Nothing comes before it, so only its own lateness counts.
+    # No event comes before this hit, so only its own delay counts.
     assert margins.amplified(np.zeros(margins.moved.shape[1]), 2) == pytest.approx([1.0, 1.0])
 
 
 def test_the_gap_at_which_a_ball_passes_another_is_a_margin() -> None:
     gap = 1e-3
     table = Table(length=1.0, width=0.5)
-    # It passes after each bounce off a cushion, whose lateness moves it along its way alone.
+    # The ball passes after each bounce, whose delay displaces it only along its path.
     margins = margins_of(
         ball("a", 0.8, 0.25, 1.0), ball("b", 0.5, 0.25 + 2.0 * RADIUS + gap), table=table
     )
     passes = np.flatnonzero(np.isclose(margins.widths, gap, rtol=1e-6))
     assert len(passes) > 0
     assert margins.moved[passes].max() < 1e-2
-    # What moves it across is more than the gap, so that it may hit.
+    # With a displacement across the path that is larger than the gap, the ball may hit.
     assert margins.amplified(np.zeros(margins.moved.shape[1]), 2, drift=2.0 * gap) is None
     assert margins.amplified(np.zeros(margins.moved.shape[1]), 2, drift=0.5 * gap) is not None
 
@@ -144,7 +144,7 @@ def test_a_ball_that_all_but_stops_short_of_a_cushion_may_stop_short_of_it() -> 
     table = Table(length=1.0, width=0.5)
     deceleration = 0.02 * 9.81
     physics = Physics(preset="paper", rolling_friction=0.02)
-    left = 1e-4  # what it would roll on
+    left = 1e-4  # distance that it would still roll
     speed = math.sqrt(2.0 * deceleration * (0.4 + left))
     moving = ball("a", 1.0 - RADIUS - 0.4, 0.25, speed)
     scene = Scene(name="by-hand", physics=physics, balls=[moving], table=table)
@@ -158,8 +158,8 @@ def test_a_ball_that_all_but_stops_short_of_a_cushion_may_stop_short_of_it() -> 
 def test_what_shortens_the_way_of_a_slow_ball_is_amplified_by_no_less_than_it_comes_late(
     part: float,
 ) -> None:
-    # A ball at speed v, slowed by a, that would stop v^2 / 2 a farther on: a displacement d delays
-    # it by (v - sqrt(v^2 - 2 a d)) / a, to first order d / v, and changes v by a times that.
+    # A ball at speed v with the deceleration a would stop after v^2 / 2 a: a displacement d delays
+    # it by (v - sqrt(v^2 - 2 a d)) / a, to first order d / v, and changes v by a times this delay.
     speed, slowed = 0.1, 0.2
     stops = speed**2 / (2.0 * slowed)
     moved = part * stops
@@ -183,7 +183,7 @@ def test_a_late_bounce_takes_twice_what_it_overshoots_from_the_way_that_is_left(
     assert lateness is not None
     assert lateness.margins is not None
     (last,) = np.flatnonzero(np.isclose(lateness.margins.widths, 1e-3, rtol=1e-6))
-    # One way farther, and one way back; what the ball is slower there is a part of this.
+    # The overshoot counts twice, out and back; the loss of speed there is a part of this.
     assert lateness.margins.moved[last, 0] == pytest.approx(2.0 * lateness.approach[0], rel=1e-6)
 
 
@@ -225,12 +225,12 @@ def test_pymunk_on_a_round_post_is_not_called_wrong() -> None:
         engine = make_engine(label)
         count, broken = limits_broken(scene, engine, truth)
         assert not broken, label
-        assert count <= 1, label  # the first collisions at most
+        assert count <= 1, label  # at most the limit on the first collisions
         assert truth.horizon_of(resolution_of(engine, scene)) < scene.t_max
 
 
 def spun(spin: float, *others: Ball) -> Scene:
-    """Return a scene whose first ball stands, and rolls away by its spin alone."""
+    """Return a scene whose first ball is at rest with a spin that makes it roll away."""
     first = Ball(
         id="a", position=(0.0, 0.0), angular_velocity=(0.0, spin, 0.0), radius=RADIUS, mass=0.17
     )

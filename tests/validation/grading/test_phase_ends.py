@@ -1,4 +1,4 @@
-"""The ends of slides and rolls of a run are those of the proof, also where it leaves some out."""
+"""The ends of slides and rolls in a run are compared with the proof, even if the run omits some."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def log(rows: list[Row]) -> list[Event]:
 
 
 def late_by(found: list[Row], end: float = 5.0) -> dict[float, float]:
-    """Return by how much each proved end is late, by its instant."""
+    """Return the delay of each proved end, by the time of the end."""
     return {one.true.t: one.late_by for one in phase_ends(log(CERTIFICATE), log(found), end)}
 
 
@@ -50,19 +50,19 @@ def test_an_end_that_comes_late_or_early_is_off_by_that(by: float) -> None:
 
 
 def test_an_end_that_is_missing_is_at_the_nearest_collision() -> None:
-    # After the hit at 1 s, at 1.25 s: as if the ball had rolled at once.
+    # The collision before the end, at 1 s, is nearest: as if the ball had rolled at once.
     assert late_by([one for one in CERTIFICATE if one[:3] != (1.5, ROLLS, 1)])[1.5] == 0.5
-    # Before that of 3 s, which the run has a little sooner.
+    # The collision after the end is nearest; the run has it early.
     rests = (2.875, BOUNCE, 1, 0)
     found = [one for one in changed(CERTIFICATE[5], rests) if one[:3] != (1.5, ROLLS, 1)]
     assert late_by(found)[1.5] == 0.5
 
 
 def test_an_end_that_is_missing_is_no_later_than_the_collision_after_it() -> None:
-    # The cushion comes at 1.375 s, before the end of 1.5 s.
+    # The run has the cushion collision at 1.375 s, before the proved end at 1.5 s.
     found = [one for one in changed(CERTIFICATE[5], (1.375, BOUNCE, 1, 0)) if one != CERTIFICATE[3]]
     assert late_by(found)[1.5] == 0.125
-    # So it is where the run ends before.
+    # The same applies if the run ends earlier.
     assert late_by(CERTIFICATE[:-1], end=4.5)[5.0] == 0.5
 
 
@@ -71,10 +71,10 @@ def test_a_slide_may_end_as_the_ball_rests() -> None:
 
 
 def test_of_several_ends_the_worst_counts() -> None:
-    # A ball that trembles as it rests may be said to rest twice, but not much later.
+    # A ball that jitters at rest may come to rest twice, but not much later.
     assert late_by([*CERTIFICATE, (2.25, RESTS, 0, -1)])[2.0] == 0.25
     assert late_by([*CERTIFICATE, (1.75, RESTS, 0, -1)])[2.0] == 0.25
-    # One that ends in the step of a collision may be listed on either side of it.
+    # An end in the time step of a collision may be reported before or after the collision.
     assert late_by(changed(CERTIFICATE[2], (1.0, ROLLS, 0, -1)))[1.25] == 0.25
 
 
