@@ -38,7 +38,7 @@ class BreaksMeasurement(BenchmarkMeasurement):
     """Measurement of `python -m benchmarks breaks`, made once; see `starts_of`.
 
     `seconds` [s]: wall time for drawing, checking and simulating all breaks.
-    `processor_seconds` [s]: processor time of the same.
+    `processor_seconds` [s]: processor time of the same work.
     """
 
     kind: Literal["breaks"] = "breaks"

@@ -61,7 +61,7 @@ def peer_option(peers: Sequence[str]) -> Any:
     return typer.Option(
         metavar="ENGINE",
         help="Other engine to measure, as for `run --engine`; repeatable. `none` measures only "
-        f"Ghostball's (default: {', '.join(peers)}).",
+        f"Ghostball's engine (default: {', '.join(peers)}).",
     )
 
 
@@ -105,7 +105,7 @@ def benchmark(measure: M) -> M:
 
 
 def _refuse_parts(parameters: Any, options: dict[str, Any]) -> None:
-    """Raise `MeasurementError` if an option makes the measurement incomplete, or another one."""
+    """Raise `MeasurementError` if an option makes the measurement incomplete or different."""
     given: list[str] = []
     for name, one in parameters.items():
         if name not in _ALLOWED_WITH_STORE and one.default not in (one.empty, options[name]):

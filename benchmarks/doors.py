@@ -38,7 +38,7 @@ class DoorsRow(Record):
 
 
 class DoorsMeasurement(BenchmarkMeasurement):
-    """Measurement of `python -m benchmarks doors`; the first row is that with both doors."""
+    """Measurement of `python -m benchmarks doors`; the first row has both doors."""
 
     kind: Literal["doors"] = "doors"
     rows: tuple[DoorsRow, ...]

@@ -33,7 +33,7 @@ class BenchmarkMeasurement(Measurement):
 
     @property
     def failure(self) -> str:
-        """Failure of the engine, in rich's markup, or ""; with one, the exit status is 1."""
+        """Failure of the engine, in rich's markup, or ""; a failure gives exit status 1."""
         return ""
 
 

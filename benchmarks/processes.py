@@ -1,4 +1,4 @@
-"""Time of new processes: for a first shot, with and without compiling, and for compiling all."""
+"""Time of new processes: a first shot, with and without compiling, and compiling all kernels."""
 
 from __future__ import annotations
 

@@ -159,7 +159,7 @@ def racks(repeats: Repeats = 5, peer: Peers = None) -> RacksMeasurement:
 def measure_racks(
     ours: TimedEngine, peers: Sequence[TimedEngine] = (), *, rounds: int, racks: int = RACKS
 ) -> RacksMeasurement:
-    """Measure Ghostball's engine on `racks` racks in `rounds` rounds, and peers on the first."""
+    """Measure Ghostball's engine on `racks` racks in `rounds` rounds; peers on few, once."""
     scenes = [random_rack(number) for number in range(racks)]
     tasks = [ours.task(scenes), *(one.task(scenes[:PEER_RACKS], most=1) for one in peers)]
     found = interleave(tasks, rounds, report_progress)

@@ -88,9 +88,10 @@ def rack_places(gap: float | NDArray[np.float64], table: Table = POOL_TABLE) -> 
 def racks_made_uneven(
     places: FloatArray, gaps: FloatArray, chance: np.random.Generator
 ) -> FloatArray:
-    """Return places of racked balls, (k, 15, 2) [m], of which each gap is between 0 and 2 `gaps`.
+    """Return places of racked balls, (k, 15, 2) [m], with every gap between 0 and twice `gaps`.
 
-    `places`: with even gaps (k,) [m]. Where these are 0, the result has the gaps of a template.
+    `places` (k, 15, 2) [m]: racked balls with even gaps.
+    `gaps` (k,) [m]: these gaps; for a gap of 0, the result has the gaps of a template.
 
     As in a scene's `rack` with `unevenness` 1, each ball is anywhere in a disc of half a gap.
     """

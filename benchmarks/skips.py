@@ -29,7 +29,7 @@ from ghostball.validation.scenes.library import select
 ROUNDING = 16.0
 """Largest time difference of the first different event, in roundings, for `ROUNDING_SKIPS`.
 
-One rounding is that of the time, plus the rounding of a coordinate divided by the largest speed.
+One rounding is the rounding of the time plus the rounding of a coordinate over the largest speed.
 Later events are not compared, because the scene amplifies the first difference."""
 
 ROUNDING_SKIPS = frozenset({Skip.ADVANCEMENT})

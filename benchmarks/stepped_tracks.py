@@ -89,7 +89,7 @@ def start_of(shot: int, surface: Surface, seed: int, *, side: float) -> FloatArr
     Units: [m], [m/s], [rad/s].
 
     `side`: standard deviation of the side spin of the cue ball, R w_z / v, in half of the shots;
-        the others have none.
+        the other shots have no side spin.
     """
     random = np.random.default_rng([seed, shot, 7])
     while True:

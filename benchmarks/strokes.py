@@ -47,9 +47,9 @@ class StrokesRow(Record):
 
 
 class StrokesMeasurement(BenchmarkMeasurement):
-    """Measurement of `python -m benchmarks strokes`; the first row is that of strokes.
+    """Measurement of `python -m benchmarks strokes`; the first row is for strokes.
 
-    `ratio`: the median over all rounds of the time for strokes over that for velocities.
+    `ratio`: time for strokes divided by the time for velocities, the median of the rounds.
     """
 
     kind: Literal["strokes"] = "strokes"
@@ -72,7 +72,7 @@ class StrokesMeasurement(BenchmarkMeasurement):
 
 @benchmark
 def strokes(repeats: Repeats = 15, count: Count = SHOTS) -> StrokesMeasurement:
-    """Measure strokes of four balls on a table with pockets, given as arrays with noise."""
+    """Measure strokes on a table with four balls and pockets, given as arrays with noise."""
     tasks = [Task(way, partial(prepare, way, count)) for way in WAYS]
     found = interleave(tasks, repeats, report_progress)
     rows = [
@@ -100,7 +100,7 @@ def prepare(way: Way, count: int) -> Sampler:
 
 
 def shots_in(way: Way, count: int) -> Callable[[int], Batch]:
-    """Return a function that plays the shots, each to at most a number of events."""
+    """Return a function that simulates the shots, each up to the given number of events."""
     chance = np.random.default_rng(1)
     speeds, directions = chance.uniform(0.5, 6.0, count), chance.uniform(-0.6, 0.6, count)
     scene = Scene(

@@ -41,7 +41,7 @@ class RacksOfKind(Record):
     """Times of racks of one kind, see `KINDS`.
 
     `seconds` [s]: time of the simulation alone for each rack, the median of the rounds.
-    `per_break` [s]: for each round, the time of a break of many that are given as arrays.
+    `per_break` [s]: for each round, the mean time of a break if many are simulated as arrays.
     `events`: mean number of events of these breaks.
     """
 
@@ -71,7 +71,7 @@ class UnevenMeasurement(BenchmarkMeasurement):
         return table_of(heads, rows)
 
     def ratio(self, kind: str) -> float:
-        """Return the time of a break as arrays over that with even gaps, the median of rounds."""
+        """Return `per_break` divided by that of even gaps, the median of the rounds."""
         of_kind, even = (self.of(name).per_break for name in (kind, "even"))
         return median(one / other for one, other in zip(of_kind, even, strict=True))
 
@@ -103,7 +103,7 @@ def _rounded(seconds: float) -> float:
 
 
 def _prepared(kind: str, events: dict[str, float]) -> Sampler:
-    """Return the sampler of a kind of racks, and set the mean number of its events."""
+    """Return the sampler of a kind of racks, and store their mean number of events."""
     scene = random_rack(0)
     if kind == "lasting":
         physics = scene.physics.model_copy(update={"impacts": "compliant"})

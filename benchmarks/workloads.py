@@ -42,7 +42,7 @@ MELTING_COLLISIONS = 20.0
 """Number of collisions of each ball after which the initial lattice has become a gas."""
 
 Prepare = Callable[[bool], Sampler]
-"""Function that prepares a workload; True asks for tiny sizes, to test that it runs."""
+"""Function that prepares a workload; True asks for tiny sizes, for a quick test."""
 
 
 @dataclass(frozen=True)

@@ -42,10 +42,10 @@ USES = (
     ("game rules, an AI that tries many shots, reference results", "ghostball"),
     ("2D game; your code moves the balls between contacts", "pymunk:contact_steps=exact,dt=0.02"),
     ("2D game, time steps of 1 ms", "pymunk:dt=0.001"),
-    ("the same, with the settings of a beginner", "pymunk:config=naive,dt=0.016666666666666666"),
+    ("2D game, with the settings of a beginner", "pymunk:config=naive,dt=0.016666666666666666"),
     ("3D game; your code moves the balls between contacts", "pybullet:contact_steps=exact,dt=0.02"),
     ("3D game, time steps of 1 ms", "pybullet:dt=0.001"),
-    ("the same, with the settings of a beginner", "pybullet:config=naive,dt=0.004166666666666667"),
+    ("3D game, with the settings of a beginner", "pybullet:config=naive,dt=0.004166666666666667"),
 )
 """Each use of an engine, and the label that was measured for this use."""
 
@@ -166,7 +166,7 @@ def steps() -> str:
         "order",
         "error at the longest step",
         "error near 1 ms",
-        "its run time",
+        "run time near 1 ms",
         "error at the shortest step",
         "recommended step",
     )
@@ -265,7 +265,7 @@ def flying_breaks() -> str:
     stored, first = measured(MadeBallsMeasurement), setups()[0].name
     rows = []
     for name, changed in zip(
-        ("balls stay on the cloth", "balls may fly", "the same, without bounces"),
+        ("balls stay on the cloth", "balls may fly", "balls may fly, without bounces"),
         FLIGHTS,
         strict=True,
     ):

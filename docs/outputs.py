@@ -17,8 +17,8 @@ status of `exit=N`. With `as=console` the commands are shown, too, except lines 
 `# hide`. An output that differs from the last one only in durations is not rewritten. A picture
 that a program draws is written, or checked, with the pages.
 
-A page that has passed is not run again until the page changes, or a file or package that its
-blocks may read. `--rerun` runs all pages.
+A page that has passed is not run again until the page, or a file or package that its blocks may
+read, changes. `--rerun` runs all pages.
 
 cog (cogapp) would still need our code for exit statuses, durations, hidden lines and prompts. Each
 shell block would become a quoted argument of a Python call, and a page that doesn't exist ends cog

@@ -67,7 +67,7 @@ def pool_rolling() -> str:
 def snooker_rebounds() -> str:
     """Return square rebounds of snooker: measured, of the preset, and of other laws."""
     measured = facts_of("cushion-snooker").rows
-    engines = ("ghostball", "pybullet")  # one whose restitution falls, and one where it can't
+    engines = ("ghostball", "pybullet")  # the first supports a restitution that falls with speed
     best = [
         best_cushion("cushion-snooker", name, make_engine(name).capabilities) or {}
         for name in engines
@@ -177,7 +177,7 @@ def frozen_throws() -> str:
 
 
 def golf_spin() -> str:
-    """Return decelerations of a golf ball: measured, and of a model with one number for each."""
+    """Return decelerations of a golf ball: measured, and by one rate of spin and one of rolling."""
     ours = MeasuredEngine(make_engine("ghostball"), _PLAY)
     rows = []
     for name in ("spin-golf", "rolling-golf"):

@@ -69,7 +69,7 @@ def squirt() -> str:
 def metrics() -> str:
     """Return the metrics."""
     rows = ((f"`{x.name}`", x.unit, x.meaning, x.compares or "nothing") for x in METRICS.values())
-    return table(("metric", "unit", "meaning", "measured against"), rows)
+    return table(("metric", "unit", "meaning", "compared with"), rows)
 
 
 def classes() -> str:

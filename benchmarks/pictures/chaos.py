@@ -34,7 +34,7 @@ COLOURS = (style.VERMILLION, style.BLUE, style.GREEN, style.PURPLE)
 
 WIDTH, HEIGHT = 9.6, 4.6
 
-_UNIFORM, _LIMIT = 200, 600  # number of sampled times on a uniform grid, and in all at most
+_UNIFORM, _LIMIT = 200, 600  # sampled times on a uniform grid; largest number of all times
 
 _LOWEST = 1e-16
 """Smallest distance in the picture [m]."""
@@ -49,8 +49,8 @@ class Neighbours:
         exists.
     `distance` (neighbours, k) float64 [m]: the largest distance between the positions of a ball in
         the neighbour and in the shot.
-    `predicted` (neighbours, k) float64 [m]: the same distance from the tangent map of the shot; NaN
-        where no derivative exists.
+    `predicted` (neighbours, k) float64 [m]: the same distance, predicted by the tangent map of the
+        shot; NaN where no derivative exists.
     """
 
     times: FloatArray

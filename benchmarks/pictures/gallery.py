@@ -43,7 +43,7 @@ HERO_ENGINES = ("ghostball", "pymunk:contact_steps=exact", "pymunk", "pybullet")
 HERO_COLUMNS = 2
 
 ErrorOfClass = tuple[float, AccuracyKind]
-"""A rest position error [m], and the accuracy class of its run."""
+"""A rest position error [m], and the accuracy class of its case."""
 
 EXACT = 1e-17
 """Position of an error of exactly 0 on the axis [m], left of every rounding error."""
@@ -136,7 +136,7 @@ def _write_right(axes: Axes, row: float, text: str) -> None:
 def closed_form_errors(results: Results, label: str) -> list[ErrorOfClass]:
     """Return an engine's largest rest position error in each scene with a closed form [m].
 
-    Each error comes with the accuracy class of its run.
+    Each error comes with the accuracy class of its case.
     """
     found = []
     for case in results.cases:

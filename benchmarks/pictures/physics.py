@@ -68,11 +68,11 @@ class Cut:
     """One shot of a sweep on one engine.
 
     `cut` [deg]: angle between the cue ball's path and the line of centres, from the scene.
-    `speed` [m/s]: speed of the cue ball at the collision, from a formula that assumes that it has
-        no horizontal spin then.
+    `speed` [m/s]: speed of the cue ball at the collision, from a formula for a cue ball without
+        horizontal spin at the collision.
     `spin`: r wz at the collision, divided by `speed`, positive for outside english; from a formula.
     `cue`, `target` [deg]: final directions of cue ball and object ball, as angles from the cue
-        ball's path. They are positive to opposite sides, the object ball's to its own side.
+        ball's path; `target` is positive to the object ball's side, `cue` to the other side.
     """
 
     cut: float

@@ -60,7 +60,7 @@ def _draw(axes: Axes, one: RackTimes) -> None:
         axes.annotate(
             style.format_time(value),
             (value, height),
-            xytext=(-7.0, 3.0) if name == "p99" else (7.0, -9.0),  # away from the slowest
+            xytext=(-7.0, 3.0) if name == "p99" else (7.0, -9.0),  # away from the slowest's label
             textcoords="offset points",
             ha="right" if name == "p99" else "left",
             fontsize=7.5,

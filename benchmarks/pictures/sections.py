@@ -1,4 +1,4 @@
-"""Draw shots with the future work of the paper's section 6, on every engine, from stored motions.
+"""Draw shots that need the future work of the paper's section 6, on every engine.
 
 6.1: orientations of balls, by the paper's own rule and by quaternions. 6.2: sliding balls. 6.3: air
 drag and restitution. 6.4: balls in flight. Below each picture is the verdict on every engine.

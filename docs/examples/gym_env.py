@@ -94,7 +94,7 @@ class PocketEnv(gymnasium.vector.VectorEnv):
 
 
 def main(num_envs: int = 4096, steps: int = 50) -> None:
-    """Measure how many shots a second random strokes play."""
+    """Measure the number of shots per second, with random strokes."""
     env = PocketEnv(num_envs, noise={"direction": 0.002})
     env.reset(seed=1)
     env.action_space.seed(1)

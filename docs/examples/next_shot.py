@@ -1,4 +1,4 @@
-"""The shot after one in which a ball was pocketed, and a shot continued from a moment."""
+"""Set up the shot after a ball was pocketed, and continue a shot from a given time."""
 
 from ghostball import Scene, Strike, find_scene, simulate
 

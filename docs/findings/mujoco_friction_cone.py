@@ -1,4 +1,4 @@
-"""MuJoCo: a slipping contact gets too much of both impulses. Needs only `pip install mujoco`.
+"""MuJoCo: both impulses of a slipping contact are too large. Needs only `pip install mujoco`.
 
 A ball without gravity hits a plane. The contact is a pure damper, which gives it a restitution of
 0.85 in one step, and has Coulomb friction. Restitution must not depend on friction: the ball must

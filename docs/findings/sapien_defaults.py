@@ -36,7 +36,7 @@ def play(
         scene.enable_tgs = tgs
     if offset is not None:
         shape.contact_offset, shape.rest_offset = offset, 0.0
-    # These belong to the whole process and are read when a scene and its bodies are made.
+    # These settings belong to the process and are read when a scene and its bodies are made.
     physx.set_scene_config(scene)
     physx.set_shape_config(shape)
     world = sapien.Scene([physx.PhysxCpuSystem()])

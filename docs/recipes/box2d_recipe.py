@@ -12,8 +12,8 @@ import Box2D
 G, ROLLING_FRICTION, BALL_RESTITUTION, CUSHION_RESTITUTION = 9.81, 0.02, 1.0, 1.0
 RADIUS, MASS, LENGTH, WIDTH = 0.028575, 0.170097, 2.54, 1.27
 DT = 1e-3  # balls are bullets, with continuous detection: an error of 1 mm in this cut
-# Compiled in: impacts slower than 1 unit/s are inelastic, and 0.005 units of overlap remain; with a
-# unit of a metre, 1 m/s and 5 mm. A body moves at most 2 units in a step: 10 m/s with this scale.
+# Constants of Box2D: impacts slower than 1 unit/s are inelastic, and 0.005 units of overlap remain
+# (1 m/s and 5 mm if a unit were a metre). A body moves at most 2 units in a step: 10 m/s here.
 SCALE = 200.0
 
 

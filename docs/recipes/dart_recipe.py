@@ -16,8 +16,8 @@ import numpy as np
 G, ROLLING_FRICTION, BALL_RESTITUTION, CUSHION_RESTITUTION = 9.81, 0.02, 1.0, 1.0
 RADIUS, MASS, LENGTH, WIDTH = 0.028575, 0.170097, 2.54, 1.27
 DT = 1e-3  # contacts are detected up to a step late: an error of some mm in this cut
-# Compiled in: rebounds slower than 0.1 unit/s are suppressed, those above 100 units/s are limited.
-# Ten units in a metre make that 1 cm/s and 10 m/s; take fewer for faster balls.
+# Constants of DART: rebounds slower than 0.1 unit/s are suppressed, and rebounds above 100 units/s
+# are limited: 1 cm/s and 10 m/s with ten units in a metre. Use fewer units for faster balls.
 SCALE = 10.0
 
 

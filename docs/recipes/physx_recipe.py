@@ -29,7 +29,7 @@ def make_scene() -> Any:
     shape.rest_offset = 0.0
     body.solver_position_iterations = 64  # with the default, 10, a break gains 1e-4 of its energy
     body.sleep_threshold = 0.0  # otherwise a slow ball stops too early
-    # These belong to the whole process and are read when a scene and its bodies are made.
+    # These settings belong to the process and are read when a scene and its bodies are made.
     sapien.physx.set_scene_config(scene)
     sapien.physx.set_shape_config(shape)
     sapien.physx.set_body_config(body)
@@ -64,7 +64,8 @@ def add_ball(scene: Any, x: float, y: float, vx: float = 0.0) -> Any:
     """Add a ball that moves in the plane without rotation."""
     ball = sapien.physx.PhysxRigidDynamicComponent()
     # PhysX takes the mean of two restitutions. So a ball has one shape for balls and one for
-    # cushions. Two shapes collide if the first number of one has a bit of the second of the other.
+    # cushions. Two shapes collide if a bit of the first group of one shape is in the second group
+    # of the other shape.
     for touched, restitution, touches in (
         (BALLS, BALL_RESTITUTION, BALLS),
         (CUSHIONS, CUSHION_RESTITUTION, 8),
@@ -73,7 +74,7 @@ def add_ball(scene: Any, x: float, y: float, vx: float = 0.0) -> Any:
         shape.set_collision_groups([touched, touches, 0, 0])
         ball.attach(shape)
     ball.set_mass(MASS)
-    ball.set_inertia([0.4 * MASS * RADIUS**2] * 3)  # otherwise that of both shapes
+    ball.set_inertia([0.4 * MASS * RADIUS**2] * 3)  # otherwise the inertia of both shapes
     ball.set_linear_damping(0.0)
     ball.set_angular_damping(0.0)  # 0.05 by default
     _add(scene, ball, x, y)

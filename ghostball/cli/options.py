@@ -12,7 +12,7 @@ import typer
 
 
 class RecordChoice(enum.StrEnum):
-    """What a run records; see `engine.Record`."""
+    """What a run records; see `model.Record`."""
 
     REST = "rest"
     EVENTS = "events"
@@ -180,7 +180,7 @@ ShotLimit = Annotated[
     typer.Option(
         metavar="SECONDS",
         help="Time limit for a shot on an engine other than Ghostball's. The engine runs in its "
-        "own process; at the limit the process is ended, and the engine did not finish.",
+        "own process. At the limit, the process is ended, and the engine counts as not finished.",
     ),
 ]
 

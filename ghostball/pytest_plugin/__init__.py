@@ -46,7 +46,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--ghostball-engine",
         metavar="NAME|MODULE:NAME[:KEY=VALUE,...]",
-        help="Engine: the name of an installed one, or a function or class in a module, with "
+        help="Engine: the name of an installed engine, or a function or class in a module, with "
         "settings (default: that of [tool.ghostball] in pyproject.toml, else ghostball).",
     )
     group.addoption(
@@ -77,7 +77,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         nargs="?",
         const="",
         metavar="NAME,...",
-        help="Also simulate related shots, such as the mirrored one, and check that both runs "
+        help="Also simulate related shots, such as the mirrored shot, and check that both runs "
         "agree: names as for `ghostball validate --relations` (without names: every relation that "
         "the scene supports).",
     )

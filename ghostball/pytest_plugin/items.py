@@ -245,7 +245,7 @@ class _TestPlan:
         )
 
     def commands(self, nodeid: str, scene: Scene) -> Iterator[str]:
-        """Yield the command that repeats a test, and the one that explains the error."""
+        """Yield the command that repeats a test, and the command that explains the error."""
         yield shlex.join(["pytest", nodeid, *self.options])
         if scene.name in scene_names():
             yield shlex.join(["ghostball", "explain", scene.name, "--engine", self.engine.spec])
@@ -319,7 +319,7 @@ class MetricItem(pytest.Item):
                 self.add_report_section("call", "engine", harmless(outcome.record.printed))
         if outcome.record.outcome == "failed":
             if self.parent.failure_reported:
-                pytest.skip("the engine failed in this scene: see the first of its tests")
+                pytest.skip("the engine failed in this scene: see the first test of the scene")
             self.parent.failure_reported = True
         elif self.name == BASELINE:
             self._compare(outcome)

@@ -1,4 +1,4 @@
-"""Constants of the plugin's modules, here so that they need not import the plugin itself."""
+"""Constants that the plugin's modules use without importing the plugin itself."""
 
 PREFIX = "ghostball::"
 """Start of the ids of all tests of Ghostball."""

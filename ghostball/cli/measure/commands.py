@@ -54,15 +54,15 @@ class RunOptions(ShotOptions):
     plot: Annotated[
         Path | None,
         plot_option(
-            "Draw the paths of the balls, or write an animation",
-            ".png, .svg or .pdf; for an animation .gif or .mp4",
+            "Draw the paths of the balls, or write a film",
+            ".png, .svg or .pdf; for a film .gif or .mp4",
         ),
     ] = None
     expect_hash: Annotated[
         str | None,
         typer.Option(
             metavar="HASH",
-            help="Fail if the hash of the events and rest positions is a different one "
+            help="Fail if the hash of the events and rest positions differs from HASH "
             "(`--record events` prints the hash).",
         ),
     ] = None
@@ -70,7 +70,7 @@ class RunOptions(ShotOptions):
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Play the scene once for each row of a CSV or Parquet file, and write the "
+            help="Simulate the scene once for each row of a CSV or Parquet file, and write the "
             "outcomes to a Parquet file: columns speed, direction, elevation, offset_left and "
             "offset_up of strokes; or states of balls, such as cue.x, cue.vx and cue.wx. Needs: "
             "pip install '.[frames]' in a clone of Ghostball.",
@@ -84,8 +84,8 @@ class RunOptions(ShotOptions):
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="For --starts: the scheduler of a Dask cluster whose workers play the shots, as "
-            "for `validate`.",
+            help="For --starts: the scheduler of a Dask cluster whose workers simulate the shots, "
+            "as for `validate`.",
         ),
     ] = None
 
@@ -142,8 +142,8 @@ class ValidateOptions(SuiteOptions):
         str | None,
         typer.Option(
             metavar="SIZE",
-            help="Largest perturbation of each ball: velocity is that of the speed (relative) "
-            "and of the direction (rad), position that of x and y (m) (default: "
+            help="Largest perturbation of each ball: `velocity` for the speed (relative) and the "
+            "direction (rad), `position` for x and y (m) (default: "
             "velocity=1e-3,position=1e-4).",
         ),
     ] = None
@@ -190,7 +190,8 @@ class ExplainOptions(ShotOptions):
         bool,
         typer.Option(
             help="Find the cause of the error, such as the engine's time step or its model. "
-            "Takes two or three more runs, with time steps down to a sixteenth or less."
+            "The command makes two or three more runs, with time steps down to a sixteenth or less "
+            "of the engine's own time step."
         ),
     ] = True
 

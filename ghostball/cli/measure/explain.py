@@ -39,7 +39,7 @@ from ghostball.validation.results.store import Results, has_results
 from ghostball.validation.scenes.library import find_scene
 
 FEW_ULPS = 1e6
-"""Below this number of ulps [1], about 0.1 nm, a length is also printed in roundings."""
+"""A length below this number of ulps [1], about 0.1 nm, is also printed in units of rounding."""
 
 BARS = 44
 """Width of the bar chart [columns]."""
@@ -77,7 +77,7 @@ def run(asked: ExplainOptions) -> ExitStatus:
     made = make_engine(engine)
     shot = find_scene(_worst_scene(config.out, engine) if asked.scene is None else asked.scene)
     compile_first([shot], engine)
-    what = "three steps" if asked.attribute else "one run"
+    what = "runs with three time steps" if asked.attribute else "one run"
     with (
         busy(f"explaining {shot.name} on {engine}: the reference, and {what}"),
         engine_process(made, asked.time_limit) as playing,

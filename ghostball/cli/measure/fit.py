@@ -234,7 +234,7 @@ def _parts(fitted: Fit) -> Iterator[RenderableType]:
             "the search did not reach the best values; give more shots"
         )
     for name, why in fitted.not_told.items():
-        facts[f"not enough to tell {name}"] = why
+        facts[f"too few data for {name}"] = why
     yield facts_table(facts)
 
 

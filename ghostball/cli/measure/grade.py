@@ -39,7 +39,7 @@ def run(asked: GradeOptions) -> ExitStatus:
     if asked.golden is not None:
         return grade_golden(asked.golden, asked.files, asked.factor)
     if asked.factor is not None:
-        raise typer.BadParameter("it needs `--golden`. Remove `--factor`")
+        raise typer.BadParameter("the option needs `--golden`. Remove `--factor`")
     runs: list[EngineAnswer] = []
     lost: list[str] = []
     for path in asked.files:
@@ -91,7 +91,8 @@ def _judge(run: EngineAnswer) -> CaseRecord:
     if run.engine in engine_names():
         raise EngineError(
             f"`engine` of a run must not be {run.engine!r}, the name of an installed engine: "
-            "limits depend on the name. Rename it, or run that engine with `ghostball validate`"
+            "limits depend on the name. Rename the engine of the run, or run the installed engine "
+            "with `ghostball validate`"
         )
     scene = _scene_of(run)
     criteria = shipped_criteria(scene)

@@ -45,7 +45,7 @@ def run(asked: RunOptions) -> ExitStatus:
     """
     if asked.starts is not None:
         return play_starts(asked, asked.starts)
-    refuse_given(asked.context, "it needs `--starts`", "shard", "out", "cluster")
+    refuse_given(asked.context, "the option needs `--starts`", "shard", "out", "cluster")
     record, plot, expect_hash = asked.record, asked.plot, asked.expect_hash
     if plot is not None:
         if record not in (None, RecordChoice.TRAJECTORY):
@@ -59,7 +59,7 @@ def run(asked: RunOptions) -> ExitStatus:
         if not _HASH.fullmatch(expect_hash):
             raise typer.BadParameter(
                 f"must be 64 hexadecimal digits, got {expect_hash!r}. `ghostball run {asked.scene} "
-                "--record events` prints it",
+                "--record events` prints the hash",
                 param_hint="--expect-hash",
             )
         if record is RecordChoice.REST:

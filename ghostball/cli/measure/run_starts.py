@@ -1,4 +1,4 @@
-"""`ghostball run --starts`: play a file of initial states or strokes, or a shard of the file."""
+"""`ghostball run --starts`: simulate a file of initial states or strokes, or a shard of it."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from ghostball.validation.runs.starts_files import Shard, parquet_of, play_file
 from ghostball.validation.scenes.library import find_scene
 
 FOLDER = Path("shots")
-"""Default folder of the Parquet files; not in the folder of results, which holds nothing else."""
+"""Default folder of the Parquet files, outside results folders, which hold only results."""
 
 
 def play_starts(asked: RunOptions, starts: Path) -> ExitStatus:
-    """Play the shots, write their outcomes to a Parquet file, and print a summary.
+    """Simulate the shots, write their outcomes to a Parquet file, and print a summary.
 
     Returns exit status 1 if a shot stopped before its end, for example at the limit of events.
     """
-    why = "`--starts` plays shots on Ghostball's engine and writes their outcomes"
+    why = "`--starts` simulates shots on Ghostball's engine and writes their outcomes"
     refuse_given(asked.context, why, "engine", "record", "plot", "expect_hash", "time_limit")
     shard = Shard.parse(asked.shard or "1/1")
     folder = asked.out or FOLDER

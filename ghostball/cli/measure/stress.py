@@ -138,7 +138,7 @@ def _show(outcome: SuiteResult, form: Format) -> None:
         for one in sweeps(outcome.cases)
     ]
     if varied:
-        console.print(table_of(("varied", *heads[1:]), varied, title="where it fails"))
+        console.print(table_of(("varied", *heads[1:]), varied, title="where engines fail"))
     for part in _failures(found, outcome.folder):
         console.print(part, soft_wrap=True)
     say_all_printed(outcome.cases)

@@ -115,7 +115,7 @@ def run(asked: ValidateOptions) -> ExitStatus:
                 results, plan.gates, plan.scenes, asked.time_limit, plan.fail_on
             ):
                 status = worst(status, _say_changed(regression, console))
-        with busy("engines compared with measured tables"):
+        with busy("comparing engines with measured tables"):
             beside = plan.engines if plan.whole else ()
             measured = measure_agreements(beside, plan.out, asked.time_limit, reuse=not asked.rerun)
         if found := list(measured.records.values()):
@@ -267,7 +267,7 @@ def _say_changed(regression: Regression, console: Console) -> ExitStatus:
 
 
 def _left(outcome: SuiteResult) -> str:
-    """Return the contents of the folder, in words, of a run interrupted before its first case."""
+    """Return in words what the folder holds if a run stops before its first case."""
     if not has_results(outcome.folder):
         return "no results"
     if not outcome.begun:
@@ -302,12 +302,12 @@ def _is_installed(name: str) -> bool:
 def _advice(outcome: SuiteResult) -> str:
     """Return why no limit judges the run, and how to get a verdict."""
     if outcome.counts.checks_left_out:
-        return "--metric leaves out every limit. Choose a metric that has one"
+        return "--metric leaves out every limit. Choose a metric with a limit"
     ran = [case for case in outcome.cases if case.outcome == "ran"]
     if not ran:
         return (
-            "None of the engines supports these scenes. `ghostball engines` lists what each "
-            "supports"
+            "None of the engines supports these scenes. `ghostball engines` lists the features "
+            "that each engine supports"
         )
     unlimited = [case for case in ran if not case.checks]
     if not unlimited:

@@ -49,7 +49,7 @@ def command(app: typer.Typer, module: str) -> Callable[[type[T]], type[T]]:
 
 
 class _Command(typer.core.TyperCommand):
-    """A command; `--relations` may stand without a value, which typer has no option for."""
+    """A command whose option `--relations` may have no value, which typer doesn't support."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments, with the value "all" after a bare `--relations`."""

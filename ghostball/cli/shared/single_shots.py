@@ -59,7 +59,7 @@ def status_of(result: Result, engine: str) -> ExitStatus:
 def check_plot(path: Path | None, *, films: bool = False) -> None:
     """Raise an error if a picture can't be written.
 
-    `films`: whether animations are allowed.
+    `films`: whether films are allowed.
 
     Raises `typer.BadParameter` if the file name has a wrong ending, `GhostballError` if the file
     can't be written. Called before the run, so that no run is wasted.

@@ -28,8 +28,8 @@ from ghostball.validation.parallel.sources import PACKAGE_OF, version_of, versio
 from ghostball.validation.scenes.library import select
 
 ENGINES_KEY = (
-    "Main gaps: the unsupported features that the largest number of the {count} shipped scenes "
-    "needs; in brackets, this number.\n"
+    "Main gaps: unsupported features, the most needed first; in brackets, how many of the {count} "
+    "shipped scenes need the feature.\n"
     "`ghostball engines NAME` lists all features and settings, and why an engine is unavailable; "
     "with --recipe, it prints the best settings of the engine as a program ({recipes})."
 )
@@ -47,8 +47,8 @@ SETTINGS_KEY = (
 def run(asked: EnginesOptions) -> ExitStatus:
     """List or describe engines, print recipes, check the installation, or measure time steps.
 
-    Raises `typer.BadParameter` if options contradict each other, `EngineError` if there is no
-    engine of a name.
+    Raises `typer.BadParameter` if options contradict each other, `EngineError` if no engine has a
+    given name.
     """
     context, names = asked.context, asked.names or ()
     if asked.steps:
@@ -205,7 +205,7 @@ def _capability_rows(capabilities: Mapping[Feature, Capability]) -> dict[str, st
 
 
 def _defaults(settings: type[EngineSettings]) -> str:
-    """Return all settings with their defaults, and the other choices of settings that have some."""
+    """Return all settings with their defaults and, for a choice, the other values."""
     properties = settings.model_json_schema()["properties"]
     shown = []
     for key, default in known_settings(settings).items():

@@ -66,8 +66,9 @@ def run(asked: InitOptions) -> ExitStatus:
         )
     elif not begun:
         say(
-            "Next: `ghostball validate` measures its errors, and says which command finds their "
-            'cause. Later, `ghostball regress` and `ghostball accept --reason "..."` detect changes'
+            "Next: `ghostball validate` measures the errors of your engine, and names the command "
+            "that finds their cause. Later, `ghostball regress` and `ghostball accept --reason "
+            '"..."` detect changes'
         )
     if ci:
         say(f"{WORKFLOW} compares each push with the baselines of `ghostball accept`: commit both")

@@ -74,8 +74,8 @@ def _kernels() -> CheckedItem:
         return "kernels", GOOD, f"{len(files)} compiled kernels came with Ghostball"
     if find_spec("numba") is None:
         detail = (
-            "none that came with Ghostball fits here, and no compiler is installed. Run `pip "
-            "install '.[compiler]'` in a clone of Ghostball"
+            "no kernel that came with Ghostball fits this machine, and no compiler is installed. "
+            "Run `pip install '.[compiler]'` in a clone of Ghostball"
         )
         return "kernels", BROKEN, detail
     directory = cache.directory()
@@ -87,9 +87,7 @@ def _kernels() -> CheckedItem:
         return "kernels", BROKEN, detail
     kept = [path for path in directory.iterdir() if path.suffix in {".so", ".o"}]
     size = sum(path.stat().st_size for path in kept)
-    detail = (
-        f"compiled when they are first needed; {len(kept)}, {size / 1e6:.1f} MB, in {directory}"
-    )
+    detail = f"compiled when first needed; {len(kept)} files, {size / 1e6:.1f} MB, in {directory}"
     return "kernels", GOOD, detail
 
 

@@ -37,7 +37,7 @@ def run(asked: ScenesOptions) -> ExitStatus:
     elif asked.export is not None:
         _export(select(asked.wanted or ()), asked.export, for_pooltool=asked.pooltool)
     elif asked.pooltool:
-        refuse_given(asked.context, "it needs `--export`", "pooltool")
+        refuse_given(asked.context, "the option needs `--export`", "pooltool")
     elif asked.schema:
         typer.echo(json_schema())
     else:

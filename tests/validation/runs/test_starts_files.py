@@ -158,6 +158,6 @@ def test_the_command_writes_a_file_for_each_shard(tmp_path, monkeypatch):
     found = polars.read_parquet("shots/*.parquet")
     assert found["shot"].to_list() == list(range(12))
     assert refused(cli("run", DRAW, "--starts", file, "--shard", "65/64"), "got '65/64'")
-    assert refused(cli("run", DRAW, "--shard", "1/2"), "it needs `--starts`")
+    assert refused(cli("run", DRAW, "--shard", "1/2"), "the option needs `--starts`")
     assert refused(cli("run", DRAW, "--starts", file, "-e", "pymunk"), "Remove `--engine`")
     assert refused(cli("run", DRAW, "--starts", file, "--out", "strokes.csv"), "can't write")
