@@ -1,4 +1,4 @@
-"""The gravest of several statuses is the one that a command ends with."""
+"""A command ends with the most severe of several statuses."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""What `import validation` gives, and what it doesn't cost."""
+"""`import validation` provides its names, and imports no large package."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_a_name_that_is_none_is_refused():
 
 
 def test_a_process_for_tasks_imports_nothing_of_what_they_do():
-    # Breaks where each process of a pool imports the whole suite before its first task.
+    # Fails if each process of a pool imports the whole suite before its first task.
     names = ("ghostball.engine", "numpy", "numba", "ghostball.validation.suite.suite")
     heavy = f"[name for name in {names} if name in modules]"
     code = f"import ghostball.validation.parallel.pool; from sys import modules; print({heavy})"

@@ -1,4 +1,4 @@
-"""Best settings: those of the committed search, and those that a search finds here again."""
+"""Best settings: the committed search has them, and a search finds them again."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def off_banks(**cushion: float | str) -> list[float]:
 
 
 def sought(off, names, **fixed):
-    """Return the numbers of a cushion that come nearest, by name, and how far off they leave it."""
+    """Return the best numbers of a cushion, by name, and the rms of the remaining differences."""
 
     def residuals(numbers):
         return off(**fixed, **dict(zip(names, map(float, numbers), strict=True)))
 
-    # Differences of a thousandth: operators sample what they read.
+    # Differences of a thousandth, because the operators read samples.
     start = [0.9, 0.05][: len(names)]
     found = least_squares(residuals, start, bounds=(0.0, 1.0), diff_step=1e-3)
     return dict(zip(names, found.x, strict=True)), float(np.sqrt(np.mean(found.fun**2)))
@@ -84,7 +84,7 @@ def test_a_search_finds_the_cushion_of_the_preset_snooker_again():
     snooker = Physics(preset="snooker")
     assert found == pytest.approx({name: getattr(snooker, name) for name in names}, abs=1e-3)
     assert typical == pytest.approx(0.080, abs=0.001)
-    # No friction and no height of the nose were sought: they are Mathavan's.
+    # The friction and the height of the nose weren't fitted: they are Mathavan's values.
     _, of_han = sought(off_rebounds, names, cushion="han2005")
     assert of_han > 2.0 * typical
     _, of_one_number = sought(off_rebounds, names[:1], cushion_restitution_loss=0.0)

@@ -1,4 +1,4 @@
-"""Breaks: the same for the same number, of the stated setup; counts and their errors."""
+"""Breaks: each number has one reproducible break of its setup; counts have standard errors."""
 
 from __future__ import annotations
 
@@ -93,8 +93,8 @@ def test_breaks_as_arrays_are_breaks_as_scenes():
 def test_what_fell_is_counted():
     eight = FIRST.ids.index("8")
     fell = np.zeros((4, 16), dtype=np.bool_)
-    fell[0, 0] = True  # a scratch
-    fell[1, [0, 3]] = True  # a scratch and a ball
+    fell[0, 0] = True  # the cue ball
+    fell[1, [0, 3]] = True  # the cue ball and an object ball
     fell[2, [6, eight]] = True
     assert BreakCounts.of(fell, eight) == (4, 2, 1, 2, 1, 3)
 

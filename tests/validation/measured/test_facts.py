@@ -1,4 +1,4 @@
-"""Facts: each table is whole and cited; one that isn't is refused by file, field and rule."""
+"""Facts: each table is complete and cited; an error names the file, the field and the rule."""
 
 from __future__ import annotations
 

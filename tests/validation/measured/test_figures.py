@@ -1,4 +1,4 @@
-"""Families of figures: how far off they are, and what stands for those that an engine lacks."""
+"""Families of figures: their differences from measurements, and the text for unsupported ones."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_a_family_of_an_engine_has_figures_or_says_why_not(fields):
 
 
 def test_what_grades_has_errors():
-    """Breaks where a record that somebody edited is refused by a page alone, half made."""
+    """Fails if an edited record is refused only while a page is being written."""
     known = family("rolling", 1.0)
     unknown = tuple(one.model_copy(update={"error": None}) for one in known.figures)
     wrong = known.model_copy(update={"figures": unknown})

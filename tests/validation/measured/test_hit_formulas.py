@@ -1,4 +1,4 @@
-"""Closed forms of hits: known limits, our engine, and the errors that inputs give them."""
+"""Closed forms of hits: known limits, agreement with our engine, and errors from their inputs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_elastic_balls_without_friction_do_as_wallace_and_schroeder_say(cut):
 
 @pytest.mark.parametrize("row", facts_of("hits-materials").rows, ids=lambda row: row.what)
 def test_our_engine_gives_the_directions_of_the_formula(row):
-    """In slip, and for rubber with a contact that sticks."""
+    """Contacts slip, except for rubber balls, whose contact sticks."""
     physics = Physics(motion="sliding", ball_restitution=row.value, ball_friction=row.place)
     for figure in (one for hit in material_hits(PLAY, physics, row) for one in hit):
         assert figure.played == pytest.approx(figure.value, abs=2e-3)

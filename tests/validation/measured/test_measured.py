@@ -23,7 +23,7 @@ from ghostball.validation.measured.table_agreement import (
 )
 from ghostball.validation.measured.tracks import Surface, Track
 
-# Families of hits: speeds and ways after oblique ones, and throw; shown, but not graded
+# Families of hits: speeds and directions after oblique hits, and throw; shown, but not graded
 
 
 def of(spec, facts):
@@ -44,7 +44,7 @@ def test_hits_are_off_by_some_percent_and_degrees(spec):
 
 
 def test_the_hit_that_differs_from_all_models_is_one():
-    # A cut of 33.83 degrees; the authors' model is as far off there.
+    # A cut of 33.83 degrees, in which the authors' model has the same difference.
     _, angle = of("ghostball", "hits-snooker")
     off = sorted(abs(one.difference) for one in angle.figures)
     assert off[-2] < 1.2
@@ -69,7 +69,7 @@ def test_an_engine_whose_balls_only_roll_says_so():
     assert throw.lacks.startswith("it has no sliding")
 
 
-# The operator of slid banks: mirrors and plain restitution lead where geometry says
+# The operator of slid banks: for simple cushion laws, geometry gives the result
 
 
 PLAY = partial(simulate, record="trajectory")
@@ -83,7 +83,7 @@ ACROSS, BEHIND = 48.25 / 12.5, 4.25 / 12.5
 def test_on_smooth_cloth_the_way_back_is_wider_by_the_restitution(restitution):
     law = {"cushion": "restitution", "cushion_restitution": restitution}
     for aim, found in zip(AIMS, through_points(PLAY, Physics(**SMOOTH, **law), AIMS), strict=True):
-        # From the groove at aim + slope * behind, it comes back by slope / restitution * across.
+        # The ball starts at aim + slope * behind, and returns by slope / restitution * across.
         slope = aim / (ACROSS / restitution - BEHIND)
         assert found == pytest.approx(aim + slope * (ACROSS + 2.0 * BEHIND), rel=1e-6)
 
@@ -104,7 +104,7 @@ def test_a_speed_that_is_not_known_moves_them_by_less_than_tables_differ(speed, 
         assert abs(one - other) < 0.8 * row.uncertainty
 
 
-# The operator of cushion contacts: known rebounds are found again, and what isn't free is not
+# The operator of cushion contacts finds known rebounds, and skips contacts near other bodies
 
 
 SURFACE = Surface(2.84, 1.42, 0.03075)
@@ -112,7 +112,7 @@ TIMES = np.arange(0.0, 3.0, 0.02)
 
 
 def rebound(ratio: float, at: float = 1.0, noise: float = 0.0) -> Track:
-    """Return a ball that comes straight to the right cushion at 0.8 m/s, along it at 0.3 m/s."""
+    """Return a ball that hits the right cushion with 0.8 m/s across it and 0.3 m/s along it."""
     since = TIMES - at
     away = np.where(since < 0.0, -0.8 * since, 0.8 * ratio * since)
     x = SURFACE.length - SURFACE.radius - away
@@ -141,7 +141,7 @@ def test_what_begins_too_late_or_passes_a_ball_does_not_count():
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_ball_that_slides_before_or_after_does_not_count(sign):
-    # Heated cloth takes 0.13 g from it, in whatever direction.
+    # On heated cloth, a sliding ball decelerates by 0.13 g.
     track = rebound(0.55)
     since = np.maximum(sign * (TIMES - 1.0), 0.0)
     slides = track.positions + np.column_stack([0.0 * since, 0.5 * 0.13 * 9.81 * since**2])
@@ -158,7 +158,7 @@ def test_samples_that_are_missing_or_cover_little_do_not_count():
     assert len(cushion_contacts({"cue": without(1.1, 1.25)}, SURFACE)) == 1
     assert cushion_contacts({"cue": without(1.1, 1.35)}, SURFACE) == []
     assert cushion_contacts({"cue": without(0.61, 0.79)}, SURFACE) == []
-    assert cushion_contacts({"cue": without(0.9, 1.1)}, SURFACE) == []  # none near the cushion
+    assert cushion_contacts({"cue": without(0.9, 1.1)}, SURFACE) == []  # no sample near the cushion
 
 
 def test_another_cushion_in_the_windows_does_not_count():
@@ -168,7 +168,7 @@ def test_another_cushion_in_the_windows_does_not_count():
     assert cushion_contacts({"cue": corner}, SURFACE) == []
 
 
-# Families of cushions: rebounds of two games and banks, of our engine and of others
+# Families of cushions: rebounds in two games and banks, for our engine and others
 
 
 def test_our_engine_comes_near_to_rebounds_of_carom():
@@ -176,7 +176,7 @@ def test_our_engine_comes_near_to_rebounds_of_carom():
     assert len(ratio.figures) == 10
     assert ratio.typical < 1.5
     assert ratio.most < 2.5
-    # A law of two numbers doesn't fall quite as what was measured does.
+    # A law with two numbers doesn't fall exactly like the measured restitution.
     assert 2.0 < slope.most < 3.0
 
 
@@ -214,7 +214,7 @@ def test_an_engine_that_turns_no_balls_says_so(facts):
     assert family.lacks == "it has no cushion law that changes spin"
 
 
-# How like a real table engines can be: every family, and what each engine lacks
+# Agreement with measurements: every family, and the families that an engine lacks
 
 
 GRADED = ["cushion", "cushion-slope", "rolling-pool", "banks-pool"]
@@ -250,7 +250,7 @@ def test_an_engine_that_mentions_few_features_lacks_the_others(spec):
     assert all(family.lacks for family in families.values())
 
 
-# What operators have in common: how the cloth slows a ball, and the balls of each game
+# Shared code of operators: the deceleration by the cloth, and the balls of each game
 
 
 def test_a_ball_that_rolls_is_slowed_by_both_parts_of_the_cloth():
@@ -258,7 +258,7 @@ def test_a_ball_that_rolls_is_slowed_by_both_parts_of_the_cloth():
     assert rolling_deceleration(physics, 2.0) == pytest.approx(0.0981 + 0.08)
 
 
-# Rebounds: the preset `carom` against the measured ones, and how a square one is read
+# Rebounds: the preset `carom` agrees with measurements; the operator of square rebounds
 
 
 @pytest.mark.parametrize("degrees", [5.0, 45.0])
@@ -280,7 +280,7 @@ SLIDES = {"motion": "sliding", "rolling_friction": 0.0128, "sliding_friction": 0
 
 @pytest.mark.parametrize("speed", [0.28, 1.0, 3.5])
 def test_a_square_rebound_has_the_speeds_right_before_and_after_the_contact(speed):
-    # Once it rolls again, a ball that kept its spin would have (5 e - 2) / 7 of its speed, 0.29.
+    # A ball that kept its spin would have (5 e - 2) / 7 = 0.29 of its speed once it rolls again.
     physics = Physics(**SLIDES, cushion="restitution", cushion_restitution=0.8)
     contact = square_rebound(PLAY, physics, speed)
     assert contact.speed_before == pytest.approx(speed, rel=1e-4)
@@ -303,7 +303,7 @@ def test_a_square_rebound_is_the_law_s_own(law):
     assert contact.speed_after == pytest.approx(-after, rel=2e-3)
 
 
-# What no operator can read is said
+# A motion that an operator can't read is an error
 
 
 def law(restitution: float, along: float = 1.0) -> Physics:

@@ -1,4 +1,4 @@
-"""The operators of oblique hits and of throw: closed forms and published models come out again."""
+"""The operators of oblique hits and throw reproduce closed forms and published models."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_throw_is_what_friction_makes_of_it():
 @pytest.mark.parametrize("gap", [0.0, 1e-4, 3e-3])
 @pytest.mark.parametrize("angle", [30.0, 45.0])
 def test_a_ball_passes_throw_on(angle, gap):
-    """A ball that is hit full slides; so friction throws the next ball as a cue ball would."""
+    """A ball after a full hit slides, so it throws the next ball as a cue ball would."""
     smooth = passed_throw(PLAY, Physics(motion="sliding"), 1.0, angle, gap)
     assert smooth == pytest.approx(0.0, abs=2e-3)
     rough = passed_throw(PLAY, Physics(motion="sliding", ball_friction=0.05), 1.0, angle, gap)

@@ -1,4 +1,4 @@
-"""The operator of rolling: known decelerations are found again, and the preset has the measured."""
+"""The operator of rolling finds known decelerations; the preset has the measured values."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_samples_that_are_missing_or_bend_make_no_window():
 
 def test_the_preset_carom_slows_balls_as_was_measured():
     for row in facts_of("rolling-carom").rows:
-        start = row.at + 1.1 * row.value  # so that the first window has it in its middle
+        start = row.at + 1.1 * row.value  # the first window is centred on this speed
         ball = Ball(id="cue", position=(1.0, 1.0), velocity=(start, 0.0), radius=0.03075)
         scene = Scene(name="rolls", balls=[ball], t_max=3.0, physics=Physics(preset="carom"))
         tracks = tracks_of(simulate(scene, record="trajectory"))

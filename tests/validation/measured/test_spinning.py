@@ -1,4 +1,4 @@
-"""The operator of a golf ball that spins and rolls: the rates of the physics come out again."""
+"""The operator of a golf ball that spins and rolls finds the decelerations of the physics."""
 
 from __future__ import annotations
 

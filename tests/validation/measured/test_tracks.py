@@ -1,4 +1,4 @@
-"""Files of tracks: what is read, and each thing that is refused, by file, line and expectation."""
+"""Files of tracks: valid files are read; errors name the file, the line and the expectation."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_a_centred_table_has_its_own_limits(tmp_path):
 
 @pytest.mark.parametrize("place", ["shot", "x"])
 def test_a_huge_field_is_refused_in_one_short_line(tmp_path, place):
-    # Python's reader gave up with an error that nobody caught.
+    # Python's CSV reader raises an error, which must be caught.
     row = {"shot": "1", "ball": "cue", "t": "0", "x": "0", "y": "0"} | {place: "9" * 2_000_000}
     with pytest.raises(TracksError) as refused:
         read(tmp_path, "shot,ball,t,x,y\n" + ",".join(row.values()) + "\n")
@@ -107,7 +107,7 @@ def test_a_huge_field_is_refused_in_one_short_line(tmp_path, place):
 
 
 def test_a_byte_order_mark_is_no_part_of_the_header(tmp_path):
-    # Excel writes one where it is asked for CSV in UTF-8.
+    # Excel writes a byte order mark into CSV files in UTF-8.
     assert read(tmp_path, "\ufeff" + GOOD.partition("\n")[2]).keys() == {"1", "2"}
 
 

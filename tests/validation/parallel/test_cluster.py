@@ -1,4 +1,4 @@
-"""Tasks on a Dask cluster: the same answers as on one machine, whatever crashes on the way."""
+"""Tasks on a Dask cluster have the same answers as on one machine, even if processes crash."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ LIMIT = limit_of(60.0)
 
 
 def pids(path: Path) -> list[list[int]]:
-    """Return worker and process of each time that a task was begun."""
+    """Return the worker and the process of each start of the task."""
     if not path.exists():
         return []
     return [list(map(int, line.split())) for line in path.read_text().splitlines()]
 
 
 def until(true, seconds: float = 30.0) -> None:
-    """Wait until something is so."""
+    """Wait until `true()` is true; fail after `seconds` [s]."""
     deadline = time.monotonic() + seconds
     while not true():
         assert time.monotonic() < deadline
@@ -44,7 +44,7 @@ def until(true, seconds: float = 30.0) -> None:
 
 
 def is_running(pid: int) -> bool:
-    """Whether a process is there that hasn't ended."""
+    """Return whether a process exists and hasn't ended."""
     with suppress(FileNotFoundError):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     return False
@@ -109,9 +109,9 @@ def test_a_worker_that_is_killed_costs_nothing(tmp_path):
         ((worker, process),) = pids(note)
         os.kill(worker, signal.SIGKILL)
         got += answers
-        until(lambda: not is_running(process))  # it ends with its worker
+        until(lambda: not is_running(process))  # the process ends with its worker
     assert sorted(got) == sorted(f"done {task}" for task in tasks)
-    assert len({worker for worker, _ in pids(note)}) == 2  # another one did it again
+    assert len({worker for worker, _ in pids(note)}) == 2  # another worker repeated the task
 
 
 @pytest.mark.slow
@@ -144,7 +144,7 @@ ENGINE = "engine_of_cluster:simulate"
     ids=["lacks it", "another version", "can't import it"],
 )
 def test_workers_with_another_engine_are_refused(tmp_path, monkeypatch, theirs, said):
-    # The verdict was one of the worker's version, or there was none and the command passed.
+    # Otherwise the verdict would be about the worker's version of the engine.
     ours, others = tmp_path / "ours", tmp_path / "theirs"
     for folder, text in ((ours, "def simulate(scene): ..."), (others, theirs)):
         folder.mkdir()

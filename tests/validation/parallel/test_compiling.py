@@ -1,4 +1,4 @@
-"""Variants of the kernels are compiled side by side, once each."""
+"""Missing kernels are compiled in parallel, once each."""
 
 import pickle
 
@@ -11,7 +11,7 @@ SCENES = [find_scene(name) for name in ("stop", "half-ball-cut", "mathavan-cut")
 
 
 class Part:
-    """Stands for a kernel."""
+    """A substitute for a kernel."""
 
     def __init__(self, name, *, made=False):
         self.name, self.is_made = name, made
@@ -22,7 +22,7 @@ class Part:
 
 @pytest.fixture
 def parts(monkeypatch):
-    """Have these parts asked for; return the list of those that were made, and by how many."""
+    """Return a function that sets the needed kernels and returns the list of compiled ones."""
 
     def asked(*given):
         asked_for = [Part(name, **options) for name, options in given]
@@ -55,7 +55,7 @@ def test_what_is_compiled_is_counted_from_the_start(parts, caplog):
     said = []
     compiling.compile_kernels(SCENES, 1, compiling=lambda *one: said.append(one))
     assert said == [(0, 2, ""), (1, 2, "a"), (2, 2, "c")]
-    assert caplog.text == ""  # who counts, says it
+    assert caplog.text == ""  # a caller that counts also reports the progress
 
 
 def test_what_is_made_is_not_counted_again(parts):

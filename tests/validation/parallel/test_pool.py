@@ -1,4 +1,4 @@
-"""Work in processes: a task that crashes or hangs costs itself, and no process is left behind."""
+"""Work in processes: a crash or a hang affects only its task, and no process is left running."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_with_a_limit_one_job_is_another_process_and_a_crash_costs_its_task():
 
 
 def test_a_process_that_ends_as_if_all_were_well_has_crashed_too():
-    # Without a limit of time nothing else would end the wait for it.
+    # Without a time limit, nothing else would end the wait.
     found = results(["crash 0", "a", "b"], jobs=2, limit=None)
     assert sorted(found) == [
         "crash 0: its process crashed (exit code 0)",
@@ -72,7 +72,7 @@ def test_tasks_are_taken_as_processes_become_free():
     with closing(run_tasks(endless(), 2, work)) as found:
         for number in range(5):
             next(found)
-            assert len(taken) <= number + 2 + 1  # those before, those at work, the one given
+            assert len(taken) <= number + 2 + 1  # finished tasks, tasks in both processes, this one
 
 
 def test_a_hang_is_ended_and_a_task_may_have_a_limit_of_its_own():
@@ -94,10 +94,10 @@ def test_one_that_lets_no_handler_run_or_ignores_its_end_is_ended_at_once(task):
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 def test_a_process_that_crashes_while_idle_costs_no_task():
-    # Breaks where the next task is blamed for what the one before left behind.
+    # Fails if the next task is blamed for a crash that an earlier task caused.
     def tasks():
         yield "later"
-        time.sleep(0.5)  # until it is dead
+        time.sleep(0.5)  # until the process has crashed
         yield "a"
 
     assert results(tasks()) == ["done later", "done a"]
@@ -105,7 +105,7 @@ def test_a_process_that_crashes_while_idle_costs_no_task():
 
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
 def test_a_process_that_crashes_in_the_midst_of_its_answer_costs_its_task():
-    # Breaks where half a message ends the whole run with an OSError.
+    # Fails if an incomplete message ends the whole run with an OSError.
     found = results(["half", "a"])
     assert found == ["half: its process crashed (exit code 3)", "done a"]
 
@@ -121,7 +121,7 @@ def test_a_process_that_crashes_in_the_midst_of_its_answer_costs_its_task():
     ],
 )
 def test_what_a_task_started_ends_with_its_process(tmp_path, child, then, outcome):
-    # Without a process group it ran on for ever, and held the output of whoever ran us.
+    # Without a process group, a started program would continue, and keep our output open.
     os.mkfifo(tmp_path / "pipe")
     with (
         closing(run_tasks([f"start {child} {tmp_path / 'pipe'} {then}"], 1, work, 2.0)) as found,
@@ -131,13 +131,13 @@ def test_what_a_task_started_ends_with_its_process(tmp_path, child, then, outcom
         (done,) = found
     assert done.crashed == outcome
     with pipe.result() as file:
-        assert read_to_end(file) == b"there\n"  # it ends when nobody holds the other end
+        assert read_to_end(file) == b"there\n"  # the pipe ends when no process holds it
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks are POSIX")
 @pytest.mark.parametrize("limit", [LIMIT, None], ids=["other process", "this process"])
 def test_a_child_that_returns_ends_and_its_parent_answers(limit):
-    # Both answered through one pipe, or both continued as the harness.
+    # Otherwise both would answer through one pipe, or both would continue as the harness.
     with closing(run_tasks(["fork 0.5", "a"], 1, work, limit)) as found:
         assert [(done.given, done.crashed) for done in found] == [
             ("done fork 0.5", ""),
@@ -154,14 +154,14 @@ def test_an_answer_that_cannot_be_read_costs_its_task():
 
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
 def test_an_answer_without_an_end_is_given_up_in_time():
-    # It was waited for without a limit.
+    # The wait for the rest of an answer must have a limit.
     found = results(["header", "a"], limit=lambda one: 0.5 if one == "header" else 60.0)
     said = "header: it exceeded the time limit of 0.5 s while it returned its answer"
     assert found == [said, "done a"]
 
 
 def test_a_process_does_tasks_of_one_kind_only():
-    # Breaks where what one engine leaves behind, such as a patched function, acts on another one.
+    # Fails if a patched function of one engine affects another engine.
     tasks = ["pid a", "pid b", "pid a", "pid b", "pid a"]
     with closing(run_tasks(tasks, 1, work, LIMIT, kind=lambda task: task[-1])) as found:
         first, other, *rest = [done.given for done in found]
@@ -177,7 +177,7 @@ def test_a_process_that_cannot_start_costs_a_task_each():
 
 
 def test_a_task_and_an_answer_of_many_megabytes_pass():
-    # Breaks where one side waits for the other to read before it reads itself.
+    # Fails if both sides wait for the other side to read.
     long = "a" * 30_000_000
     assert results([long, long], jobs=2) == [f"done {long}"] * 2
 
@@ -220,7 +220,7 @@ def test_a_worker_whose_parent_is_killed_ends(tmp_path, task):
         assert worker.readline() == b"at work\n"
         parent.kill()
         assert parent.communicate(timeout=60.0) == (b"", b"")
-        assert read_to_end(worker) == b""  # once the worker, which holds the other end, is gone
+        assert read_to_end(worker) == b""  # the pipe ends with the worker
 
 
 PARENT = """
@@ -244,7 +244,7 @@ if __name__ == "__main__":
 
 @pytest.mark.skipif(os.name == "nt", reason="signals to a process group are POSIX")
 def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
-    # A terminal signals the whole process group: workers must not answer it themselves.
+    # A terminal signals the whole process group, but only the parent may react.
     script, said = tmp_path / "parent.py", tmp_path / "said"
     script.write_text(INTERRUPTED)
     os.mkfifo(said)
@@ -263,9 +263,9 @@ def test_ctrl_c_in_a_terminal_is_for_the_parent_alone(tmp_path):
         try:
             rest, errors = parent.communicate(timeout=60.0)
         except subprocess.TimeoutExpired:
-            os.killpg(parent.pid, signal.SIGKILL)  # else this test would wait for the tasks' end
+            os.killpg(parent.pid, signal.SIGKILL)  # so that the test doesn't wait for the tasks
             raise
-        assert read_to_end(workers) == b""  # once they, who hold the other end, are gone
+        assert read_to_end(workers) == b""  # the pipe ends with the workers
     assert (rest, errors) == (b"interrupted\n", b"")
     assert parent.returncode == 130
 
@@ -302,13 +302,13 @@ def test_what_a_task_prints_is_kept_with_it_and_goes_nowhere_else(capfd, limit):
     tasks = ["a", "b", "crash 3", "c"] if limit else ["a", "b"]
     with closing(run_tasks(tasks, 1, say, limit)) as found:
         heard = [(done.task, done.printed) for done in found]
-    assert [task for task, _ in heard] == tasks  # also of the one that crashed
+    assert [task for task, _ in heard] == tasks  # with the output of the crashed task
     for task, text in heard:
         assert text.splitlines()[0] == f"said {task}"
         assert ("and more" in text) is (limit is not None)
     seen = capfd.readouterr()
     assert seen.out == ""
-    assert ("and more" in seen.err) is (limit is None)  # our own messages may be on their way there
+    assert ("and more" in seen.err) is (limit is None)  # stderr may also carry our messages
 
 
 def test_what_a_process_does_first_is_in_no_limit_of_a_task():

@@ -1,4 +1,4 @@
-"""The code that runs here: every source is in its hash."""
+"""The hash of the code includes every source file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ghostball.validation.parallel.sources import (
     source_folders,
 )
 
-# What holds the packages: a checkout, or where a wheel is installed.
+# Folder of the packages: a checkout, or the folder of an installed wheel.
 ROOT = Path(ghostball.validation.parallel.sources.__file__).parents[2]
 
 
@@ -41,9 +41,9 @@ def test_the_hash_of_sources_sees_every_change(tmp_path: Path) -> None:
     hashes.append(hash_sources(folders))
     (inner / "page.html").write_text("{{ text }}")
     hashes.append(hash_sources(folders))
-    (inner / "capabilities.toml").write_text("[p.always]")  # whether a scene is refused
+    (inner / "capabilities.toml").write_text("[p.always]")  # decides which scenes are refused
     hashes.append(hash_sources(folders))
-    (tmp_path / "p" / "a.py").write_text("x = 1y")  # not distinguished by joined contents alone
+    (tmp_path / "p" / "a.py").write_text("x = 1y")  # the joined contents of the files are unchanged
     (tmp_path / "p" / "b.py").write_text(" = 2")
     hashes.append(hash_sources(folders))
     assert len(set(hashes)) == len(hashes)
@@ -59,7 +59,7 @@ def test_all_our_sources_are_hashed() -> None:
     wanted = {
         path.relative_to(ROOT).as_posix()
         for p in OUR_PACKAGES
-        # A wheel brings libraries of the kernels.
+        # A wheel contains the libraries of the kernels.
         for name in ("*.py", "*.mjs", "*.so", "capabilities.toml")
         for path in (ROOT / p).rglob(name)
     }
@@ -81,7 +81,7 @@ FILES = {
 
 @pytest.fixture
 def guest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the folder of an engine that imports other modules, which aren't installed."""
+    """Return the folder of an engine that imports modules which aren't installed."""
     for name, text in FILES.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)

@@ -1,4 +1,4 @@
-"""Fails where a point, a time or a reason is wrong, or an interrupt loses what was measured."""
+"""Points, times and reasons of measurements are right, and an interrupt loses no measurement."""
 
 import pytest
 from toy_engines import NoSettings, ToyEngine, ToySettings, cut, other_shot, roll
@@ -25,7 +25,7 @@ def _short_ladders(monkeypatch):
 
 @pytest.fixture
 def engines(monkeypatch):
-    """Engines by label, instead of those that are installed."""
+    """Return a dict of engines by label that replace installed engines."""
     made = {}
     honest = precision.make_engine
     monkeypatch.setattr(
@@ -68,7 +68,7 @@ def test_the_planted_error_is_found(engines, order, slope):
 
 
 def test_a_whole_call_takes_at_least_what_the_engine_reports(engines):
-    """Fails where the time of one engine is its kernel's and another's that of its whole call."""
+    """Fails if the time of one engine excludes the call, but that of another includes it."""
     for point in measure(["ghostball", "pymunk:dt=5e-3"]).points:
         assert 0.0 < point.seconds <= point.call_seconds
 
@@ -77,7 +77,7 @@ def test_the_phases_of_a_step_are_the_error_bar(engines):
     engines["toy"] = ToyEngine(ToySettings(sawtooth=0.5, dt=0.013))
     (point, *_) = measure(["toy"], rounds=4).points
     assert point.error_low < point.error < point.error_high
-    # Four phases of a sawtooth of height 0.5 h.
+    # Four phases of a sawtooth with the height 0.5 dt.
     assert point.error_high - point.error_low == pytest.approx(0.75 * 0.5 * 0.013, rel=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""The same shot begun earlier."""
+"""The same shot from an earlier start."""
 
 import numpy as np
 import pytest

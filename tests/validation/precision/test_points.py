@@ -1,4 +1,4 @@
-"""Fails where the step that is called worth it is another one than the rule says."""
+"""The recommended time step follows the rule."""
 
 import pytest
 
@@ -14,7 +14,7 @@ from ghostball.validation.results.measurement import MeasurementError
 
 
 def ladder(errors: dict[float, float]) -> list[PrecisionPoint]:
-    """Return an engine's points, of steps [s] and the errors that they come to [m]."""
+    """Return the points of an engine from its errors [m] by time step [s]."""
     return [
         PrecisionPoint(
             scene="cut",
@@ -35,7 +35,7 @@ def ladder(errors: dict[float, float]) -> list[PrecisionPoint]:
 
 
 def test_it_is_where_the_floor_begins():
-    # First order down to 1e-5 m, where something else than the step decides.
+    # The error is of first order down to 1e-5 m; below, the step doesn't determine it.
     mine = ladder({1e-2: 1e-2, 1e-3: 1e-3, 1e-4: 1e-4, 1e-5: 1.1e-5, 1e-6: 1e-5})
     assert knee_of(mine).step == 1e-5
     assert knee_text(mine) == "10 µs"

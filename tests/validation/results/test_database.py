@@ -1,4 +1,4 @@
-"""The database of a folder: changed wholly or not at all; what can't be used is said in a line."""
+"""The database of a folder: changes are atomic, and unusable files are refused with a message."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def got(folder: Path) -> str:
 
 
 def in_other_process(folder: Path, *lines: str) -> subprocess.Popen[str]:
-    """Start a process that runs `lines` in `with`, with `folder` and all of the module's names."""
+    """Start a process that runs `lines`; they may use `folder` and the names of the module."""
     script = (
         "import os, sys, time; from pathlib import Path; folder = Path(sys.argv[1])\n"
         "from ghostball.validation.results.database import *\n"
@@ -74,7 +74,7 @@ def test_a_change_is_whole_or_not_at_all(tmp_path: Path, raised: type[BaseExcept
             put_suite(database, "after")
             database.execute("DELETE FROM documents")
             raise raised
-        with transaction(database):  # the next one is free of it
+        with transaction(database):  # the next transaction starts without this change
             put_document(database, "regression", "{}")
     assert got(tmp_path) == "before"
     assert documents_in(tmp_path) == {"suite", "regression"}
@@ -113,7 +113,7 @@ def test_a_killed_process_loses_nothing_that_it_had_committed(tmp_path: Path) ->
 
 
 def refused(folder: Path) -> str:
-    """Return what is said of a database by who reads and by who writes it: the same, in a line."""
+    """Return the message about an unusable database, which is the same for reading and writing."""
     said = set()
     for use in (got, lambda one: put(one, "more")):
         with pytest.raises(ResultsError) as error:
@@ -155,7 +155,7 @@ DAMAGE: list[tuple[Callable[[Path], object], str]] = [
         "damaged (CHECK constraint failed in documents)",
     ),
 ]
-"""What may have become of the file, and what is said of it."""
+"""Damage to the file, and a part of the message."""
 
 
 @pytest.mark.parametrize(("damage", "said"), DAMAGE)
@@ -175,7 +175,7 @@ def test_what_cannot_be_used_is_said_and_stays(
 def test_nobody_sees_a_database_before_it_is_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Breaks where who looks at a folder while a run begins takes it for somebody else's.
+    # Fails if a process that reads the folder while a run starts finds a foreign database.
     with monkeypatch.context() as killed:
         killed.setattr(Path, "replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):

@@ -1,4 +1,4 @@
-"""Fails where a file is half written, its fault is worded in riddles, or git is misread."""
+"""Files are written completely or not at all, their errors are clear, and git is read correctly."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ghostball.validation.results.files import (
 )
 from ghostball.validation.results.git import GitError, run_git
 
-# Fails where a file is left half written, or what is wrong with one is worded in riddles.
+# Files are written completely or not at all, and errors in them are clear
 
 
 def test_text_and_bytes_are_written_whole(tmp_path: Path) -> None:
@@ -98,7 +98,7 @@ def test_a_long_value_is_not_shown() -> None:
     assert describe_validation_error(caught.value) == "`parts` must be a valid dictionary"
 
 
-# Fails where git answers for another repository, or its refusal is no error of ours.
+# Git answers for this repository, and its refusal is one of our errors
 
 
 @pytest.fixture
@@ -121,7 +121,7 @@ def test_what_git_prints_is_returned_stripped(checkout: Path) -> None:
 def test_a_hook_of_another_repository_changes_nothing(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Breaks where the variables that git sets for a hook reach the git that is asked."""
+    """Fails if the variables that git sets for a hook redirect our git to another repository."""
     before = git_state(checkout)
     other = make(tmp_path / "other", "second")
     (other / "new").touch()

@@ -1,4 +1,4 @@
-"""The records of a folder: what a run leaves, whatever ends it, and what is refused."""
+"""The records of a folder after complete and interrupted runs, and refused folders."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_earlier_results_stay_until_the_run_begins(tmp_path: Path) -> None:
     writer.write((record("pybullet"), motion()))
     writer.finish("complete")
     assert labels(Results.open(tmp_path).cases) == ["pybullet"]
-    assert (tmp_path / "report.html").exists()  # not the store's to delete
+    assert (tmp_path / "report.html").exists()  # the store doesn't delete other files
 
 
 def test_what_is_not_replaced_yet_is_kept_for_a_next_run(tmp_path: Path) -> None:
@@ -57,13 +57,13 @@ def test_what_would_not_come_again_is_kept_for_nobody(tmp_path: Path) -> None:
     writer = ResultsWriter(tmp_path, "code")
     writer.begin(ENVIRONMENT)
     writer.write((record("pymunk", outcome="failed"), None), "inputs")
-    writer.write((record("pybullet", status="rest"), None))  # an engine whose code nobody knows
+    writer.write((record("pybullet", status="rest"), None))  # an engine with unknown code
     writer.finish("complete")
     assert writer.known() == (0, {})
 
 
 def test_two_writers_are_never_in_one_folder(tmp_path: Path) -> None:
-    # Breaks where their lines interleave, and each deletes the other's motion.
+    # Fails if two writers mix their records or delete each other's motion.
     first = written(tmp_path, record(), finish=False)
     second = ResultsWriter(tmp_path)
     message = (
@@ -86,7 +86,7 @@ def test_two_writers_are_never_in_one_folder(tmp_path: Path) -> None:
 
 
 def test_a_reserved_folder_is_free_only_afterwards(tmp_path: Path) -> None:
-    writer, other = ResultsWriter(tmp_path), ResultsWriter(tmp_path)  # a lock alone is no content
+    writer, other = ResultsWriter(tmp_path), ResultsWriter(tmp_path)  # a lock file isn't content
     with writer.reserved():
         writer.begin(ENVIRONMENT)
         writer.finish("complete")
@@ -106,7 +106,7 @@ def test_a_run_that_is_killed_as_it_begins_leaves_the_folder_ours(
         killed.setattr(Path, "unlink", Mock(side_effect=KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             ResultsWriter(tmp_path)
-    assert contents(tmp_path)  # what it tried the folder with
+    assert contents(tmp_path)  # the test file for write access
     written(tmp_path, record())
     assert set(contents(tmp_path)) - {LOCK} == {DATABASE}
 
@@ -129,7 +129,7 @@ def test_a_file_in_the_way_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_refuses_files_is_found_out_before_the_run(tmp_path: Path) -> None:
-    # /proc takes no files from anyone, root included.
+    # Nobody can create files in /proc, not even root.
     if not Path("/proc/self").exists():
         pytest.skip("no /proc here")
     with pytest.raises(ResultsError, match="can't write the results folder"):

@@ -34,7 +34,7 @@ from ghostball.validation.results.store import (
     has_results,
 )
 
-# What is noted of machine and revision
+# The description of machine and revision
 
 
 def test_the_description_is_plain_and_complete() -> None:
@@ -53,7 +53,8 @@ def test_the_description_is_plain_and_complete() -> None:
 
 
 def test_a_folder_inside_a_repository_is_not_that_repository(tmp_path: Path) -> None:
-    # Else a package in someone's virtual environment would report their revision as its own.
+    # Otherwise a package in a virtual environment would report the revision of the project around
+    # it.
     git(tmp_path, "init", "--quiet")
     inside = tmp_path / "site-packages"
     inside.mkdir()
@@ -76,7 +77,7 @@ def git(folder: Path, *arguments: str) -> None:
     subprocess.run(["git", "-C", str(folder), *arguments], check=True, capture_output=True)
 
 
-# What a stored field may hold: floats read back to the bit, and what is damaged is refused
+# Stored fields: floats read back to the bit, and damaged fields are refused
 
 
 @dataclass
@@ -122,7 +123,7 @@ def test_an_environment_may_say_more_but_nothing_else():
         adapter.validate_python({"git": {"dirty": False}})
 
 
-# Fails where a measurement doesn't read back, is half written, or another file is taken for it
+# Measurements read back, are written completely, and other files are refused
 
 
 class Counted(Measurement):
@@ -164,7 +165,7 @@ def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
         make_folder(tmp_path / "file")
 
 
-# Motions of cases: read back to the bit, named where they are damaged
+# Motions of cases read back to the bit; a damaged motion is named
 
 
 def test_a_motion_reads_back_to_the_bit(tmp_path: Path) -> None:
@@ -191,7 +192,7 @@ def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
     full = record(
         settings={"dt": 1e-4, "contact_steps": "exact", "limit": None},
         status="t-max",
-        reason="line\u2028separator, \x1b and \n",  # what an exception may say
+        reason="line\u2028separator, \x1b and \n",  # an exception may contain these characters
         approximations=("rolling: by a joint",),
         truth="closed form",
         truth_positions=np.array([[0.1 + 0.2, 1 / 3, 5e-324]]),
@@ -224,7 +225,7 @@ def test_a_case_reads_back_to_the_bit(tmp_path: Path) -> None:
 
 
 def test_what_is_not_finite_reads_back_as_nan_or_none(tmp_path: Path) -> None:
-    # The record must stay JSON: NaN and Infinity are not.
+    # The record must be valid JSON, which has no NaN or Infinity.
     blown = record(rest_positions=np.array([[np.nan, np.inf, 1.0]]), rest_time=float("inf"))
     written(tmp_path, blown)
     json.loads(in_database(tmp_path, "SELECT record FROM records"), parse_constant=pytest.fail)
@@ -234,11 +235,11 @@ def test_what_is_not_finite_reads_back_as_nan_or_none(tmp_path: Path) -> None:
     assert read.rest_time is None
 
 
-# The results folder: written case by case, read back to the bit, refused with a reason
+# The results folder is written case by case and reads back to the bit
 
 
 def test_a_run_that_was_killed_reads_back(tmp_path: Path) -> None:
-    # No finish(): what `write` returned from must be on disk already.
+    # Without `finish`: after `write` returns, the case must be on the disk.
     writer = written(tmp_path, record(), finish=False)
     folder = Results.open(tmp_path)
     assert len(folder.cases) == 1
@@ -270,6 +271,6 @@ def test_cases_that_are_reused_keep_their_motion(tmp_path: Path) -> None:
     assert new is not None
     assert np.array_equal(kept.positions, motion().positions)
     assert np.array_equal(new.positions, motion(7).positions)
-    # Of the others nothing is left, not even in a table that no case points to.
+    # Nothing else is left, not even in tables without a reference to a case.
     assert in_database(tmp_path, "SELECT count(*) FROM motions") == 2
     assert in_database(tmp_path, "SELECT count(*) FROM events") == 4

@@ -1,4 +1,4 @@
-"""Tables for anyone: JSON lines, CSV and data frames say the same, to the bit."""
+"""Tables for other programs: JSON lines, CSV and data frames have equal values, to the bit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ghostball.validation.results.store import Check, Motion, Results, ResultsWr
 from ghostball.validation.results.tables import TABLES, export, rows_of
 from ghostball.validation.scenes.library import find_scene
 
-# Rest positions, collisions and energy of a case against the truth, as all outputs show them.
+# Rest positions, collisions and energy of a case compared with the reference, for all outputs.
 
 
 HEAD_ON = find_scene("head-on")
@@ -79,7 +79,7 @@ def test_what_was_not_measured_has_no_value() -> None:
     assert comparisons_of(past) == Comparisons(None, None, nothing, None, None)
 
 
-# The tables of a folder for anyone: JSON lines, CSV and data frames say the same, to the bit.
+# The tables of a folder as JSON lines, CSV and data frames.
 
 
 SCENE = Scene(name="roll", title="größer, |", balls=[Ball(id="cue", position=(0.1, 0.2))])

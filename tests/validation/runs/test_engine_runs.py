@@ -1,4 +1,4 @@
-"""The one door for engines: what they do is their failure, in this process and in another."""
+"""Every engine runs through one function: its faults are its failures, in any process."""
 
 import pytest
 from faulty_engine import Impostor
@@ -66,7 +66,7 @@ def test_ours_runs_in_this_process():
 
 
 def test_another_engine_of_our_name_runs_in_another_process_too():
-    # Where the name alone was compared, its crash ended the command without a word.
+    # If only the name were compared, a crash of this engine would end the command silently.
     engine = Impostor()
     with in_other_process(engine, 60.0) as player:
         assert player is not engine
@@ -75,7 +75,7 @@ def test_another_engine_of_our_name_runs_in_another_process_too():
 
 
 def test_another_process_costs_the_shot_alone(fake, capfd):
-    # One process plays shot after shot; where it crashes or hangs, the next one is as good.
+    # One process simulates all shots; after a crash or a hang, the next shot runs in a new process.
     printed = []
     with in_other_process(fake, 60.0, printed.append) as player:
 
@@ -121,7 +121,7 @@ def test_without_a_limit_it_runs_in_this_process_and_prints_nothing(fake, capfd)
 
 
 def test_where_a_compiler_lacks_no_engine_is_blamed(monkeypatch):
-    """The message says what to install; as a failure it asked to report a bug."""
+    """The message tells the user what to install; a failure would ask for a bug report."""
     lacks = NoCompilerError("numba isn't installed")
 
     def simulate(*_, **__):

@@ -1,4 +1,4 @@
-"""The runner: what has a known key is reused, all else is done and stored as it ends."""
+"""The runner reuses tasks with a known key, runs all other tasks, and stores each when it ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ghostball.validation.runs.runner import run
 
 
 class Notes(RecordStore):
-    """Records that are a task and what came of it."""
+    """Records that consist of a task and its outcome."""
 
     kind = "finding"
     adapter = TypeAdapter(tuple[str, str])

@@ -8,7 +8,7 @@ from ghostball.model import Ball, Physics, Scene
 from ghostball.validation.runs.interleave import Task, interleave
 from ghostball.validation.runs.rolling import rolling_spin
 
-# The timer takes turns, and prepares each task once
+# The timer samples the tasks in turn, and prepares each task once
 
 
 def task_of(name, log, most=None):
@@ -40,7 +40,7 @@ def test_a_slow_task_is_sampled_less_often_and_over_all_rounds(most, rounds, due
     assert [turn for turn in range(rounds) if task.due(turn, rounds)] == due
 
 
-# A ball that is given another velocity still rolls: not one rounding of slip is left
+# A ball with a changed velocity still rolls, without any rounded slip
 
 
 SPEED = st.floats(-10.0, 10.0)

@@ -1,4 +1,4 @@
-"""Sample times of stored motions, and an exact motion's overlaps."""
+"""Sample times of stored motions, and overlaps in exact motions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_too_many_events_are_thinned_evenly_and_the_grid_stays() -> None:
     times = union_times(1.0, events, uniform=11, limit=60)
     assert len(times) <= 60
     assert set(np.linspace(0.0, 1.0, 11)) <= set(times)
-    assert np.max(np.diff(times)) < 0.03  # 49 events, 1/48 s apart: no stretch is left out
+    assert np.max(np.diff(times)) < 0.03  # 49 events, 1/48 s apart: no gap is larger
 
 
 def test_an_event_brings_the_instant_before_it_and_both_are_thinned_together() -> None:
@@ -54,11 +54,12 @@ def test_an_event_brings_the_instant_before_it_and_both_are_thinned_together() -
     many = union_times(1.0, np.linspace(0.0, 1.0, 10_001), uniform=11, limit=60, before=True)
     assert len(many) <= 60
     pairs = np.diff(many) <= np.spacing(many[1:])
-    assert np.count_nonzero(pairs) >= 23  # of 24 events, the one at 0 has no instant before it
+    assert np.count_nonzero(pairs) >= 23  # 24 events; no time comes before the event at 0
 
 
 def test_a_stored_motion_shows_the_overlap_that_the_engine_undid() -> None:
-    # Breaks where only the state after an event is stored: the paper's balls are apart again then.
+    # Fails if only the state after an event is stored, because the paper's algorithm separates the
+    # balls then.
     result = make_engine("paper-discrete").simulate(SHOT, record="trajectory")
     motion = motion_of(result)
     gap = np.linalg.norm(motion.positions[:, 0] - motion.positions[:, 1], axis=1) - 2 * 0.028575
@@ -74,15 +75,15 @@ def test_a_stored_motion_holds_every_event() -> None:
     assert len(motion.times) <= MAX_TIMES
     assert np.all(np.diff(motion.times) > 0)
     assert np.array_equal(motion.positions[-1], result.rest_positions)
-    # 7/10 m v^2, translation 5/7 of it.
+    # The energy is 7/10 m v^2; 5/7 of it is translation.
     assert motion.energy[0] == pytest.approx(0.7 * 0.170097, rel=1e-14)
     assert motion.energy_translation[0] == pytest.approx(0.5 * 0.170097, rel=1e-14)
-    # The contact itself is a sample, so a ball that went through another would be seen here.
+    # The contact is a sample, so a ball that passes through another one would be detected.
     assert largest_overlap(result) < 1e-15
 
 
 def test_a_stored_motion_tells_sliding_from_rolling_and_bends_where_the_path_does() -> None:
-    # Spinning out takes a minute: on the uniform grid alone the slide would be a few long chords.
+    # The spin lasts a minute: on the uniform grid, the slide would be a few long chords.
     masse = Scene(
         name="masse",
         physics=Physics(motion="sliding"),
@@ -115,7 +116,7 @@ def test_frames_are_stored_without_phases() -> None:
 
 @pytest.mark.parametrize("spec", ["ghostball", "pymunk", "pymunk:contact_steps=exact"])
 def test_a_ball_that_is_gone_overlaps_none(spec: str) -> None:
-    """The second falls where the first did, and stays there, 57 mm deep in it."""
+    """Both balls fall into the same pocket, and their last positions overlap by 57 mm."""
     shot = Scene.model_validate(
         {
             "name": "shot",
@@ -135,7 +136,7 @@ def test_a_ball_that_is_gone_overlaps_none(spec: str) -> None:
     assert largest_overlap(result) == 0.0
 
 
-# Impacts that last: overlapping frames have contact energy, and the overlap needs energy
+# Impacts that last: overlapping balls have contact energy, which limits the overlap
 
 
 def in_contact(impacts: str, overlap: float):
@@ -157,7 +158,7 @@ def test_frames_in_which_balls_push_each_other_have_no_energy_of_their_own() -> 
         run = in_contact(impacts, 1e-4)
         assert len(energy_series(run)) == len(momentum_series(run)) == count
     lost = in_contact("compliant", 1e-4)
-    lost.trajectory.velocities[2, 1, 0] = 1.5  # a gain stays visible
+    lost.trajectory.velocities[2, 1, 0] = 1.5  # an energy gain is still detected
     energy = energy_series(lost)
     assert energy[1] > 2.0 * energy[0]
 
@@ -169,7 +170,7 @@ def test_balls_that_touch_at_rest_are_not_in_an_impact() -> None:
 
 
 def test_the_deepest_contact_is_that_of_a_ball_that_stops_at_another() -> None:
-    # A reduced mass of the whole ball: one that hits a wall of its own material and radius.
+    # The reduced mass is the mass of the ball, as if it hit a wall of its material and radius.
     scene = in_contact("compliant", 0.0).scene
     ball = scene.balls[0]
     modulus = 5.84e9 / (2.0 * (1.0 - 0.34**2))

@@ -1,4 +1,4 @@
-"""Files of starts and strokes: the same bits however a file is cut, and bad files."""
+"""Files of starts and strokes: any division of a file gives equal bits; bad files are refused."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_spins_are_those_of_the_file_or_of_the_scene(tmp_path):
 
 
 class OtherMachines:
-    """Stands for a cluster: tasks end in reverse order."""
+    """A substitute for a cluster: tasks end in reverse order."""
 
     def __init__(self, crashed: str = "") -> None:
         self.crashed = crashed

@@ -1,4 +1,4 @@
-"""Fails where an engine's step is another setting's, or a ladder has wrong steps."""
+"""The time step of an engine is found, and a series of time steps has the right steps."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""Random scenes of a few balls, made once."""
+"""Random scenes with few balls, created once."""
 
 import pytest
 from random_layouts import FEW

@@ -1,4 +1,4 @@
-"""The shipped scenes: complete, valid, as stated in their titles; and the ways to find them."""
+"""The shipped scenes are complete, valid and as titled; names, tags and paths find them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ ON_BOARD = [path for path in shipped_scenes() if path.parent.name == BOARD]
 OF_SUITE = [path for path in shipped_scenes() if path not in ON_BOARD]
 
 RESTING_CONTACT = {"push", "push-unequal", "wedged"}
-"""Scenes with a closed form in which balls stay in contact under a force."""
+"""Scenes with a closed form in which a force holds balls in contact."""
 
 
 def gaps(scene: Scene) -> dict[tuple[int, int], float]:
@@ -55,7 +55,7 @@ def test_scene_file(path: Path, tmp_path: Path) -> None:
     assert scene.title
     where = ".." if path in ON_BOARD else "."
     assert path.read_text("utf-8").startswith(f"#:schema {where}/scene.schema.json\n")
-    # Saved and read again it is the same scene, to the last bit.
+    # A saved scene reads back to the last bit.
     scene.save(tmp_path / "copy.toml")
     assert Scene.load(tmp_path / "copy.toml") == scene
     assert ("closed-form" in scene.tags) == (has_closed_form(scene) and path in OF_SUITE)
@@ -63,7 +63,7 @@ def test_scene_file(path: Path, tmp_path: Path) -> None:
 
 
 def test_schema_beside_the_scenes_is_current() -> None:
-    # Mend with: ghostball scenes --schema > validation/scenes/scene.schema.json
+    # To renew the file: ghostball scenes --schema > validation/scenes/scene.schema.json
     assert (FOLDER / "scene.schema.json").read_text(encoding="utf-8") == json_schema() + "\n"
 
 
@@ -72,9 +72,9 @@ def test_racks_have_the_gap_that_their_title_states(scene: Scene) -> None:
     stated = float(re.search(r"rack gap ([\d.]+) mm", scene.title)[1]) * 1e-3  # type: ignore[index]
     in_rack = [gap for (a, _), gap in gaps(scene).items() if a > 0]
     neighbours = [gap for gap in in_rack if gap < 0.01]
-    # Positions are given to 0.1 um.
+    # The positions in the file are rounded to 0.1 um.
     np.testing.assert_allclose(neighbours, stated, rtol=0, atol=2e-7)
-    # A cue ball on the axis of the rack would make ties.
+    # A cue ball on the axis of the rack would cause ties.
     middle = np.mean(scene.positions[1:, 1])
     assert abs(scene.positions[0, 1] - middle) > 1e-3
 
@@ -122,11 +122,11 @@ def test_shared_criteria_name_scenes_that_there_are() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    # The two scenes that are left out are about one law each, and ask for what this law decides.
+    # The two omitted scenes are each about one law, and have limits for its effect.
     sorted({one.name for one in select(["closed-form"])} - {"cloth-frictionless", "coulomb-cut"}),
 )
 def test_our_engine_is_held_to_rounding_where_there_is_a_closed_form(name: str) -> None:
-    # Resting contacts it integrates in steps, whose tolerance is in metres.
+    # Our engine integrates resting contacts in steps with a tolerance in metres.
     rest = "rest_error_max" if name in RESTING_CONTACT else "rest_error_ulps"
     criteria = criteria_beside(FOLDER / f"{name}.toml")
     metrics = {criterion.metric for criterion in criteria.applying_to("ghostball", {})}

@@ -1,4 +1,4 @@
-"""The generator of random scenes: it knows every feature, and brings every pair together."""
+"""The generator of random scenes has options for every feature and produces every pair of them."""
 
 import hashlib
 import itertools
@@ -91,7 +91,7 @@ def test_a_number_of_one_of_several_options_has_one_of_them():
 
 
 def test_scenes_of_numbers_are_those_that_findings_name():
-    """Breaks where a draw is changed, added or left out: then no number is its scene any more."""
+    """Fails if a draw is changed, added or removed: then each number gives a different scene."""
     digest = hashlib.sha256()
     for number in range(0, 20_000, 50):
         digest.update(random_scene(number).model_dump_json().encode())

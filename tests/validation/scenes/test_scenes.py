@@ -14,7 +14,7 @@ from ghostball.validation.scenes import commands
 from ghostball.validation.scenes.gases import FRICTIONLESS, packed_gas
 from ghostball.validation.scenes.random_scenes import random_scene
 
-# Fails where a command that a report shows isn't one that can be given
+# The commands in reports can be executed
 
 
 ODD = "newcomer:name=a b;rm,dt=1e-3"
@@ -45,12 +45,12 @@ def test_a_shell_reads_a_command_as_it_was_meant(command, words):
     program, *arguments = shlex.split(command)
     assert program == "ghostball"
     assert arguments == words
-    # And the command line knows the command and its options.
+    # The command line has the command and its options.
     subcommand = get_command(app).commands[words[0]]
     subcommand.make_context(words[0], words[1:])
 
 
-# Gases have the packing that is asked for
+# Gases have the requested packing
 
 
 @pytest.mark.parametrize(("count", "packing"), [(1, 0.75), (7, 0.1), (16, 0.6)])
@@ -63,7 +63,7 @@ def test_a_packed_gas_has_its_packing(count, packing):
     assert len(scene.balls) == count
 
 
-# The parts of random scenes are those that their options say, and no others
+# Random scenes have the features of their options, and no others
 
 
 @pytest.mark.parametrize("preset", ["carom", "snooker"])
@@ -75,7 +75,7 @@ def test_a_preset_that_is_asked_for_brings_no_features_of_its_own(preset):
         assert scene.physics.preset == preset
 
 
-# Where balls of random scenes lie: as their options say, with gaps of any size
+# The positions of balls in random scenes follow the options, with gaps of any size
 
 
 def test_gaps_of_loose_racks_are_of_any_size():
@@ -90,7 +90,7 @@ def test_gaps_of_loose_racks_are_of_any_size():
 
 
 def touching_balls(scene):
-    """Return how many pairs of balls touch."""
+    """Return the number of touching pairs of balls."""
     return sum(
         abs(math.dist(one.position, other.position) - one.radius - other.radius) < 1e-13
         or (
@@ -103,7 +103,7 @@ def touching_balls(scene):
 
 
 def test_balls_lie_as_their_options_say(few):
-    """Nearly always: where there is no room they lie elsewhere."""
+    """The balls of nearly all scenes; without room, balls lie elsewhere."""
     found = Counter()
     for scene in few:
         options = options_in(scene)

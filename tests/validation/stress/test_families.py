@@ -1,4 +1,4 @@
-"""Generated shots: they are scenes, what is asked of them is right, and a wrong answer is seen."""
+"""Generated shots are valid scenes with right limits, and a wrong result is detected."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def shot(name: str, size: StressSize = FULL) -> StressShot:
 
 
 def broken_in(shot: StressShot, result) -> set[str]:
-    """Return the metrics of what a run breaks of the shot's own limits, and of the law."""
+    """Return the metrics whose limits a run breaks: limits of the shot, or limits for all shots."""
     found = broken(result, *shot.criteria.criteria)
     return {sentence.partition(" must be")[0] for sentence in found}
 
@@ -72,7 +72,7 @@ def test_each_shot_is_a_scene_with_a_name_of_its_own(family: str, size: StressSi
 def test_shots_are_chosen_by_pattern_and_what_is_not_there_is_refused():
     hits = chosen_shots(StressSize(), ["grazing/*-hit-1e-01"])
     assert {path_of(one.scene.name) for one in hits} > {"grazing/rolling-hit-1e-01"}
-    (rare,) = chosen_shots(StressSize(), ["grazing/rolling-hit-1e-02"])  # among all alone
+    (rare,) = chosen_shots(StressSize(), ["grazing/rolling-hit-1e-02"])  # in no smaller size
     assert rare.scene.name == "grazing.rolling-hit-1e-02"
     for name in ("grasing", "grazing/*-9e-99"):
         with pytest.raises(StressError, match=r"no family or shot is called .*Families: grazing"):
@@ -90,11 +90,11 @@ def test_a_shot_that_lasts_is_asked_of_no_engine_with_a_step():
     slow, rests = shot("extremes/speed-elastic-1e-09"), shot("extremes/speed-rolling-1e-09")
     assert (slow.stepped, rests.stepped) == (False, True)
     assert lasts(rests.scene) >= simulate(rests.scene).rest_time > 0.0
-    assert certify(slow.scene).events  # a sweep of empty scenes would ask nothing
+    assert certify(slow.scene).events  # the scene isn't empty
 
 
 def test_an_engine_with_a_step_is_not_blamed_for_an_energy_that_vanishes():
-    """The speed is the least double, and its square is 0: the limit on the energy divided by it."""
+    """The speed is the smallest double and its square is 0, so energy fractions are undefined."""
     tiny, engine = shot("extremes/tiny-sliding-4.94066e-324"), make_engine("pymunk")
     asked = asked_of([(engine.name, plain_settings(engine))], tiny.criteria)
     limits = asked.limits(engine, tiny.scene, truth_of(tiny.scene))
@@ -114,7 +114,7 @@ def test_a_miss_and_a_phantom_are_seen(kind: str):
 def test_a_gap_on_an_axis_is_what_it_says(gap: str):
     a, b = shot(f"touching/pair-elastic-into-gap-{gap}-turned-0.0").scene.balls
     opened = Fraction(b.position[0]) - Fraction(a.position[0]) - 2 * Fraction(RADIUS)
-    assert abs(opened - Fraction(float(gap))) <= Fraction(2) ** -57  # an ulp of the place
+    assert abs(opened - Fraction(float(gap))) <= Fraction(2) ** -57  # an ulp of the position
     assert (opened == 0) == (gap == "0")
 
 
@@ -138,7 +138,7 @@ def test_a_corner_that_gives_one_cushion_only_is_seen(name: str):
 
 @pytest.mark.compiled
 def test_what_rows_racks_and_wedges_need_is_a_third_of_what_they_may():
-    """Of all of them: a limit that is far above says little."""
+    """The limits are three to four times the largest need; wider limits would detect little."""
     events, steps = [], []
     for name, one in stress_shots(FULL, "touching"):
         if name.startswith(("touching/line-", "touching/triangle-", "touching/wedged-")):
@@ -218,7 +218,7 @@ def test_each_shot_of_the_quick_size_is_turned_round_and_measured(path: str):
 @pytest.mark.compiled
 @pytest.mark.parametrize(("name", "times"), [("gas-100000", 100.0), ("galperin-6", 1.0)])
 def test_runs_too_long_to_be_recorded_keep_their_energy_and_count(name: str, times: float):
-    """Ten million collisions of a gas, and 3 141 592 of Galperin's balls."""
+    """A gas has ten million collisions, Galperin's balls have 3 141 592."""
     if name.startswith("galperin"):
         scene, count = galperin_shot(6), galperin(6)
     else:
@@ -234,7 +234,7 @@ def test_runs_too_long_to_be_recorded_keep_their_energy_and_count(name: str, tim
 
 @pytest.mark.compiled
 def test_the_longest_break_known_needs_an_eighth_of_what_is_allowed():
-    work = simulate(kept_scene("break-of-most-events")).work  # number 944 of 6550 random ones
+    work = simulate(kept_scene("break-of-most-events")).work  # number 944, the largest of 6550
     needed = work["events"] + work["contact_steps"]
     assert 8 * needed <= storms.MOST_EVENTS < 9 * needed
 
@@ -247,20 +247,22 @@ def test_contact_comes_a_phase_after_whole_steps_and_before_the_end(phase: float
     assert event["kind"] == EventKind.BALL_BALL
     assert (event["t"] / step) % 1.0 == pytest.approx(phase, abs=1e-9)
     assert scene.t_max > event["t"] + 2.0 * crossing(depth) / speed
-    # So that no engine shortens its step to fit.
+    # The end is a whole number of steps, so no engine shortens its step.
     assert math.ceil(scene.t_max / step) * step == pytest.approx(scene.t_max, rel=1e-8)
 
 
 @pytest.mark.parametrize(("engine", "chord"), [("pymunk", 1.0), ("paper-discrete", 2.0)])
 def test_the_cliff_is_where_theory_puts_it(engine: str, chord: float):
-    # Pymunk reacts while balls approach, so for half of the chord; the paper's always.
+    # Pymunk detects a contact while balls approach, on half of the chord; the paper's algorithm on
+    # all of it.
     speed, depth = 2.0, 0.1
     longest = chord * crossing(depth) / speed
     for step in (0.8 * longest, 1.25 * longest):
         made = make_engine(f"{engine}:dt={step}")
         shots = [made.simulate(passing(depth, speed, step, k / 32)) for k in range(32)]
         missed = sum(not run.collision_counts["ball-ball"] for run in shots)
-        # 1 - c / (v dt), where the engine reacts over a way of c.
+        # The share of missed collisions is 1 - c / (v dt) if the engine detects a contact over a
+        # distance c.
         assert missed / 32 == pytest.approx(max(0.0, 1.0 - longest / step), abs=0.05)
 
 
@@ -280,7 +282,7 @@ def test_a_ball_that_falls_and_must_not_is_seen():
 
 
 def test_an_engine_with_a_step_is_held_to_the_limits_of_a_shot():
-    """A cradle that gives its speed to the first ball alone was seen by its end."""
+    """A cradle that passes its speed to the first ball only fails by its rest positions."""
     asked = shot("touching/cradle-1-into-2-gap-0")
     engine = make_engine("pybullet")
     limits = asked_of([(engine.name, plain_settings(engine))], asked.criteria)

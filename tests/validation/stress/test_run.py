@@ -1,4 +1,4 @@
-"""A run of generated shots: who is asked what, what stays in the folder, and how it is counted."""
+"""A run of generated shots: the limits per engine, the stored results, and the counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Installs the engines that misbehave, for the tests of the suite that ask for them."""
+"""A fixture that installs faulty engines for tests of the suite."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ from faulty_engine import Absent, Fake, planted
 
 @pytest.fixture
 def fake_engines(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Install the fakes as anyone's package would be: worker processes must find them too."""
+    """Install the fake engines as a package with entry points, which worker processes also find."""
     site = planted(tmp_path_factory.mktemp("site"), Fake, Absent)
     monkeypatch.syspath_prepend(str(site))

@@ -1,4 +1,4 @@
-"""Whatever an engine does is part of its case's record, and says whose fault it is."""
+"""The record of a case has what its engine did, and whose fault a failure is."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_what_an_engine_cannot_do_is_said_with_the_reason(tmp_path: Path) -> Non
     )
     assert absent.outcome == "unavailable"
     assert "not installed here" in absent.reason
-    assert outcome.exit_status == 4  # nothing was judged: that is no pass
+    assert outcome.exit_status == 4  # nothing was judged
 
 
 def test_a_failure_is_kept_and_the_run_continues(tmp_path: Path) -> None:
@@ -44,7 +44,7 @@ def test_a_failure_is_kept_and_the_run_continues(tmp_path: Path) -> None:
     assert "lost the" in failed.reason
     assert "Traceback" in failed.traceback
     assert (fine.outcome, fine.fault) == ("ran", "")
-    assert outcome.exit_status == 1  # the engine failed, not ghostball
+    assert outcome.exit_status == 1  # the engine failed, not Ghostball
 
 
 @pytest.mark.parametrize("does", ["raise half a letter", "stop at half a letter"])
@@ -118,7 +118,7 @@ def test_what_raises_in_our_own_code_is_our_fault(
 def test_a_result_that_breaks_the_contract_is_a_failure_that_names_the_field(
     tmp_path: Path, does: str, reason: str
 ) -> None:
-    # Breaks where nan reaches the figures; every part of the contract is in `test_returned.py`.
+    # Fails if NaN reaches the figures; `test_returned.py` tests every part of the contract.
     outcome = run_suite([scene()], [f"fake:does={does}", "fake"], tmp_path)
     cases = by_label(Results.open(tmp_path).cases)
     failed = cases[f"fake:does={does}"]
@@ -146,7 +146,7 @@ def test_a_truth_that_fails_fails_its_scene_alone(
 
 
 def test_an_engine_that_is_here_and_is_missing_where_it_runs_has_failed() -> None:
-    # Such as on a machine of a cluster: it counted as one that can't be had, and the run passed.
+    # For example on a machine of a cluster; as "unavailable", the case would let the run pass.
     def lacking(_: str) -> ReferenceEngine:
         raise EngineUnavailableError("engine `mine` is unavailable: its library isn't there")
 

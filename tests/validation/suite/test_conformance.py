@@ -1,4 +1,4 @@
-"""One engine held against the suite, as the plugin for pytest does it."""
+"""One engine compared with the suite, as by the plugin for pytest."""
 
 import pytest
 from step_rules import limit_of_step
@@ -21,7 +21,7 @@ HALF_BALL = find_scene("half-ball-cut")
 
 
 def test_who_is_judged_as_another_engine_may_err_by_that_ones_step():
-    # What is computed of pymunk, not of the toy, which states that it is exact.
+    # The limit is computed from pymunk's time step, although the toy engine declares rounding only.
     judged = engine_under_test(TOY, "pymunk")
     own = shipped_criteria(HALF_BALL)
     asked = asked_of_engine(judged, own)
@@ -31,7 +31,7 @@ def test_who_is_judged_as_another_engine_may_err_by_that_ones_step():
     (limit,) = [one.limit for one in run.record.checks if one.metric == "rest_error_max"]
     assert limit == limit_of_step(HALF_BALL, "pymunk")
     assert run.finding("rest_error_max").outcome == "passed"
-    # Of what the step says nothing, nothing is asked.
+    # Without a limit from the time step, the case is skipped.
     galperin = find_scene("galperin-2")
     asked = asked_of_engine(judged, Criteria())
     found = run_scene(judged, galperin, Criteria(), asked).finding("rest_error_max")

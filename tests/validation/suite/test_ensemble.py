@@ -1,4 +1,4 @@
-"""Varied starts: reproducible, nested, within their size, never overlapping or off the table."""
+"""Perturbed initial states are reproducible, within their size, and without overlaps."""
 
 import hashlib
 import math
@@ -15,7 +15,7 @@ ROUNDING = 1e-15
 
 
 def gaps(scene: Scene) -> np.ndarray:
-    """Gaps of all pairs, (n (n - 1) / 2,) [m]."""
+    """Return the gaps of all pairs, (n (n - 1) / 2,) [m]."""
     centres = scene.positions[:, : 3 if scene.physics.airborne else 2]
     i, j = np.triu_indices(len(centres), 1)
     return np.linalg.norm(centres[i] - centres[j], axis=1) - (scene.radii[i] + scene.radii[j])
@@ -44,7 +44,7 @@ def test_every_shipped_scene_is_perturbed_within_its_size_and_nothing_overlaps(s
         change = np.linalg.norm(after - before, axis=1)
         assert np.all(change <= 1.001 * math.sqrt(2.0) * SIZE.velocity * speeds)
         assert np.array_equal(change > 0.0, speeds > 0.0)
-        assert np.array_equal(member.rolls, scene.rolls)  # a turn's rounding would be a slip
+        assert np.array_equal(member.rolls, scene.rolls)  # a rounded rotation would cause slip
         assert member.physics == scene.physics
         assert member.t_max == scene.t_max
 
@@ -56,21 +56,21 @@ def test_of_frozen_balls_every_contact_opens(name):
     assert touching.any()
     opened = np.array([gaps(varied(scene, SIZE, k))[touching] for k in range(30)])
     assert opened.min() > 0.0
-    # Breaks where balls deep in the rack stay put: their gaps would be a hundredth of this.
+    # Fails if balls deep in the rack aren't moved: their gaps would be a hundredth of this.
     assert opened.mean() > 0.25 * SIZE.position
 
 
 def test_members_depend_on_scene_name_and_number_alone():
     scene = find_scene("chaos-a")
     members = [varied(scene, SIZE, k) for k in range(4)]
-    assert members[2] == varied(scene, SIZE, 2)  # whatever was made before
+    assert members[2] == varied(scene, SIZE, 2)  # independent of earlier members
     starts = {tuple(member.positions.ravel()) for member in members}
     starts.add(tuple(varied(scene.model_copy(update={"name": "b"}), SIZE, 0).positions.ravel()))
     assert len(starts) == 5
 
 
 def test_members_are_the_same_on_every_machine():
-    """Stored once: what changes it makes ensembles of two versions no longer the same shots."""
+    """Compare with a stored hash: if it changes, ensembles of two versions have different shots."""
     digest = hashlib.sha256()
     for name in ("chaos-a", "frozen-triangle"):
         member = varied(find_scene(name), SIZE, 3)
@@ -86,7 +86,7 @@ def test_numbers_fill_the_stated_size_evenly():
     angle = np.array([math.atan2(*member.velocities[0, 1::-1]) for member in members])
     for values in (x, speed / 0.05, angle / 0.05):
         assert np.abs(values).max() <= 1.0 + 1e-12
-        # Kolmogorov and Smirnov at 1 in 1000: 1.95 / sqrt(400).
+        # The limit of the Kolmogorov-Smirnov test at a probability of 0.001 is 1.95 / sqrt(400).
         ranks = (np.arange(400) + 0.5) / 400
         assert np.abs(np.sort(0.5 * (values + 1.0)) - ranks).max() < 1.95 / 20.0
 

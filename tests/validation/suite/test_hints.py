@@ -1,4 +1,4 @@
-"""What a run says beyond its verdicts: what it never tried, and what its failures share."""
+"""Hints after a run: features that no case tested, and properties that failed scenes share."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def case(name, *, outcome="ran", reason="", **counts):
 
 
 def test_a_feature_that_no_case_tried_is_named_with_the_scene_that_does():
-    # Restitution that is applied twice passes wherever balls are elastic.
+    # An engine that applies restitution twice passes if all balls are elastic.
     made = engine(Feature.ROLLING, Feature.MIRROR_CUSHION, Feature.BALL_RESTITUTION)
     tried = features_tested(case("wall-bounce", ball_cushion=1)) | features_tested(
         case("head-on", ball_ball=1)
@@ -89,7 +89,7 @@ def test_a_scene_is_named_in_the_motion_that_the_engine_has(motion, name):
 
 
 def test_what_no_scene_tries_that_the_engine_can_play_is_said_so():
-    # Ball impacts after Mathavan need friction between balls, in every shipped scene.
+    # All shipped scenes with Mathavan's ball impacts have friction between balls.
     made = engine(Feature.SLIDING, Feature.UNBOUNDED_CLOTH, Feature.MATHAVAN_BALL)
     assert untested_features(made, ())[Feature.MATHAVAN_BALL] == ""
 
@@ -104,7 +104,7 @@ def test_every_scene_that_is_named_exists_and_tries_the_feature(feature, lacks):
     elif named:
         assert feature in scene_features(find_scene(named))
     else:
-        # Friction at contacts, side spin and flight are for balls that slide, in every scene.
+        # In every scene with friction at contacts, side spin or flight, balls slide.
         having = [one for one in map(scene_features, select()) if feature in one]
         assert all(lacks in features for features in having)
         assert lacks is Feature.SLIDING
@@ -113,14 +113,14 @@ def test_every_scene_that_is_named_exists_and_tries_the_feature(feature, lacks):
 # --- each feature alone
 
 PLAIN = {Feature.ROLLING, Feature.SLIDING, Feature.UNBOUNDED_CLOTH, Feature.MIRROR_CUSHION}
-"""Of these every scene needs two: how balls move, and where they move."""
+"""Every scene needs two of these features: a kind of motion, and a cloth or table."""
 
 NEEDS = {
     Feature.MATHAVAN_BALL: {Feature.BALL_FRICTION},
     Feature.FALLING_RESTITUTION: {Feature.CUSHION_RESTITUTION},
     Feature.CUSHION_TANGENTIAL: {Feature.CUSHION_RESTITUTION},
 }
-"""What a feature can't be without; cushions with friction have their restitution in their law."""
+"""Features that another feature requires; laws of cushions with friction include restitution."""
 
 
 def times(factor):
@@ -132,7 +132,7 @@ def always(value):
 
 
 def with_table(**fields):
-    """Play on another table."""
+    """Return an engine function that simulates a scene on a changed table."""
 
     def play(scene):
         wrong = Table.model_validate(scene.table.model_dump(exclude_unset=True) | fields)
@@ -142,7 +142,7 @@ def with_table(**fields):
 
 
 def on_a_table(scene):
-    """Play with cushions around balls that have an unbounded cloth."""
+    """Simulate a scene with an unbounded cloth on a table with cushions."""
     corner = np.array([0.5, 0.5, 0.0])
     balls = tuple(
         ball.model_copy(update={"position": tuple((place + corner).tolist())})
@@ -203,7 +203,7 @@ WRONG = {
     ],
     Feature.CUSHION_RESTITUTION: [
         with_physics(cushion_restitution=times(0.97)),
-        # The speed along the cushion falls, too.
+        # The velocity along the cushion decreases, too.
         with_physics(cushion_tangential_restitution=times(0.8)),
     ],
     Feature.FALLING_RESTITUTION: [
@@ -239,11 +239,11 @@ WRONG = {
         with_physics(ball_youngs_modulus=times(0.5)),
     ],
 }
-"""Engines that get one feature wrong each: by a few per cent, or by leaving it out."""
+"""Engines with one wrong feature: with a wrong coefficient, or without the feature."""
 
 
 OUTCOME = {"quality_factor", "rest_error_max", "rest_time_factor", "accuracy"}
-"""Metrics of how a shot ends."""
+"""Metrics of rest positions and rest time."""
 
 
 def broken_limits(scene, play):
@@ -257,7 +257,7 @@ def broken_limits(scene, play):
 
 
 def test_each_feature_has_a_scene_of_its_own():
-    # A feature that is added needs a scene that tries it alone, and wrong engines that fail there.
+    # A new feature needs a scene with this feature only, and wrong engines that fail there.
     assert set(SCENES_OF_FEATURE) == set(Feature)
     assert set(WRONG) == set(Feature)
     for feature, names in SCENES_OF_FEATURE.items():

@@ -1,4 +1,4 @@
-"""Runs that are killed at random instants: what they had said was done is there, and whole."""
+"""Runs that are killed at random times: everything they reported as done is stored completely."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ pytestmark = [
 
 
 def cases_in(out: Path) -> set[Key]:
-    """Return the cases that a next run reuses; read each, so that it must be whole."""
+    """Return the cases that the next run would reuse; read each case, so it must be complete."""
     stored, same = ResultsWriter(out, code_hash()).known()
     assert stored == len(same)
     found = {(case.scene, case.label) for case in same.values()}
@@ -36,7 +36,7 @@ def cases_in(out: Path) -> set[Key]:
 
 
 PLANNED, KILLS = 24, 30
-"""Cases of a run, and how often one is killed."""
+"""Number of cases of a run, and number of kills."""
 
 
 def test_a_kill_at_any_instant_loses_nothing_that_was_done(tmp_path: Path) -> None:
@@ -53,7 +53,7 @@ def test_a_kill_at_any_instant_loses_nothing_that_was_done(tmp_path: Path) -> No
         )
         begun = time.monotonic()
         process.start()
-        # The first is left to end, which says how long that takes here.
+        # The first process isn't killed; it shows how long a run takes.
         process.join(rng.uniform(0.0, patience) if rounds else None)
         if process.is_alive():
             os.kill(process.pid or 0, signal.SIGKILL)
@@ -61,13 +61,13 @@ def test_a_kill_at_any_instant_loses_nothing_that_was_done(tmp_path: Path) -> No
             killed += 1
         else:
             assert process.exitcode == 0
-            patience = time.monotonic() - begun  # how long a run takes when nobody ends it
+            patience = time.monotonic() - begun  # run time without a kill
         lines = said.read_text().splitlines(keepends=True) if said.exists() else []
         done = {tuple(line[:-1].split("\t")) for line in lines if line.endswith("\n")}
         there = cases_in(out)
         assert done <= there, "what was said to be done is lost"
         assert before <= there, "what an earlier run did is lost"
         before, rounds = there, rounds + 1
-        if len(there) == PLANNED:  # from the beginning, elsewhere
+        if len(there) == PLANNED:  # complete: start again in a new folder
             out, before = tmp_path / str(rounds), set()
     assert rounds > KILLS

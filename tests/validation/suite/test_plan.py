@@ -1,4 +1,4 @@
-"""What a run is asked for is checked before anything runs."""
+"""The arguments of a run are checked before any engine runs."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_wrong_engines_are_refused(tmp_path: Path, engines: list[str], message: 
     ],
 )
 def test_wrong_criteria_are_refused(tmp_path: Path, criteria: Criteria, message: str) -> None:
-    integrated = find_scene("cushion-mathavan")  # an integrated law: neither solved nor proved
+    integrated = find_scene("cushion-mathavan")  # this law has no closed form and no proof
     with pytest.raises(GhostballError, match=message):
         run_suite([integrated], ["fake"], tmp_path / "out", criteria={integrated.name: criteria})
     assert not (tmp_path / "out").exists()
@@ -58,8 +58,8 @@ def test_wrong_criteria_are_refused(tmp_path: Path, criteria: Criteria, message:
 def test_a_closed_form_that_only_solving_rules_out_is_refused_before_a_shot_is_played(
     tmp_path: Path,
 ) -> None:
-    """Fails where the error comes case by case, or earlier results are lost."""
-    # Two balls are hit at once, which no closed form covers.
+    """Fails if the error is raised case by case, or if earlier results are lost."""
+    # Two balls are hit simultaneously, which no closed form covers.
     others = [Ball(id=str(y), position=(1.0, y)) for y in (-0.03, 0.03)]
     tied = scene("tied").model_copy(update={"balls": (*scene().balls, *others)})
     assert may_have_closed_form(tied)
@@ -82,7 +82,7 @@ def test_planning_solves_proves_compiles_and_plays_nothing(monkeypatch: pytest.M
     monkeypatch.setattr(closed_forms, "FORMS", forms)
     monkeypatch.setattr(closed_forms, "form_of_shape", refuse)
     monkeypatch.setattr("ghostball.validation.truth.certificates.certify", refuse)
-    for name in ("__call__", "bind", "bind_kinds"):  # whatever compiles, loads or calls a kernel
+    for name in ("__call__", "bind", "bind_kinds"):  # these compile, load or call a kernel
         monkeypatch.setattr(Entry, name, refuse)
     monkeypatch.setattr(load, "build", refuse)
     closed_forms._solved.cache_clear()
@@ -145,5 +145,5 @@ def test_scenes_given_by_path_bring_the_criteria_beside_them(tmp_path: Path) -> 
     (tmp_path / "mine.expect.toml").write_text('truth = "engine"\n')
     found = criteria_beside_paths(["smoke", "stop", str(path)])
     assert found == {"by-path": Criteria(truth="engine")}
-    bare = path.rename(tmp_path / "mine")  # any file that `select` takes for a scene
+    bare = path.rename(tmp_path / "mine")  # `select` accepts any file as a scene
     assert criteria_beside_paths([str(bare)]) == found

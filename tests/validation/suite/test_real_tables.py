@@ -1,4 +1,4 @@
-"""Engines beside real tables: measured, kept beside the results, read back and reused."""
+"""Engines compared with real tables: the comparison is stored, read back and reused."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def measure(specs, folder, **options):
 
 @pytest.fixture
 def measured(monkeypatch):
-    """List the engines that are measured."""
+    """Return the list of engines that are measured from now on."""
     labels = []
     real = real_tables.agreement_with_tables
 
@@ -51,7 +51,7 @@ def test_what_is_unchanged_is_reused(tmp_path, measured, monkeypatch):
     assert measured == list(OURS)
     measure(OURS[:1], tmp_path)
     assert measured == [*OURS, "ghostball"]
-    # Another measurement, or other best settings.
+    # Other measurements, or other best settings.
     monkeypatch.setattr(real_tables, "_known", lambda: ["another"])
     measure(OURS[:1], tmp_path, reuse=True)
     assert measured == [*OURS, "ghostball", "ghostball"]

@@ -1,6 +1,7 @@
-"""The law calls no right shot wrong: what our engine plays right breaks no limit of it.
+"""Right shots pass all limits.
 
-A shot whose collisions no engine in doubles can tell apart is compared with its proof up to there.
+A shot with an order of collisions that doubles can't decide is compared with its proof up to this
+point.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ RIGHT = (
     "radius",
     "along-side-pocket",
 )
-"""Shots that were once called wrong: thin hits, a ball of 28 km, one along a rail."""
+"""Right shots that once failed: thin hits, a ball of 28 km, a ball along a rail."""
 
 FROZEN = ("elastic-break", "rot-paper-0p3-0", "rot-pool-0p7-1em16")
-"""Racks whose gaps are roundings: no engine in doubles can tell which ball is struck first."""
+"""Racks with gaps of one rounding: in doubles, the first collision can't be decided."""
 
 
 @pytest.mark.parametrize("name", RIGHT)
@@ -45,7 +46,7 @@ def test_the_end_of_a_shot_that_no_engine_can_tell_is_not_judged(name):
     assert found.faults == ()
     assert found.reference == "ambiguous"
     assert found.why.startswith("can't determine what comes first: ")
-    # Nothing is said of its end, and it isn't said that it was compared with a proof of it.
+    # The end has no accuracy class, and the reference isn't called certified.
     assert found.record.accuracy is None
     assert found.record.truth != "certified"
 
@@ -53,10 +54,10 @@ def test_the_end_of_a_shot_that_no_engine_can_tell_is_not_judged(name):
 @pytest.mark.parametrize("turn", [0.1, 0.3, 0.5, 0.7, 1.0, 1.3])
 @pytest.mark.parametrize("preset", ["paper", "pool"])
 def test_a_turned_rack_whose_balls_all_but_touch_passes(preset, turn):
-    """Breaks where a gap of a rounding decides what comes first."""
+    """Fails if a gap of one rounding decides which collision comes first."""
     found = judged(turned_rack(preset, turn))
     assert found.faults == ()
-    # At 0.7 all balls overlap by a rounding: then all contacts are closed at once.
+    # At 0.7, all balls overlap by a rounding, so all contacts are closed from the start.
     assert found.reference == ("whole" if turn == 0.7 else "ambiguous")
 
 
@@ -70,7 +71,7 @@ RANDOM = {
     "a slow ball that slides after a day": (301, {"spin": "struck"}),
     "a ball that loses all speed at once between two others": (4748, {}),
 }
-"""Random scenes that once were called wrong."""
+"""Right random scenes that once failed."""
 
 
 @pytest.mark.parametrize(("number", "having"), RANDOM.values(), ids=RANDOM.keys())
@@ -90,7 +91,7 @@ def test_the_bounces_of_a_ball_that_goes_along_a_post_are_those_of_the_proof():
 
 
 def test_a_run_is_compared_before_it_may_have_the_collision_that_ends_the_proof():
-    """Broken by one that comes 1e-11 s sooner than proved, by the roundings of the shot."""
+    """The collision comes 1e-11 s before the proved time, by the rounding in this shot."""
     found = judged(random_scene(432, **SHAPES))
     assert found.faults == ()
     assert found.reference == "part"
@@ -98,7 +99,7 @@ def test_a_run_is_compared_before_it_may_have_the_collision_that_ends_the_proof(
 
 
 def test_a_bounce_at_the_very_height_from_which_bounces_are_one_motion_is_not_judged():
-    """Broken by a ball that falls its diameter: twelve halvings of its speed, or thirteen?"""
+    """A ball that falls by its diameter reaches the limiting height after 12 or 13 bounces."""
     found = judged(random_scene(329, **PROVABLE))
     assert found.faults == ()
     assert found.reference == "ambiguous"
@@ -108,9 +109,9 @@ def test_a_bounce_at_the_very_height_from_which_bounces_are_one_motion_is_not_ju
 @pytest.mark.parametrize(
     "name",
     [
-        "limit-elastic-1e-49",  # 50 digits can't tell its speed from 0
-        "speed-difference-sliding-1e-10",  # what rounding does to the balls almost cancels
-        "tiny-sliding-1e-310",  # its times are a few least doubles
+        "limit-elastic-1e-49",  # with 50 digits, its speed can't be distinguished from 0
+        "speed-difference-sliding-1e-10",  # the effects of rounding on the balls almost cancel
+        "tiny-sliding-1e-310",  # its times are a few of the smallest doubles
     ],
 )
 def test_what_extreme_numbers_found_is_gone(name):
@@ -125,17 +126,18 @@ AMBIGUOUS = (
     "touching/wedged-corner-rolling-gap-0",
     "tunnelling/energy-of-elastic-break",
 )
-"""Stress shots whose proof ends where it can't tell contacts apart.
+"""Stress shots whose proof ends at an undecided order of contacts.
 
-Balls at rest by symmetry, which no number says, and a rack whose gaps are roundings.
+In two of them, balls rest by symmetry, which rounded numbers don't have; one is a rack with gaps of
+one rounding.
 """
 
 MOST_AMBIGUOUS = 0.02
-"""Largest share of the shots with a reference in which that can't tell contacts apart."""
+"""Largest share of ambiguous shots among the shots with a reference."""
 
 
 def broken_and_ambiguous(family: str, every: int) -> tuple[dict[str, tuple[str, ...]], list[str]]:
-    """Return what some stress shots of a family break, and in which the order is ambiguous."""
+    """Return the faults of every n-th stress shot of a family, and the ambiguous shots."""
     found = {
         name: judged(shot.scene, shot.criteria, reference=shot.criteria.truth != "none")
         for name, shot in list(stress_shots(StressSize(), family))[::every]
@@ -198,7 +200,7 @@ def test_random_scenes_pass_what_needs_no_reference(first):
 
 
 def turned_rack(preset: str, turn: float) -> Scene:
-    """Return a ball that is shot at a rack of three, all of it turned by an angle [rad]."""
+    """Return a scene with a ball that hits a rack of three, rotated by an angle [rad]."""
     radius, (c, s) = 0.028575, (np.cos(turn), np.sin(turn))
     frozen = [(2.0 * radius * np.cos(a), 2.0 * radius * np.sin(a)) for a in (-np.pi / 6, np.pi / 6)]
     places = [(-0.4, 0.004), (0.0, 0.0), *frozen]

@@ -1,4 +1,4 @@
-"""Statistical verdicts: rates of false alarms, wrong engines, and their words."""
+"""Statistical verdicts: rates of false alarms, detection of wrong engines, and texts."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def test_a_wrong_engine_is_different(
 def test_an_engine_with_the_right_distributions_is_called_different_no_more_often_than_stated() -> (
     None
 ):
-    """200 repetitions against ourselves, from independent initial states."""
+    """Compare our engine with itself 200 times, from independent initial states."""
     count, size = 200, 20
     pool = runs(range(600))
     random = np.random.default_rng(1)
@@ -145,10 +145,10 @@ def test_an_engine_with_the_right_distributions_is_called_different_no_more_ofte
         order = random.permutation(len(pool))
         one, other = ([pool[k] for k in order[i * size : (i + 1) * size]] for i in (0, 1))
         least.append(min(q.p for q in compare_samples(one, other, sizes=False)))
-    # Binomial: with the stated rates, more alarms happen once in a thousand such tests.
+    # By the binomial distribution, more alarms have a probability of 0.001 at the stated rates.
     assert sum(p < FALSE_ALARMS for p in least) <= 2
     assert sum(p < 0.05 for p in least) <= 20
-    # A test that can't fail would have none.
+    # A comparison that can't fail would have no such p.
     assert sum(p < 0.5 for p in least) > 20
 
 
@@ -216,7 +216,7 @@ def test_a_difference_of_the_stated_size_is_seen_and_a_tenth_of_it_is_not(
 
 
 def test_holm_adjusts_as_published() -> None:
-    # By hand: 3 x 0.01; 2 x 0.02, which is more than 0.03; 0.5.
+    # By hand: 3 * 0.01 = 0.03; 2 * 0.02 = 0.04, which is more; and 0.5.
     assert holm([0.02, 0.5, 0.01]) == pytest.approx([0.04, 0.5, 0.03])
     assert holm([0.4, 0.6]) == pytest.approx([0.8, 0.8])
 
@@ -280,14 +280,14 @@ def test_members_are_cases_and_the_scenes_stay_as_they_are(tmp_path: Path) -> No
     ours, stepped = ensemble_verdicts(results)
     assert (ours.label, ours.planned, ours.ended, ours.broken) == ("ghostball", 6, 6, 0)
     assert (ours.exact, stepped.exact) == (True, False)
-    # By hand: of one ball, whose way is as the square of its speed.
+    # The spread of one ball, computed by hand.
     rest = np.array([c.rest_positions[0] for c in results.varied if c.label == "ghostball"])
     assert ours.position_spread == pytest.approx(math.sqrt(rest.var(axis=0).sum()))
     times = [c.rest_time for c in results.varied if c.label == "ghostball"]
     assert ours.quantities == ()
     found = {q.name: q for q in stepped.quantities}
     assert found["rest time [s]"].known == pytest.approx(np.mean(times))
-    assert stepped.is_blind  # six runs show nothing
+    assert stepped.is_blind  # six runs are too few
 
 
 def test_members_are_reused_and_more_begin_with_those_of_fewer(tmp_path: Path) -> None:
@@ -301,7 +301,7 @@ def test_members_are_reused_and_more_begin_with_those_of_fewer(tmp_path: Path) -
 
 
 def test_an_engine_that_breaks_the_law_from_a_perturbed_state_fails(tmp_path: Path) -> None:
-    """Breaks where perturbed states are measured, but not asked what any shot must keep."""
+    """Fails if the limits for all shots aren't applied to perturbed states."""
     outcome = run_suite(
         [find_scene("half-ball-cut")],
         ["wrong_engines:Wrong:way=energy"],
@@ -331,7 +331,7 @@ def test_the_command_prints_and_reports_the_verdicts(
 ) -> None:
     engines = ("-e", "ghostball", "-e", "paper-discrete")
     found = validate(*engines, "--ensemble", 20, "--ensemble-size", "velocity=1e-4")
-    assert found.exit_code == 0, found.output  # its time step explains the difference
+    assert found.exit_code == 0, found.output  # the engine's time step explains the difference
     for part in ("20 of 20", "velocity=0.0001,position=0.0001", "different from the reference"):
         assert part in found.stdout
     page = (tmp_path / "out/report.html").read_text("utf-8")
@@ -350,7 +350,7 @@ def test_the_command_prints_and_reports_the_verdicts(
 def test_an_engine_that_claims_to_be_exact_and_differs_fails(
     validate: Callable[..., CliResult],
 ) -> None:
-    """Its reference is run, too, although nobody names it."""
+    """The engine of the reference also runs, although no option names it."""
     engine = ("-e", "wrong_engines:Wrong:way=late-rest", "--no-report")
     found = validate(*engine, "--ensemble", 12, "--metric", "rest_error_max")
     assert found.exit_code == 1, found.output

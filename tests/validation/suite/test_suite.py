@@ -1,4 +1,4 @@
-"""The suite: every case ends as a record, whatever an engine does; interrupts keep what is done."""
+"""The suite: every case becomes a record, and an interrupt keeps the finished cases."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PROVED = (
     "rest_time_factor",
     "energy_difference_factor",
 )
-"""What the law limits, of an engine that claims to err by rounding alone, whatever the truth."""
+"""Metrics with limits for every engine that claims to err by rounding only, with any reference."""
 
 
 def by_label(cases: list[CaseRecord]) -> dict[str, CaseRecord]:
@@ -55,13 +55,14 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
         "sees": 0.0,
     }
     cases = by_label(folder.cases)
-    # Our engine is the truth here, so it can't pass; the copy agrees, the shifted one is 3 mm off.
+    # Our engine is the reference, so it can't pass; the copy agrees; the shifted engine is 3 mm
+    # off.
     verdicts = [
         next(check.passed for check in cases[label].checks if check.metric == "rest_error_max")
         for label in folder.labels
     ]
     assert verdicts == [None, True, False]
-    # What is proved of the shot judges it all the same.
+    # The certified result still judges our engine.
     proved = {check.metric: check.passed for check in cases["ghostball"].checks}
     assert proved == {"rest_error_max": None} | dict.fromkeys(PROVED, True)
     shifted = cases["fake:shift=0.003"]
@@ -76,7 +77,7 @@ def test_a_run_measures_judges_and_stores(tmp_path: Path) -> None:
     assert motion is not None
     assert (
         len(motion.times) == 402
-    )  # the uniform grid; its one event is at its end, and the instant before
+    )  # the uniform grid, whose end is the one event, and the time before
     assert motion.times[-1] == shifted.rest_time
     counts = outcome.counts
     assert (counts.ran, counts.checks_passed, counts.checks_failed) == (3, 3 + len(PROVED), 1)
@@ -92,7 +93,7 @@ def test_an_engine_of_another_package_is_held_to_the_resolution_that_it_states(
     assert [verdict_of(case) for case in outcome.cases] == [
         Verdict.PASS,
         Verdict.FAIL,
-        Verdict.LIMITS_HOLD,  # it claims to roll balls nearly right: how near, nobody knows
+        Verdict.LIMITS_HOLD,  # it supports rolling approximately, with an unknown error
     ]
     assert all(case.accuracy is not None for case in outcome.cases)
 
@@ -130,8 +131,8 @@ def test_processes_find_what_one_process_finds(tmp_path: Path) -> None:
 def test_with_a_limit_of_time_a_crash_and_a_hang_cost_one_case_each(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # With one job, too: breaks where that runs engines in this very process. The hanging one has a
-    # limit of its own: that of the others must do for a busy machine.
+    # Fails if one job runs the engines in this process. Only the hanging engine has a short limit,
+    # because the machine may be busy.
     def limit_of(seconds: float | None) -> Callable[[Case], float]:
         assert seconds == 300.0
         return lambda case: 0.5 if "hang" in case.label else seconds
@@ -166,7 +167,7 @@ class First(PaperDiscreteEngine):
 def test_what_an_engine_changes_in_its_process_reaches_no_other_engine(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # One that patched the harness had other engines judged by the patch.
+    # Otherwise an engine that patches the harness would change the verdicts of other engines.
     labels = ["spoils_one:First", "spoils_two:First", "paper-discrete"]
     for label in labels[:2]:
         name = label.partition(":")[0]

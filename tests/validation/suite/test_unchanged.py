@@ -1,4 +1,4 @@
-"""What is reused is what would be measured again, to the bit; what may differ runs again."""
+"""Reused results equal new results to the bit; cases that may differ run again."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def scenes(speed: float = 1.0) -> list[Scene]:
 
 
 def limits(at_most: float = 1e-6, metric: str = "rest_error_max") -> Criteria:
-    # Also of an engine whose steps of 20 ms may lead the cut onto another path.
+    # The limit applies after the horizon, too, because steps of 20 ms may cause wrong collisions.
     criterion = {"engines": ENGINES, "metric": metric, "at_most": at_most, "past_horizon": True}
     criterion["reason"] = "by hand"
     return Criteria(criteria=(Criterion.model_validate(criterion),))
@@ -48,7 +48,7 @@ def limits(at_most: float = 1e-6, metric: str = "rest_error_max") -> Criteria:
 
 @pytest.fixture
 def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, str]]:
-    """Return the cases that the engines run from now on, in this process."""
+    """Return a list to which the engines add each case that they run in this process."""
     seen: list[tuple[str, str]] = []
     for engine in (GhostballEngine, PaperDiscreteEngine):
         spy_on(monkeypatch, engine, lambda name, scene: seen.append((scene.name, name)))
@@ -58,7 +58,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, str]]:
 def spy_on(
     monkeypatch: pytest.MonkeyPatch, engine: type[Any], before: Callable[[str, Scene], object]
 ) -> None:
-    """Have an engine call `before` with its name and the scene when it simulates."""
+    """Make an engine call `before` with its name and the scene before it simulates."""
     real = engine.simulate
 
     def simulate(self: Any, scene: Scene, *, record: Any = "rest") -> Result:
@@ -76,7 +76,7 @@ def run(out: Path, **options: Any) -> SuiteResult:
 
 
 def plain(case: CaseRecord) -> dict[str, Any]:
-    """Return a record without what says when it was measured and how long that took."""
+    """Return a record without its date and its run times."""
     kept = {part.name: getattr(case, part.name) for part in fields(CaseRecord)}
     for name in ("wall_time", "measured", "reused"):
         del kept[name]
@@ -177,7 +177,7 @@ def test_other_criteria_are_judged(tmp_path: Path) -> None:
     strict = run(tmp_path, criteria={"roll": limits(1e-12), "cut": far})
     assert strict.exit_status == 1
     assert strict.counts.reused == 2
-    # Of one engine alone: the other's verdict stands.
+    # This criterion is for one engine only, so the verdict of the other engine is reused.
     own = Criterion.model_validate(
         {"engines": ["ghostball"], "metric": "energy_rise", "at_most": 1.0, "reason": "by hand"}
     )
@@ -210,7 +210,7 @@ def test_only_an_end_that_comes_again_is_reused(tmp_path: Path) -> None:
     case = record(status="rest")
     assert stands(case)
     assert stands(replace(case, status="t-max"))
-    for status in Status:  # a limit may be one of time
+    for status in Status:  # a limit of time isn't reproducible
         ended = stands(replace(case, status=status_name(status)))
         assert ended is (status in (Status.REST, Status.T_MAX))
     assert not stands(replace(case, outcome="failed"))

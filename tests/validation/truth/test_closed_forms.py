@@ -1,6 +1,6 @@
-"""Closed forms against independent checks: conservation, published formulas and numbers, pi itself.
+"""Closed forms agree with conservation laws, published formulas and numbers, and pi.
 
-That each lies within what is proved of its scene is in `certified/test_api.py`.
+`certified/test_api.py` checks that each form lies within the enclosures of its proof.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def physics_of(scene: Scene) -> tuple[float, float, float]:
 
 
 def cut_shot(cut: float) -> Scene:
-    """A rolling cue ball that meets a resting one at a cut angle [deg], at 1 m/s."""
+    """Return a rolling cue ball that hits a resting ball at a cut angle [deg], at 1 m/s."""
     offset = 2 * R * math.sin(math.radians(cut))
     ahead = 2 * R * math.cos(math.radians(cut))
     speed = math.sqrt(1.0 + 2 * 0.02 * 9.81 * 0.1)
@@ -105,11 +105,12 @@ def test_deflections_are_the_published_ones(cut: float, deflection: float) -> No
 def test_speeds_after_the_slide_are_the_published_ones(
     cut: float, cue: float, target: float
 ) -> None:
-    # Alciatore TP A.16, of the speed at the collision; both have rolled for a while by t_max.
+    # Alciatore TP A.16, as fractions of the speed at the collision; both balls roll at t_max.
     form = closed_form(cut_shot(cut))
     assert form is not None
     speeds = np.linalg.norm(as_array(form.final_velocities), axis=1)
-    # v0 t - a t^2 / 2 = 0.1 m until the collision; from 1 m/s each slides for 2 |u| / (7 mu_s g).
+    # The collision comes after v0 t - a t^2 / 2 = 0.1 m; from 1 m/s, each ball then slides for 2
+    # |u| / (7 mu_s g).
     collision = (math.sqrt(1.0 + 0.04 * 9.81 * 0.1) - 1.0) / (0.02 * 9.81)
     slip = math.cos(math.radians(cut))
     rolled = 0.7 - collision - 2 * slip / (7 * 0.2 * 9.81)
@@ -125,7 +126,7 @@ def test_speeds_after_the_slide_are_the_published_ones(
     ],
 )
 def test_throw_is_that_of_the_proof(name: str, expected: float) -> None:
-    # Alciatore TP A.14: tan(throw) = min(mu, tan(cut) / 7), and 0 where the balls gear.
+    # Alciatore TP A.14: tan(throw) = min(mu, tan(cut) / 7), and 0 if the balls don't slip.
     scene, form = solved(name, t_max=0.5)
     vx, vy = as_array(form.final_velocities)[1]
     cut = math.asin((scene.positions[1, 1] - scene.positions[0, 1]) / (2 * R))
@@ -141,7 +142,8 @@ def test_roll_distance_is_the_published_one() -> None:
 
 
 def test_symmetric_collision_leaves_the_speeds_of_its_formula() -> None:
-    # (2 - 3 e) / 5 and (sqrt(3) / 5)(1 + e): stopping distances go with speeds squared.
+    # The speeds are (2 - 3 e) / 5 and (sqrt(3) / 5)(1 + e); stopping distances grow with their
+    # squares.
     scene, form = solved("three-ball-symmetric")
     contact = scene.positions[1, 0] - R * math.sqrt(3)
     v2 = 1.0 - 2 * 0.02 * 9.81 * (contact - scene.positions[0, 0])
@@ -153,14 +155,14 @@ def test_symmetric_collision_leaves_the_speeds_of_its_formula() -> None:
 
 
 def test_a_pushed_ball_keeps_the_books() -> None:
-    # Energy: what the spin held is what friction, at the sliding and the rolling balls, has taken.
+    # The energy of the spin equals the work of friction on the sliding and the rolling ball.
     scene, form = solved("push")
     g, mu_s, mu_r = physics_of(scene)
     travelled = float(form.rest_positions[0][0]) - scene.positions[0, 0]
     a = (5 * mu_s - 7 * mu_r) * g / 12
     surface = R * scene.angular_velocities[0, 1]
     slide = surface / (a + 2.5 * mu_s * g)
-    slid = surface * slide / 2  # the slip falls evenly to 0
+    slid = surface * slide / 2  # the slip decreases linearly to 0
     pushed = a * slide**2 / 2
     work = mu_s * g * slid + 1.4 * mu_r * g * (pushed + 2 * (travelled - pushed))
     assert work == pytest.approx(0.2 * surface**2, rel=1e-12)
@@ -168,8 +170,8 @@ def test_a_pushed_ball_keeps_the_books() -> None:
 
 @pytest.mark.parametrize("name", ["thirty-degree-rule", "throw-by-angle", "throw-by-spin"])
 def test_a_sweep_is_its_shots(name: str) -> None:
-    # Each pair alone ends where it does in the sweep: breaks where pairs are mixed up. Four pairs
-    # of it, for a nudge of a number that all share solves them all again.
+    # Each pair has the rest positions of a separate shot: fails if pairs are mixed up. Four pairs
+    # are enough, because each change of a shared number solves all pairs again.
     balls = find_scene(name).balls
     scene, form = solved(name, balls=tuple(b for k in (0, 6, 12, 20) for b in balls[k : k + 2]))
     for k in range(0, len(scene.balls), 2):
@@ -185,20 +187,21 @@ def test_a_sweep_is_its_shots(name: str) -> None:
 
 
 def test_conditioning_of_a_straight_roll_is_that_of_the_formula() -> None:
-    # x + v^2 / (2 mu g): |x| once, |y| once, the distance twice for v and once each for mu and g.
+    # For x + v^2 / (2 mu g), the sum is |x|, |y|, and the distance four times: twice for v, once
+    # each for mu and g.
     scene = Scene(name="stop", balls=(Ball(id="cue", position=(0.5, 0.25), velocity=(0.8, 0.0)),))
     form = closed_form(scene)
     assert form is not None
     distance = 0.8**2 / (2 * 0.02 * 9.81)
     assert form.conditioning[0] == pytest.approx(0.5 + 0.25 + 4 * distance, rel=1e-12)
-    # v / (mu g): once for each.
+    # For v / (mu g), the sum is the time three times.
     assert form.rest_time_conditioning == pytest.approx(3 * 0.8 / (0.02 * 9.81), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["thin-cut", "around-the-table", "moving-moving", "galperin-2"])
 def test_conditioning_bounds_what_rounding_the_inputs_does(name: str) -> None:
-    # Nudge x, v and m of the first ball by a relative 1e-9 at once: the end moves by no more than
-    # 1e-9 times the conditioning, and not by nothing.
+    # Change x, v and m of the first ball by 1e-9 of their values: the rest positions change by at
+    # most 1e-9 times the conditioning, but not by 0.
     scene, form = solved(name)
     relative = 1e-9
     ball = scene.balls[0]
@@ -226,7 +229,7 @@ def test_conditioning_bounds_what_rounding_the_inputs_does(name: str) -> None:
     ],
 )
 def test_conditioning_counts_spin_and_every_coefficient(name: str, numbers: set[Any]) -> None:
-    # Breaks where rounding of a number that the shot depends on is left out.
+    # Fails if the rounding of a number is omitted that the shot depends on.
     scene, form = solved(name)
     assert numbers <= set(numbers_of(scene))
     relative, fields = 1e-9, {}
@@ -245,7 +248,7 @@ def test_conditioning_counts_spin_and_every_coefficient(name: str, numbers: set[
 
 
 def moved_balls(name: str, index: int, by: float) -> dict[str, Any]:
-    """Return the balls of a scene, one of them moved along y."""
+    """Return the balls of a scene, with one ball moved along y."""
     balls = list(find_scene(name).balls)
     x, y, z = balls[index].position
     balls[index] = balls[index].model_copy(update={"position": (x, y + by, z)})
@@ -269,20 +272,20 @@ DROP = Ball(id="let-go", position=(0.0, 0.0, 0.2))
         ("english-check", {"physics": Physics(motion="sliding", cushion="mathavan2010")}),
         ("push", moved_balls("push", 1, 1e-9)),
         ("wedged", moved_balls("wedged", 0, 1e-9)),
-        ("throw-by-angle", moved_balls("throw-by-angle", 5, 1.1)),  # into another pair's way
-        ("three-ball-symmetric", {"name": "mine"}),  # no collisions of two alone
-        # In air: without air, with a slip across, and where balls may meet.
+        ("throw-by-angle", moved_balls("throw-by-angle", 5, 1.1)),  # into the path of another pair
+        ("three-ball-symmetric", {"name": "mine"}),  # not only collisions of two balls
+        # Scenes in air: changed to no air, to a slip across, or to balls that may collide.
         ("air-slides", {"physics": Physics(preset="pool")}),
         ("air-slides", {"balls": (SLIDES.model_copy(update={"angular_velocity": (1.0, 0, 0)}),)}),
         ("air-slides", moved_balls("air-slides", 0, 0.48)),
-        # Falls: aside, with a spin, and above another ball.
+        # Falls: with a velocity aside, with a spin, and above another ball.
         ("air-drop", {"balls": (DROP, Ball(id="a", position=(0, 1, 0.2), velocity=(0.1, 0, 0)))}),
         (
             "air-drop",
             {"balls": (DROP, Ball(id="a", position=(0, 1, 0.2), angular_velocity=(0, 0, 1.0)))},
         ),
         ("air-drop", {"balls": (DROP, Ball(id="a", position=(0.0, 0.01, 0.5)))}),
-        # Flights: where balls come close, never stop bouncing, or by their shape.
+        # Flights: with a near ball, with endless bounces, and under another name.
         ("flight-throw", more_balls("flight-throw", Ball(id="near", position=(2.0, 0.0)))),
         ("flight-throw", {"physics": ELASTIC, "t_max": 1.0}),
         ("flight-throw", {"name": "another"}),
@@ -306,7 +309,8 @@ def test_a_scene_without_a_form_has_none() -> None:
         ({"physics": Physics(motion="sliding")}, True),
         ({"physics": Physics(ball_friction=0.05)}, False),
         ({"physics": Physics(air_drag=0.004)}, False),
-        # The object ball now meets the right cushion, the cue ball misses, or it bounces first.
+        # The object ball hits the right cushion, the cue ball misses, or the cue ball bounces
+        # first.
         ({"table": Table(length=1.5, width=1.27)}, True),
         (
             {
@@ -331,7 +335,7 @@ def test_a_scene_without_a_form_has_none() -> None:
 def test_a_namesake_with_other_physics_or_collisions_is_not_judged_by_the_name(
     change: dict[str, Any], shape: bool
 ) -> None:
-    # A user's own scene called "head-on" must not be judged by the form of ours.
+    # The closed form of the shipped "head-on" must not judge a user's scene of this name.
     scene = find_scene("head-on").model_copy(update=change)
     found, unnamed = closed_form(scene), closed_form(scene.model_copy(update={"name": "mine"}))
     assert (found is not None) == (unnamed is not None) == shape
@@ -340,12 +344,12 @@ def test_a_namesake_with_other_physics_or_collisions_is_not_judged_by_the_name(
         assert found.event_sequence == unnamed.event_sequence
 
 
-# --- a scene of one's own ----------------------------------------------------------------------
+# --- a user's scene --------------------------------------------------------------------------
 
 BY_SHAPE = ("stop", "half-ball-cut", "wall-bounce", "moving-moving", "draw-shot", "throw-slip")
 
 BY_NAME_ALONE = ("cradle", "push", "flight-throw", "air-rolls")
-"""Of the forms for scenes at one instant, in contact, off the cloth, and in air."""
+"""One scene for each kind of form: simultaneous impacts, resting contact, flight, and air."""
 
 
 @pytest.mark.parametrize("name", [*BY_SHAPE, *BY_NAME_ALONE])
@@ -372,7 +376,7 @@ def test_a_shot_is_solved_by_its_shape_whatever_it_is_called(name: str) -> None:
     ],
 )
 def test_there_is_none_of_a_table_that_is_no_plain_rectangle(shape: dict[str, Any]) -> None:
-    # Breaks where a form knows of no cushions, and takes the table for an unbounded one.
+    # Fails if a form ignores the cushions, as if the cloth were unbounded.
     ball = Ball(id="cue", position=(0.5, 0.5), velocity=(2.0, 1.0))
     assert closed_form(Scene(name="roll", physics=Physics(preset="pool"), balls=[ball])) is not None
     table = Table.model_validate(shape)
@@ -381,7 +385,7 @@ def test_there_is_none_of_a_table_that_is_no_plain_rectangle(shape: dict[str, An
 
 
 def test_a_shot_so_slow_that_digits_end_has_no_form() -> None:
-    """Breaks where a speed of 1e-49 m/s, which arrives, is taken for a rounding of none."""
+    """Fails if a speed of 1e-49 m/s, which leads to a collision, counts as 0."""
     ((_, shot),) = stress_shots(StressSize(), "extremes/limit-elastic-1e-49")
     assert closed_form(shot.scene) is None
     assert truth_of(shot.scene).collision_counts == {"ball-ball": 1, "ball-cushion": 0}

@@ -1,4 +1,4 @@
-"""Shots with slides in air, integrated: against worked numbers, closed forms and our engine."""
+"""Integrated shots with slides in air agree with worked numbers, closed forms and our engine."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_slide_ends_where_worked_numbers_say(spin, time, place, velocity):
 
 
 def test_polynomials_of_a_slide_continue_each_other():
-    """Also where a ball that is drawn back stands still for an instant."""
+    """This includes a ball with backspin whose velocity is 0 at one time."""
     for v, u in (((2.0, 0.25), (1.5, -1.75)), ((1.5, 0.0), (6.9, 0.0)), ((0.0, 0.0), (-3.0, 1.0))):
         slide = slide_of(v, u)
         with working_precision(BITS):
@@ -69,7 +69,7 @@ def test_polynomials_of_a_slide_continue_each_other():
                 for what in ("displacement", "velocity", "slip"):
                     for p, q in zip(getattr(one, what), getattr(after, what), strict=True):
                         assert abs(p(after.start - one.start) - q[0]) < 1e-40
-            # Friction alone turns the ball: u - v changes by (5/2) of what the cloth takes.
+            # The acceleration is the derivative of the velocity.
             for s in (0.3, 0.9):
                 t = slide.duration * s
                 (vx, vy), (ux, uy) = slide.velocity(t), slide.slip(t)
@@ -87,7 +87,7 @@ def test_what_air_slows_too_much_is_refused():
 
 @pytest.mark.parametrize("name", ["air-drag-sliding", "air-slides"])
 def test_an_integration_agrees_with_closed_forms(name):
-    """Straight slides have one."""
+    """Straight slides have a closed form."""
     scene = find_scene(name)
     form = closed_form(scene)
     shot = integrated_once(scene)
@@ -119,7 +119,7 @@ def swerve() -> Scene:
 
 @pytest.mark.slow
 def test_our_engine_plays_every_integrated_event():
-    """Sliding balls, with spin about any axis, meet balls and cushions and each other."""
+    """Sliding balls with spin about any axis hit other balls and cushions."""
     scene = in_air(random_cloth_shot(12), air_drag=1.0)
     found, why = integrated(scene)
     assert why == ""
@@ -130,7 +130,7 @@ def test_our_engine_plays_every_integrated_event():
 
 
 def test_the_truth_of_a_slide_in_air_is_its_integration(tmp_path, monkeypatch):
-    """And it is called not certified; what is kept of it is read again."""
+    """The reference is called not certified, and the stored integration is read again."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path))
     scene = swerve()
     truth = truth_of(scene, "integration")
@@ -164,9 +164,9 @@ def test_our_engine_states_its_resolution_where_balls_slide_in_air():
     assert engine.resolution(find_scene("masse")) == 0.0
 
 
-@pytest.mark.slow  # it integrates a shot anew
+@pytest.mark.slow  # it integrates a shot again
 def test_the_law_holds_our_engine_to_the_resolution_that_it_states(tmp_path, monkeypatch):
-    """Breaks where a resolution of nanometres counts as a step, or limits nothing."""
+    """Fails if a resolution of nanometres counts as a time step, or limits nothing."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", str(tmp_path))
     engine = GhostballEngine()
     scene = scene_of(ball((0.0, 0.0), (2.0, 0.5), angular_velocity=(0.0, 9.0, 0.0)), **POOL)

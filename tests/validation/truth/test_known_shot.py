@@ -1,4 +1,4 @@
-"""The best motion known of a scene, and its proof: kept, with why there is none, or takes long."""
+"""The best known motion of a scene: certified if possible, otherwise with the reason."""
 
 import logging
 import time
@@ -24,7 +24,7 @@ def test_certified_where_it_can_be():
 
 
 def in_an_order(name):
-    """Return a shipped scene whose impacts at one instant come one after another."""
+    """Return a shipped scene with simultaneous impacts that act one after another."""
     scene = find_scene(name)
     physics = scene.physics.model_copy(update={"impacts": "sequential"})
     return scene.model_copy(update={"physics": physics})

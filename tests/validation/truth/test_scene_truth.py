@@ -1,4 +1,4 @@
-"""Truth: which one a scene gets, how exactly it is kept, and what of it is independent."""
+"""The reference of a scene: its kind, its precision, and its independent parts."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BB = int(EventKind.BALL_BALL)
 
 
 def shot(**changes: Any) -> Scene:
-    """A shot without a closed form: it has more balls than are solved by shape."""
+    """Return a shot with too many balls for a closed form."""
     return Scene(
         **{
             "name": "no-closed-form",
@@ -47,7 +47,7 @@ def shot(**changes: Any) -> Scene:
 
 
 def test_a_closed_form_is_kept_to_twice_double_precision() -> None:
-    # Judging an engine by ulps against a truth rounded to a double would blame it for that.
+    # With a reference in doubles, errors in ulps would contain its rounding.
     scene = find_scene("half-ball-cut")
     form, truth = closed_form(scene), truth_of(scene)
     assert form is not None
@@ -108,7 +108,8 @@ def test_without_a_closed_form_the_proof_is_the_truth_and_independent() -> None:
         for axis, enclosure in enumerate(enclosures):
             high = Fraction(truth.rest_positions[ball, axis])
             low = Fraction(truth.rest_positions_low[ball, axis])
-            # Twice double precision: judged by a rounded truth, an engine is blamed for that.
+            # Twice double precision, because a reference in doubles would add its rounding to
+            # errors.
             assert abs(high + low - enclosure.mid) <= Fraction(2) ** -104 * abs(enclosure.mid)
     assert np.array_equal(truth.rest_positions[:, 2], scene.radii)
     time = Fraction(truth.rest_time) + Fraction(truth.rest_time_low)
@@ -144,7 +145,7 @@ def test_without_a_closed_form_and_a_proof_our_engine_is_the_truth_and_not_indep
     assert truth.collisions[0] == (BB, 0, 1)
     for part in ("rest", "time", "events", "energy", "conditioning"):
         assert truth.is_own_measure("ghostball", part)  # type: ignore[arg-type]
-    assert not truth.is_own_measure("ghostball", None)  # such as its run time
+    assert not truth.is_own_measure("ghostball", None)  # a metric without a reference
     assert not truth.is_own_measure("pymunk", "rest")
     assert truth.conditioning is None
 
@@ -152,7 +153,7 @@ def test_without_a_closed_form_and_a_proof_our_engine_is_the_truth_and_not_indep
 def test_criteria_may_ask_for_the_engine_though_there_is_a_form() -> None:
     truth = truth_of(find_scene("head-on"), "engine")
     assert truth.kind == OUR_ENGINE
-    assert truth.certificate is not None  # what is proved is graded all the same
+    assert truth.certificate is not None  # the certified result still judges the engine
     assert truth_of(find_scene("head-on"), "engine", frozenset({"rest"})).certificate is None
 
 
@@ -207,7 +208,7 @@ def test_only_the_parts_that_are_asked_for_are_computed(monkeypatch: pytest.Monk
 
 
 def test_a_scene_that_states_its_truth_is_proved_to_its_end_or_as_far_as_it_states() -> None:
-    # Breaks where a proof that gave up early leaves a scene's events unjudged without a word.
+    # Fails if a proof that ends early silently leaves events of a scene unjudged.
     scene = find_scene("frozen-break")
     stated = shipped_criteria(scene)
     assert (stated.proved, stated.least_certified) == (4, 4)
@@ -216,12 +217,12 @@ def test_a_scene_that_states_its_truth_is_proved_to_its_end_or_as_far_as_it_stat
         failure = truth_or_failure(scene, stated.model_copy(update={"proved": proved}))
         assert isinstance(failure, TruthFailure)
         assert f"only 4 of its events are certified, but {must} are required" in failure.reason
-    # What states nothing, as a scene of one's own, is measured against what there is.
+    # A scene without a required proof, such as a user's scene, gets any available reference.
     assert isinstance(truth_or_failure(scene, Criteria()), Truth)
 
 
 def test_in_air_the_horizon_and_what_lateness_does_are_those_of_the_proof() -> None:
-    """Broken by growth without air: this cut is proved to 8.9 s, and its horizon was 0.98 s."""
+    """Fails if error growth ignores air: the horizon of this cut would be 0.98 s, not 8.9 s."""
     balls = [
         Ball(id="a", position=(0.5, 0.6), velocity=(5.0, 0.0)),
         Ball(id="b", position=(1.0, 0.63)),
@@ -239,4 +240,4 @@ def test_in_air_the_horizon_and_what_lateness_does_are_those_of_the_proof() -> N
     assert truth.graded.sizes is not None
     assert np.isfinite(truth.graded.sizes).all()
     late = truth.lateness.places[np.array(truth.lateness.kinds) == EventKind.BALL_BALL]
-    assert 100.0 < late.max() < 1000.0  # the normal turns by v / 2R, over the way that is left
+    assert 100.0 < late.max() < 1000.0  # the normal turns by v / 2R

@@ -1,4 +1,4 @@
-"""Fits of tests run as `fit` has it: on one thread of linear algebra."""
+"""Tests of fits use one thread of linear algebra, as the command `fit` does."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 @pytest.fixture(autouse=True, scope="session")
 def _one_thread() -> Iterator[None]:
-    """Beside tests on every core, threads wait for each other: 350 s in place of 6."""
+    """Limit the threads: beside tests on every core, threads take 350 s instead of 6 s."""
     threadpoolctl = pytest.importorskip("threadpoolctl")
     with threadpoolctl.threadpool_limits(limits=1, user_api="blas"):
         yield

@@ -1,4 +1,4 @@
-"""What can be fitted, of which engine, and what a fit decides by how well it fits."""
+"""The fields that a fit can determine for an engine, and the choice among solutions by misfit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ghostball.validation.measured.fit.least_squares import Solution
 
 
 def solution(value, misfit, error=0.1):
-    """Return a solution with one value, whose events leave noise alone."""
+    """Return a solution with one value and a given misfit."""
     left = np.ones((10, 1))
     return Solution(np.array([value]), np.array([[error**2]]), left, [], 11, misfit, True)
 
@@ -23,13 +23,13 @@ def test_solutions_that_fit_alike_are_weighed_by_what_is_assumed():
     mean, there, best = mean_of(tried)
     assert mean.values[0] == pytest.approx(1.0)
     assert (there, best) == (pytest.approx(0.0), 0)
-    # A value per standard deviation of what is assumed: an error of 1 beside the fits' own. That
-    # any value between two neighbours may be true adds a twelfth.
+    # The value changes by 1 per standard deviation of the assumption, which adds 1 to the variance
+    # of the fits. The distance of the tried assumptions adds 1/12.
     assert mean.covariance[0, 0] == pytest.approx(1.0 + 0.1**2 + 1.0 / 12.0, rel=1e-3)
 
 
 def test_a_side_that_fits_badly_does_not_count():
-    """The misfit rises on one side alone: the mean is off the best fit, and so is its error."""
+    """The misfit rises on one side only, so the mean differs from the best fit."""
     tried = {
         spreads: solution(1.0 + spreads, 50.0 + 99.0 * (spreads < 0)) for spreads in (-1, 0, 1)
     }

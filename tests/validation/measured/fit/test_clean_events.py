@@ -1,4 +1,4 @@
-"""Which events count as clean: those that are, in tracks of a table whose physics is known."""
+"""Clean events are found in tracks of a table with known physics."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_events_of_all_kinds_are_found_with_the_noise_of_the_tracker(shots):
 
 
 def test_balls_that_count_as_rolling_roll(shots):
-    # the friction of the cloth, and never that of a slide.
+    # They decelerate by rolling friction, never by sliding friction.
     slowing = [one.seen[0] for one in find_clean_events(shots, POOL).rolling]
     assert slowing == pytest.approx([0.01 * 9.81] * len(slowing), rel=0.1)
 
@@ -44,7 +44,7 @@ def test_the_line_before_a_cushion_is_straight_but_for_rolling(shots):
 
 
 def test_a_hit_is_seen_in_axes_along_the_way_of_the_ball():
-    # The ball comes at an angle of 30 degrees, and hits the other full: both go on that way.
+    # The ball moves at 30 degrees and hits the other ball full: both continue in this direction.
     angle = np.pi / 6.0
     way = np.array([np.cos(angle), np.sin(angle)])
     meets, speed = 1.5, 0.6
@@ -76,9 +76,9 @@ def goes(x0: float, y0: float, vx: float, vy: float = 0.0) -> Track:
 def test_a_ball_is_free_where_nothing_is_near_and_it_is_seen():
     track = goes(0.5, 0.6, 0.3)
     assert is_free(track, [], POOL, 0.5, 2.0)
-    assert not is_free(track, [], POOL, 0.5, 4.0)  # its track ends
+    assert not is_free(track, [], POOL, 0.5, 4.0)  # the track ends
     assert not is_free(track, [goes(1.0, 0.6, 0.0)], POOL, 0.5, 2.0)
-    assert not is_free(goes(0.5, 0.04, 0.3), [], POOL, 0.5, 2.0)  # along a cushion
+    assert not is_free(goes(0.5, 0.04, 0.3), [], POOL, 0.5, 2.0)  # a ball along a cushion
     kept = (TIMES < 1.0) | (TIMES > 1.3)
     assert not is_free(Track(TIMES[kept], track.positions[kept]), [], POOL, 0.5, 2.0)
 

@@ -1,4 +1,4 @@
-"""Curves through samples, the noise of a tracker, and samples that it shows twice."""
+"""Curves through samples, the noise of a tracker, and repeated samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Events as a model plays them: what was given is what it begins with, in the same windows."""
+"""Events that a model simulates: each starts from the given values, in the windows of the data."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ BEFORE = np.arange(0.0, 0.29, 0.02)
 
 
 def unweighed(kind, given, seen, times, *curves):
-    """Return an event whose errors nobody asks for."""
+    """Return an event without measurement errors."""
     none = np.zeros((0, 0))
     return kind("1", 0.8, RADIUS, given, none, seen, none, times, *curves)
 
 
 def played(event, given):
-    both = [(event, given), (event, given)]  # the second lane is that of the first
+    both = [(event, given), (event, given)]  # both lanes get the same event
     result = simulate(scene_of(POOL, both), record="trajectory")
     seen, beside = seen_in(result, both)
     assert beside == pytest.approx(seen, abs=1e-9)
@@ -70,6 +70,6 @@ def test_a_hit_begins_where_the_mean_of_the_samples_is():
     places = result.sample(BEFORE).positions[:, 0, :2] - result.scene.positions[1, :2]
     assert places.mean(axis=0) == pytest.approx(given[:2])
     assert result.collision_counts["ball-ball"] == 2
-    # What the one loses the other gains, but for the cloth: both go on, the other faster.
+    # Apart from the cloth, one ball gains the velocity that the other loses: both move on.
     struck, hit = seen[2:4], seen[6:8]
     assert 0.0 < struck[0] < hit[0] < 0.8

@@ -1,4 +1,4 @@
-"""Physics fitted to tracks: known values come out, and what isn't told is said."""
+"""Physics fitted to tracks: known values are found, and undetermined values are reported."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def fitted(found, engine="ghostball", **options):
 
 @pytest.mark.slow
 def test_known_values_come_out_and_the_law_is_told(found):
-    # Without the height of the nose, two laws of cushions fit as well.
+    # Without the height of the nose, two cushion laws fit equally well.
     fit = fitted(found, nose_height=EXAMPLE_PHYSICS.cushion_height)
     assert set(fit.errors) == set(DEFAULT_FIELDS)
     for name, error in fit.errors.items():
@@ -38,7 +38,7 @@ def test_known_values_come_out_and_the_law_is_told(found):
     assert min(fit.laws, key=fit.laws.get) == "han2005"
     assert fit.laws_alike == ["han2005"]
     assert 0.7 < fit.goodness < 1.3
-    # The errors are small enough to be of use.
+    # The standard errors are small.
     assert fit.errors["rolling_friction"] < 2e-4
     assert fit.errors["cushion_friction"] < 0.02
 
@@ -49,18 +49,18 @@ def test_chosen_fields_alone_are_fitted_and_the_rest_is_the_preset_s(found):
     assert set(fit.errors) == {"rolling_friction"}
     assert fit.laws == {}
     assert fit.physics.cushion_restitution == 0.85
-    assert 0.0088 < fit.physics.rolling_friction < 0.011  # the square is 0 there
+    assert 0.0088 < fit.physics.rolling_friction < 0.011  # the quadratic friction is 0
 
 
 @pytest.mark.slow
 def test_another_engine_is_fitted_without_what_it_lacks(found):
     few = CleanEvents(found.rolling[:10], found.cushion[:8], [], found.noise)
-    # Long steps, for a fit plays a thousand shots.
+    # Long time steps, because a fit simulates a thousand shots.
     engine = "pybullet:dt=1e-2"
     fit = fitted(few, engine, fields=["rolling_friction", "cushion_restitution"])
     assert fit.laws.keys() <= {"frictional", "restitution"}
     assert fit.physics.rolling_friction_quadratic == 0.0
-    # One number for all speeds: between what slow and fast balls have.
+    # One value for all speeds lies between the values of slow and fast balls.
     assert 0.008 < fit.physics.rolling_friction < 0.02
 
 
@@ -121,11 +121,11 @@ def test_contacts_alone_tell_no_friction_of_the_cloth(found):
         "cushion_friction",
     }
     assert {"rolling_friction", "sliding_friction"} <= set(fit.not_told)
-    # What is assumed may be off, which is part of the errors.
+    # The assumed values may be wrong, which adds to the errors.
     assert set(fit.assumed) == {"rolling_friction", "sliding_friction", "cushion_height"}
     height = 0.01 * 2.0 * POOL.radius
     assert fit.assumed["cushion_height"] == Assumed(0.0357, height)
-    # The contacts are fitted again with several heights.
+    # The fit of the contacts is repeated for several heights.
     assert 1 < max(done for done, _ in said) < said[0][1]
 
 

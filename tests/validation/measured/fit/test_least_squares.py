@@ -1,4 +1,4 @@
-"""Fits of a made-up model whose answer is known, without any shot."""
+"""Fits of an artificial model with a known answer, without any shot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SLIDING = Field("sliding_friction", 0.0, 1.0, 1e-3, frozenset({"made"}))
 
 @dataclass
 class Made:
-    """Sees a + b z^2 of a z that is measured as badly."""
+    """An event with the measured values of z and of a + b z^2, which have equal errors."""
 
     shot: str
     given: np.ndarray
@@ -75,7 +75,7 @@ def solutions():
 
 def test_errors_on_both_sides_are_taken_into_account(solutions):
     off = np.array([(one.values - [0.05, 0.3]) / one.errors for one in solutions])
-    # 95 of 100 are meant: fewer than 88 or more than 99 would be a surprise in a thousand.
+    # The expected number is 95 of 100; the probability of fewer than 88 or more than 99 is 0.001.
     held = np.sum(np.abs(off) < 1.96, axis=0)
     assert np.all((held >= 88) & (held <= 99))
     assert np.abs(off.mean(axis=0)) == pytest.approx([0.0, 0.0], abs=0.35)
@@ -89,7 +89,7 @@ def test_a_search_that_stalls_has_not_settled(solutions):
     assert all(one.settled for one in solutions)
 
     def misleading(physics, played):
-        """Fall only near the place at which the derivative is taken."""
+        """Return values that fall only near the point at which the derivative is computed."""
         off = abs(physics.rolling_friction - 0.1)
         dip = 2e-5 if abs(off - FRICTION.step) < FRICTION.step / 10.0 else 0.0
         return [np.array([1.0 + 1e-3 * off - dip]) for _ in played]
@@ -115,7 +115,7 @@ def test_a_value_stays_within_its_bounds():
 
 
 def test_an_assumption_that_no_event_tells_adds_its_own_error():
-    """Of a sum a + b that is measured, and a b that is assumed: a is off by both errors."""
+    """The sum a + b is measured and b is assumed, so the error of a contains both errors."""
     slopes, random = np.ones((400, 2)), np.random.default_rng(2)
     left, shots = random.normal(0.0, 1.0, 400), [str(k) for k in range(400)]
     found = covariance_of(slopes, left, shots, np.array([0.0, 0.5**-2]))
@@ -125,7 +125,7 @@ def test_an_assumption_that_no_event_tells_adds_its_own_error():
 
 
 def test_an_assumption_is_moved_by_events_that_tell_better():
-    assumed = {"rolling_friction": Assumed(0.1, 0.05)}  # 0.05 is true
+    assumed = {"rolling_friction": Assumed(0.1, 0.05)}  # the true value is 0.05
     problem = FitProblem(made(1), [FRICTION, SLIDING], build, predict, assumed)
     found, alone = problem.solve(np.array([0.1, 0.2])), solved(made(1))
     assert found.values == pytest.approx(alone.values, abs=0.2 * np.max(alone.errors))

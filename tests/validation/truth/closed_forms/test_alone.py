@@ -1,4 +1,4 @@
-"""Closed forms of balls alone in air and in flight, against numbers computed elsewhere."""
+"""Closed forms of single balls in air and in flight agree with separately computed numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ R = 0.028575
 
 
 def solved(name: str, *balls: Ball, **physics) -> ClosedForm:
-    """Return the form that balls off the cloth have by the name of their scene."""
+    """Return the closed form of airborne balls; the name of the scene selects the form."""
     chosen = Physics(preset="pool", airborne=True, **{"gravity": 9.81} | physics)
     form = closed_form(Scene(name=name, balls=list(balls), physics=chosen))
     assert form is not None
@@ -25,7 +25,7 @@ def solved(name: str, *balls: Ball, **physics) -> ClosedForm:
 def test_the_numbers_of_one_ball_are_those_computed_elsewhere() -> None:
     form = closed_form(find_scene("air-slides"))
     assert form is not None
-    # A stunned ball of 3 m/s slides 1.1168 m, and rolls on at 2.1344 m/s: ln(1 + q^2) / 2b.
+    # A stunned ball at 3 m/s slides 1.1168 m, then rolls from 2.1344 m/s: ln(1 + q^2) / 2b.
     a, b = 0.01 * 9.81, 5 * 0.0041 / 7
     on = math.log1p(b * 2.1343833222613356**2 / a) / (2 * b)
     assert float(form.rest_positions[0][0]) == pytest.approx(1.1168116256280046 + on, rel=1e-13)
@@ -62,7 +62,7 @@ def test_a_bounce_that_slips_takes_mu_times_the_impulse() -> None:
     form = solved("flight-throw", drop, table_restitution=0.0)
     with mp.workdps(30):
         fall = 1.0 / 9.81
-        # What is left after one bounce of e = 0: 2 - 0.2, and 5/7 of a slip of 2 - 0.7.
+        # After one bounce with e = 0: velocity 2 - 0.2, slip 2 - 0.7, of which sliding takes 2/7.
         slip = 2.0 - 3.5 * 0.2
         velocity = 1.8 - 2.0 / 7.0 * slip
         slide = slip / (3.5 * 0.2 * 9.81)
