@@ -34,7 +34,7 @@ M = TypeVar("M", bound=Callable[..., BenchmarkMeasurement])
 
 app = typer.Typer(
     name="benchmarks",
-    help="Measure the speed and the accuracy of ghostball's own engine.",
+    help="Measure the speed and the accuracy of Ghostball's engine.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,

@@ -28,7 +28,7 @@ ENGINE_LAWS: Final[Mapping[str, tuple[str, ...]]] = {
     "pybullet": ("frictional",),
     "mujoco": ("frictional",),
 }
-"""Cushion laws to fit, by engine: laws with friction, and for `ghostball` one law without."""
+"""Cushion laws to fit, by engine: laws with friction, and one frictionless law for `ghostball`."""
 
 _LOSS = "cushion_restitution_loss"
 _SYMBOLS = {"cushion_restitution": "e", _LOSS: "c", "cushion_friction": "mu"}

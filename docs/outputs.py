@@ -76,7 +76,8 @@ def write_outputs(pages: Sequence[Path], *, check: bool) -> None:
     """Run the blocks of pages and write their outputs beneath them; or check the outputs."""
     if missing := [str(page) for page in pages if not page.is_file()]:
         raise OutputError(
-            f"a page must be a file of {DOCS.name}/, named from there: no {', '.join(missing)}"
+            f"a page must be a file in {DOCS.name}/, named by its path in that folder; these files "
+            f"don't exist: {', '.join(missing)}"
         )
     stale = []
     for page in pages:

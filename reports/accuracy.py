@@ -44,8 +44,8 @@ CLASSES: Final[Mapping[AccuracyKind, ClassLook]] = {
     "centimetres": ClassLook("cm", "1 cm or more", "cm", "dark_orange3"),
     "another shot": ClassLook(
         "wrong collisions",
-        "collisions that differ from the reference; in brackets: the number of collisions that are "
-        "right before the first wrong one, and the number in the reference",
+        "collisions that differ from the reference; in brackets: the number of right collisions "
+        "before the first wrong collision, and the number in the reference",
         "other",
         "red",
     ),
@@ -168,7 +168,7 @@ def meaning_text(case: CaseRecord | None) -> str:
     found = None if case is None else case.accuracy
     if case is None or found is None:
         return ""
-    whose = "" if case.truth in INDEPENDENT else " (Ghostball's own, which is not certified)"
+    whose = "" if case.truth in INDEPENDENT else " (Ghostball's own result, which is not certified)"
     if found.kind == "broken":
         return f"unphysical: {_broken_text(found)}"
     if found.kind == "another shot":

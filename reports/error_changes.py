@@ -25,7 +25,7 @@ _BEFORE, _NOW, _BOTH = "○", "●", "◉"
 
 
 def error_text(change: SceneChange) -> str:
-    """Return the rest error: "3.4 mm -> 28 mm", or "28 mm" if both read the same; "" if unknown."""
+    """Return the rest error: "3.4 mm -> 28 mm", or "28 mm" if both texts agree; "" if unknown."""
     if change.base_error is None or change.head_error is None:
         return ""
     before = UP_TO_ROUNDING if change.base_is_exact else style.format_length(change.base_error)
@@ -34,7 +34,7 @@ def error_text(change: SceneChange) -> str:
 
 
 def is_shifted(change: SceneChange) -> bool:
-    """Return whether the rest error is known on both sides, and differs."""
+    """Return whether the rest error is known in both runs, and differs."""
     return None not in (change.base_error, change.head_error) and (
         change.base_error != change.head_error
     )

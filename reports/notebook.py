@@ -25,7 +25,7 @@ TIMES = 200
 """Number of points of a path, in addition to the points at events."""
 
 AIM = 0.15
-"""The line at a moving ball is the distance that it would move in this time [s]."""
+"""A moving ball has a line as long as the distance that the ball would move in this time [s]."""
 
 # Colours from the cue ball to the eight ball. They repeat; every ball has its name beside it.
 COLOURS = (

@@ -222,7 +222,7 @@ def distance_from(reference: Motion, motion: Motion) -> FloatArray:
 
 
 def error_curves(shot: Shot) -> tuple[list[tuple[Run, FloatArray]], float]:
-    """Return the distance of each other engine from Ghostball's result, and the largest one [m].
+    """Return the distances of other engines from Ghostball's result, and the largest to show [m].
 
     A distance is an array (k,) [m] at the times of the engine's motion, at least `ERROR_FLOOR`.
     There are no distances if Ghostball's engine has no motion.

@@ -36,7 +36,7 @@ PURPLE = "#CC79A7"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
 YELLOW = "#F0E442"
-BROWN = "#7A4A00"  # a different hue, and distinct in grey: darker than all except black and blue
+BROWN = "#7A4A00"  # a different hue; in grey, darker than all except black
 
 GREY = "#6E6E6E"  # secondary text: contrast 5.1 : 1 to white, above the required 4.5 : 1
 FAINT = "#C8C8C8"

@@ -43,8 +43,8 @@ def metric_of(case: CaseRecord | None, name: str) -> float | None:
 
 AGREEMENT_KEY: Final = (
     "Unit: standard errors of the measurement, which include the spread between tables if several "
-    "were measured, and the uncertainty of measured inputs. ✓: within what is known, because no "
-    "difference exceeds two standard errors."
+    "were measured, and the uncertainty of measured inputs. ✓: no difference exceeds two standard "
+    "errors."
 )
 """Explanation of `agreement_cell`."""
 
@@ -52,9 +52,9 @@ AGREEMENT_KEY: Final = (
 def agreement_cell(family: FigureFamily) -> str:
     """Return the difference of an engine from measurements; a dash if it doesn't support them.
 
-    It is the typical and the largest difference in standard errors, with a mark if the engine is
-    within what is known; or, if the error of the measurements is unknown, the typical difference in
-    their unit.
+    It is the typical and the largest difference in standard errors, with a mark if no difference
+    exceeds two standard errors; or, if the error of the measurements is unknown, the typical
+    difference in their unit.
     """
     if family.lacks:
         return "–"

@@ -333,7 +333,7 @@ def test_outputs_stand_beneath_their_blocks_and_stay_where_durations_alone_diffe
     page.write_text(PAGE.replace("exit=3", "exit=0"), "utf-8")
     with pytest.raises(OutputError, match="ended with 3, expected 0"):
         write_outputs([page], check=False)
-    with pytest.raises(OutputError, match=r"^a page must be a file of docs/.* no \S+/nosuch\.md$"):
+    with pytest.raises(OutputError, match=r"^a page must be a file in .* exist: \S+/nosuch\.md$"):
         write_outputs([page, tmp_path / "nosuch.md"], check=False)
 
 

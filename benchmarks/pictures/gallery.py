@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERO_SCENES = ("pocket-break-9", "break-16", "break-7")
-"""Scenes for the README's first picture, the hero; the first stored one is drawn."""
+"""Scenes for the README's first picture, the hero; the first stored scene is drawn."""
 
 HERO_ENGINES = ("ghostball", "pymunk:contact_steps=exact", "pymunk", "pybullet")
 """Engines of the hero's panels, in rows of two."""

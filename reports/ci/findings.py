@@ -20,7 +20,7 @@ SHOWN = 10
 """Number of errors, and number of warnings, that GitHub shows for a step."""
 
 NAMED = 6
-"""Largest number of scenes that a message names; with more, it gives only their number."""
+"""Largest number of scenes that a message names; more scenes are only counted."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Summary of a run for CI services: Markdown for GitHub Actions, plain lines for the others.
+"""Summary of a run for CI services: Markdown for GitHub Actions, plain lines for other services.
 
     >>> from ghostball.reports import summary_markdown
     >>> print(summary_markdown(Results.open("out"), *load_regressions(Path("out"))))

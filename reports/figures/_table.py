@@ -19,7 +19,7 @@ View = tuple[float, float, float, float]
 """Left, right, bottom and top edge of a picture [m]."""
 
 CUSHION_DEPTH = 0.045
-"""Depth of a cushion [m], about that of a real one."""
+"""Depth of a cushion [m], about the depth of a real cushion."""
 
 
 def view_of(scene: Scene, *positions: FloatArray, needed: FloatArray | None = None) -> View:

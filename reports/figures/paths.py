@@ -183,7 +183,7 @@ def _error_text(run: Run, shot: Shot) -> str:
 
 
 def is_collinear(shot: Shot) -> bool:
-    """Return whether several balls move, all along x, so that their paths hide each other."""
+    """Return whether all of several balls stay on one line along x, where paths hide each other."""
     first = motion_of_run(shot.drawn[0])
     return bool(np.ptp(first.positions[:, :, 1]) < 1e-6) and len(shot.scene.balls) > 1
 

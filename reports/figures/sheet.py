@@ -72,7 +72,7 @@ LETTERS = 118
 """Number of letters that fit into a line below the numbers."""
 
 WRONG = "#A84300"
-"""Colour of a wrong count, with a contrast of 5.7 : 1 to white."""
+"""Colour of a wrong count, with a contrast of 6.1 : 1 to white."""
 
 
 def draw_sheet(shot: Shot) -> Figure | None:

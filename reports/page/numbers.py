@@ -139,7 +139,7 @@ def hashes_html(
         change = None if regression is None else regression.scene(case.scene)
         stored = scenes[case.scene].hashes.get(case.label, "")
         base = "" if change is None else change.base_hash
-        # The comparison may be older than the stored motion, or compared a run without one.
+        # The comparison may be older than the stored motion, or its run had no motion.
         other = "" if change is None or change.head_hash == stored else change.head_hash
         rows.append((case.scene, stored, base, other))
     return render("hashes.html", rows=rows, compared=any(base for _, _, base, _ in rows))

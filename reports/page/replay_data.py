@@ -46,7 +46,7 @@ _LINES: Final = {"-": [], "--": [5.0, 2.5], ":": [1.2, 1.6], "-.": [6.0, 2.0, 1.
 def scene_data(shot: Shot, *, horizon: float | None = None) -> dict[str, Any]:
     """Return the data of a scene's replay as plain values, without nan and inf.
 
-    `horizon` [s]: the predictability horizon in double precision (`Predictability.horizon`).
+    `horizon` [s]: the predictability horizon in double precision (`CaseRecord.shot_horizon`).
     """
     scene, runs, truth = shot.scene, shot.runs, shot.truth_positions
     parts: list[bytes] = []

@@ -57,7 +57,7 @@ def test_a_cell_says_what_a_reader_wants(case, found, text):
 
 def test_what_nothing_proves_is_said_to_be_a_comparison(case):
     shown = replace(case, truth=OUR_ENGINE)
-    assert "Ghostball's own, which is not certified" in meaning_text(shown)
+    assert "Ghostball's own result, which is not certified" in meaning_text(shown)
 
 
 def test_the_mark_is_no_part_of_the_class(case):

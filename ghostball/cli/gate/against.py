@@ -42,7 +42,7 @@ for label in sys.argv[2:]:
     if os.path.commonpath([file, root]) != root:
         sys.exit(f"`{label}` is imported from {file}, which is not part of that revision")
 """
-"""Program that exits with a message if an engine isn't imported from the folder it is given."""
+"""Program that exits with a message if an engine isn't imported from the given folder."""
 
 
 def run_both(asked: RegressOptions, labels: Sequence[str], revision: str) -> ExitStatus:

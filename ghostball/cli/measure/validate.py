@@ -59,7 +59,7 @@ class _ValidationPlan:
 
     `criteria`: limits from files beside the scenes, by scene name.
     `engines`: labels of all engines that run.
-    `asked`: the engines without the one that runs only to draw replays.
+    `asked`: these engines without Ghostball's, if it runs only for replays or for an ensemble.
     `named`: whether the user or the project names engines.
     `whole`: whether all shipped scenes or the board are asked for.
     """

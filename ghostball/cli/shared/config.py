@@ -88,9 +88,9 @@ def load_config(start: Path | None = None) -> Config:
 
 
 def load_table(path: Path) -> Any:
-    """Return the table `[tool.ghostball]` of a file, or None if there is none.
+    """Return the table `[tool.ghostball]` of a file; None without a table, or without permission.
 
-    Raises `ConfigError` if the file can't be read.
+    Raises `ConfigError` if the file can't be read for another reason.
     """
     try:
         text = read_text(path)

@@ -37,7 +37,7 @@ DISK_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EIO})
 
 @contextmanager
 def in_a_command() -> Iterator[None]:
-    """Turn any exception in the block into an exit status, raised as `typer.Exit`.
+    """Turn an exception in the block, except typer's own, into an exit status: a `typer.Exit`.
 
     For an error that the user can correct, only the message is printed. Any other error is a bug in
     Ghostball, and is printed with its traceback. Both go to stderr.
