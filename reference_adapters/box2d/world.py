@@ -32,7 +32,7 @@ from ghostball.reference_adapters.stepping.sides import (
     sides_of,
 )
 
-# Creating its types raises warnings about missing SWIG attributes, and crashes Python if warnings
+# The import of Box2D raises warnings about missing SWIG attributes, and crashes Python if warnings
 # are errors.
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)

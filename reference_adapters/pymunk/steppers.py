@@ -24,7 +24,7 @@ class JointStepper(plane.WorldStepper):
     Chipmunk moves a ball before it changes its velocity. The tuned joint reduces the speed by
     exactly mu g dt in each step. Half of this before the first step makes the method a leapfrog:
     velocities belong to the middle of the coming step, and a roll ends within mu g dt^2 / 8 of v^2
-    / (2 mu g). Without it, the ball rolls v dt / 2 too far. `state` adds the half back.
+    / (2 mu g). Without this half, the ball rolls v dt / 2 too far. `state` adds the half back.
     """
 
     def __init__(self, scene: Scene, world: PymunkWorld, dt: float, t_end: float) -> None:

@@ -1,7 +1,7 @@
 """Findings about single engines: thresholds, units, breaks, and unsupported scenes.
 
-Some are findings: their tests fail where a later version of the engine has mended them. Each engine
-has a planted error, so that its closed forms are known to see one.
+A test of a defect fails if a later version of the engine has fixed it. Each engine has a planted
+error, which its closed forms must detect.
 """
 
 from __future__ import annotations
@@ -264,7 +264,7 @@ def test_its_default_gap_turns_a_cut(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @newton
 def test_a_replayed_step_is_the_launched_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Recorded are the finding of contacts, the solver and the copy of its result."""
+    """The recording contains contact detection, the solver, and the copy of the result."""
     scene = rack(duration=0.2)
     replayed = play("newton", scene)
     world = resolve_name("ghostball.reference_adapters.newton.world:NewtonWorld")

@@ -1,4 +1,4 @@
-"""Files of pooltool: what is read, what is written, and that the real package plays the same."""
+"""Files of pooltool are read and written, and the real package simulates them equally."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ for path in sys.argv[1:]:
     pt.simulate(system, engine=PhysicsEngine(resolver=default_resolver()), inplace=True)
     print(json.dumps([ball.state.rvw[0].tolist() for ball in system.balls.values()]))
 """
-"""Program that plays files with pooltool and its default laws."""
+"""Program that simulates files with pooltool and its default laws."""
 
 
 def example() -> dict:

@@ -200,7 +200,7 @@ def check_against_the_engine(number: int, **having: str) -> Certificate:
     return certificate
 
 
-@pytest.mark.parametrize("number", range(6, 12))  # in 5 two balls land at one instant, in no order
+@pytest.mark.parametrize("number", range(6, 12))  # 5 has two simultaneous landings
 def test_random_jumps_agree_with_our_engine(number) -> None:
     check_against_the_engine(number)
 

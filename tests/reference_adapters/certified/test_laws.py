@@ -1,6 +1,6 @@
 """Impact laws for wide intervals, which may contain 0.
 
-That all laws are right is asked of whole shots: `test_api.py`, against the oracle.
+`test_api.py` compares the laws with the oracle in whole shots.
 """
 
 from __future__ import annotations

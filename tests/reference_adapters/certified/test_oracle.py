@@ -1,7 +1,6 @@
 """The oracle's root finder, and scenes that the oracle rejects.
 
-Its motion and its laws are checked by `test_api.py`: proofs hold the closed forms' answers,
-and the oracle's.
+`test_api.py` tests the motion and the laws of the oracle: proofs contain its results.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ def padded(gap):
 @pytest.mark.parametrize("bits", [53, 106, 424])
 def test_a_root_is_enclosed_to_the_precision_at_hand(bits):
     with working_precision(bits):
-        gap = [arb(-2), arb(0), arb(1)]  # s^2 - 2, upside down: 2 - s^2 falls through 0
+        gap = [arb(-2), arb(0), arb(1)]  # s^2 - 2, whose negative falls through 0
         gap = [-c for c in gap]
         found = first_entry(gap, arb(0.0), arb(3.0), bits)
         assert found.verdict == ROOT

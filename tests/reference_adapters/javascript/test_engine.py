@@ -53,7 +53,7 @@ def test_in_exact_steps_a_shot_is_right_to_nanometres(name: str) -> None:
 
 @pytest.mark.parametrize("name", IN_DOUBLES)
 def test_the_cloth_is_that_of_the_other_adapters(name: str) -> None:
-    # Without contacts, only the closed form and rounding are involved, also between the ends.
+    # Without contacts, the results differ only by rounding, at the end and before.
     for scene in map(find_scene, ("sliding-swerve", "roll-distance", "stop")):
         result, truth = run_engine(make_engine(name), scene), simulate(scene, record="trajectory")
         assert result.status is truth.status

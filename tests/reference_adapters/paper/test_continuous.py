@@ -61,8 +61,8 @@ def break_shot(count: int, seed: int, gap: float = 1e-4, **scene) -> Scene:
 def slanting_chase(**scene) -> Scene:
     """Return ball b that moves slowly along x, and a faster ball a behind it: contact after 18 ms.
 
-    Along the line of centres b loses speed at the full mu g, a at less than half of it: the gap
-    closes faster than the straight lines say.
+    Along the line of centres, b loses speed at the full mu g, and a at less than half of it: the
+    gap closes faster than at constant velocities.
     """
     t = 0.018
     a = Ball(id="a", position=(-2 * R - 1.2 * t, -3.0 * t), velocity=(1.5, 3.0))
@@ -166,7 +166,7 @@ def test_figure_2_friction_within_a_frame_makes_it_miss():
     assert missed.collision_counts["ball-ball"] == 0
     assert missed.work["overlaps"] == 1
     assert gaps(missed).min() < -1e-3
-    # Without any one part of the explanation, the collision happens.
+    # If one cause of the miss is removed, the collision happens.
     frictionless = engine().simulate(slanting_chase(physics=FRICTIONLESS))
     finer = engine(frame=1e-4).simulate(slanting_chase())
     kent = engine(overlaps="collide").simulate(slanting_chase())

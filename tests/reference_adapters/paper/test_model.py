@@ -1,4 +1,4 @@
-"""The paper's formulas, each against a value worked out another way."""
+"""The paper's formulas agree with values that were computed in another way."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_ball_that_friction_would_turn_round_stops():
 
 
 def test_as_printed_a_slow_ball_trembles_and_creeps_for_ever():
-    """Why a rule to stop is needed at all: without one no run would end."""
+    """Without a rule for rest, no run would end."""
     flip = DECELERATION * 0.02
     balls = one_ball(0.3 * flip, stop="never")
     speeds = []
@@ -53,7 +53,7 @@ def test_as_printed_a_slow_ball_trembles_and_creeps_for_ever():
 
 
 def test_the_formula_tests_nothing_so_separating_balls_are_turned_round():
-    """The print's wart: "cause collisions that shouldn't have happened"."""
+    """As printed, the formula can "cause collisions that shouldn't have happened"."""
     a = Ball(id="a", position=(0, 0), velocity=(-1, 0))
     balls = balls_of(a, Ball(id="b", position=(0.06, 0)))
     assert not balls.approaching(0, 1)

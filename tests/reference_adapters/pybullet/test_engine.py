@@ -1,7 +1,7 @@
 """The pybullet adapter: unsupported scenes, settings, and side effects.
 
-What it computes is tested in `test_rolling` and `test_sliding`. On a Python
-without pybullet the tests that run it are skipped with the adapter's own reason; the others run.
+`test_rolling` and `test_sliding` test its results. On a Python without pybullet, the tests that run
+it are skipped with the adapter's own reason; the others run.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Bullet in the plane, compared with closed forms.
 
-Scenes use mu = 0.1 where nothing depends on it, to be short. On a Python without pybullet these
-tests are skipped with the adapter's own reason.
+Scenes use mu = 0.1 if the results don't depend on it, so that shots are short. On a Python without
+pybullet, these tests are skipped with the adapter's own reason.
 """
 
 from __future__ import annotations

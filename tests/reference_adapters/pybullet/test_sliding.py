@@ -124,8 +124,8 @@ def test_ball_friction_differs_from_the_law_as_the_capabilities_say(
 ) -> None:
     """Ghostball's engine, whose law ignores the cloth, compared with Bullet; -1 is backspin.
 
-    Compared once all roll. Exact where nothing rubs up or down; breaks, too, where the difference
-    is smaller than it is said to be: then the capabilities are out of date.
+    The velocities are compared once all balls roll. They are equal if friction has no vertical
+    component. The test also fails if the difference is smaller than the capabilities say.
     """
     worst = 0.0
     for cut in np.radians([10, 30, 60]):

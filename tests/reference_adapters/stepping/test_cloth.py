@@ -90,8 +90,8 @@ def test_a_kick_makes_a_rolling_ball_slide_unless_it_would_end_within_the_step()
 def test_mirrored_balls_end_together_whatever_rounding_leaves(ending: str, spins: bool) -> None:
     """A ball without remaining slip or speed must not continue for the rest of the step.
 
-    Mirrored at a line that isn't along an axis, durations differ by a few ulps: the step ends with
-    one ball, and rounding alone says whether the other has exactly 0 left.
+    After reflection in an oblique line, durations differ by a few ulps: the step ends with one
+    ball, and by rounding the other ball may have a tiny rest left.
     """
     chance = random.Random(1)
     for _ in range(500):
@@ -108,7 +108,7 @@ def test_mirrored_balls_end_together_whatever_rounding_leaves(ending: str, spins
         cloth = ClosedFormCloth(scene)
         t, seen = 0.0, []
         while len(seen) < 3 and t < 100.0:
-            # Like a step to a contact: to the next change, or else by a much longer step.
+            # The step lasts to the next change; without a change, it is much longer.
             dt = min(cloth.time_to_change(), 1.0)
             _, changes = cloth.advance(dt)
             t += dt

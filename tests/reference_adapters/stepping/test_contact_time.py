@@ -1,4 +1,4 @@
-"""The time to the next contact, against dense sampling and closed forms."""
+"""The time to the next contact agrees with dense sampling and closed forms."""
 
 import math
 
@@ -142,7 +142,7 @@ def test_a_contact_beyond_all_time_is_none(speed):
     radii = np.array([R, R])
     table = Table(length=3.0, width=3.0)
     assert time_to_contact(x + 1.0, v, still, radii, table, horizon=math.inf) == math.inf
-    # Nor a time that follows from a tiny acceleration.
+    # A tiny acceleration leads to such a time, too.
     v[0] = (-1.0, 0.0)
     returning = np.array([[5e-324, 0.0], [0.0, 0.0]])
     assert time_to_contact(x, v, returning, radii, None, horizon=math.inf) == math.inf

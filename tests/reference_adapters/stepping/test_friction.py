@@ -47,7 +47,8 @@ def test_throw_of_a_collision_without_topspin(
 ) -> None:
     """Alciatore, proof A.14: tan = min(mu v cos / slip, 1/7) slip / (v cos), with mu at this slip.
 
-    Breaks with Chipmunk's disc in place of a sphere (1/3), or a coefficient of another speed.
+    Fails for the inertia of a disc (1/3) instead of a sphere, or for the coefficient at another
+    speed.
     """
     spin = side * speed / R
     slip = speed * math.sin(cut) - R * spin
@@ -70,7 +71,7 @@ REPRESENTED = [
 def test_exact_steps_play_the_game_that_our_engine_plays(seed: int) -> None:
     """Only for a few collisions, because each one amplifies the gap of 1e-10 m about ten times.
 
-    Breaks with any law, sign or coefficient that differs: by millimetres.
+    Any different law, sign or coefficient changes positions by millimetres.
     """
     scene = random_cloth_shot(seed)
     whole = simulate(scene, record="events")

@@ -269,9 +269,9 @@ SLIDES_WITH_A_SPIN_OF_MINUS_ZERO = scene_of(
 
 @pytest.mark.parametrize("steps", ["fixed", "exact"])
 def test_a_kick_without_a_collision_may_leave_out_what_it_does(steps, monkeypatch):
-    """Bit-identical, in shots whose balls slide, roll, collide and spin.
+    """The results are bit-identical in shots whose balls slide, roll, collide and spin.
 
-    Breaks where anything reads the spin that a rolling ball had before its velocity last changed.
+    Fails if code reads the spin that a rolling ball had before its velocity last changed.
     """
     able = PymunkEngine(PymunkSettings(contact_steps=steps)).capabilities
     scenes = map(random_cloth_shot, range(60))

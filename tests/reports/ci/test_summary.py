@@ -92,7 +92,7 @@ def with_cases(results, cases, **environment):
 
 
 def rows_of(text: str, heading: str) -> list[list[str]]:
-    """Return the cells of each row of a section's table; every line of it must be one."""
+    """Return the cells of each row of a section's table; every line of the table must be a row."""
     section = text.partition(f"### {heading}")[2].partition("\n### ")[0]
     lines = [line for line in section.splitlines() if line.startswith("|")]
     rows = [re.split(r"(?<!\\)\|", line)[1:-1] for line in lines]
