@@ -40,13 +40,13 @@ def test_a_wrong_number_of_threads_is_refused(wrong):
 @pytest.mark.compiled
 @pytest.mark.parametrize("way", ["sweep", "many", "starts"])
 def test_endless_shots_are_interrupted(way):
-    """Also in a process with polars, after whose signal handler the system continues a wait."""
+    """This must hold with polars, too, after whose signal handler the system continues a wait."""
     importlib.import_module("polars")
     # Reaching the event limit would take days.
     rolls_on = scene_of(
         ball((0.5, 0.5), (1.0, 0.3)), table=POOL_TABLE, rolling_friction=0.0, t_max=1e50
     )
-    simulate_sweep(rolls_on, 1.0, 0.3, max_events=2)  # compiled before the clock runs
+    simulate_sweep(rolls_on, 1.0, 0.3, max_events=2)  # compiles the kernel before Ctrl-C is sent
     simulate_many([rolls_on], max_events=2)
     endless: Callable[[], object] = partial(
         simulate_sweep, rolls_on, np.linspace(1.0, 2.0, 600), 0.3, max_events=10**12
@@ -119,7 +119,7 @@ def test_outcomes_are_those_of_recorded_events(shots, count):
 
 
 def test_outcomes_of_several_starts_of_a_scene_are_not_added_up():
-    # Breaks where the counters of a shot are those of the shot before it in the same memory.
+    # Fails if a shot starts with the counters of the shot before it in the same memory.
     (scene,) = pool_shots(1, 1)
     batch = simulate_starts(scene, velocities=np.stack([scene.velocities] * 3), threads=1)
     for k in range(3):

@@ -1,7 +1,7 @@
 """Damaged, nested or wrongly shaped files: a message of one line, exit status 2, never 3.
 
-Each case is one fault in what is valid otherwise. Where a fault happens to be a value that may be
-there, such as another date, the command does its work.
+Each case is one fault in a valid file. If a fault happens to be a valid value, such as another
+date, the command succeeds.
 """
 
 from __future__ import annotations

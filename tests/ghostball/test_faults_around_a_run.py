@@ -1,6 +1,6 @@
 """Faults around a run: engines that crash or hang, kills, a full disk. Ghostball continues.
 
-Commands are run for real, in processes of their own, beside an engine that fails as it is asked to.
+The commands run in separate processes, with an engine whose setting selects its fault.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ class Asked:
             assert SAYS.get(does, "") in reason
 
     def assert_continues(self, least):
-        """Assert that an interrupted run stored so many results, and the next run does the rest."""
+        """Assert that an interrupted run stored at least `least` results; finish it."""
         left = self.outcomes()
         assert len(left) >= least
         self.assert_outcomes(left)

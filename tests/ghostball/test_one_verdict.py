@@ -1,8 +1,8 @@
 """A table of wrong and right engines: every command gives the same verdict on each.
 
-Each command is run as a user would. Asked the same, it holds the engine to the same limits on the
-same metrics, and ends with the same status: 1 for a wrong engine, 0 for a right one, and 4 for one
-that states so little that nothing can be judged.
+Each command runs as for a user. All commands apply the same limits to the same metrics, and have
+the same exit status: 1 for a wrong engine, 0 for a right one, and 4 for an engine that declares too
+little to be judged.
 """
 
 import json
@@ -132,7 +132,7 @@ STRESS = (
 def by_stress(way: str, *options: object) -> tuple[int, frozenset[str]]:
     """Run generated shots, which differ from the table's scenes, so other limits fail.
 
-    An engine of which nothing can be judged gets those without limits of their own.
+    An engine that can't be judged gets the shots without limits of their own.
     """
     free = [shot for shot in STRESS if shot.startswith("extremes/")]
     shots = free if way in UNJUDGED else STRESS

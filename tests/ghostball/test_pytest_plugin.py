@@ -34,8 +34,8 @@ def kernels_are_those_of_all_tests(monkeypatch):
 def what_is_loaded_stays(monkeypatch):
     """Let the inner pytest unload only the modules of the temporary repository.
 
-    Neither numpy nor what numba loads with its first kernel comes twice, and whoever runs after
-    these tests would get a second class of each name beside those that others hold.
+    numpy, and the modules that numba loads with its first kernel, can't be loaded twice: later
+    tests would get second classes of the same names.
     """
     monkeypatch.setattr(SysModulesSnapshot, "restore", lambda _: drop_scratch_engine())
     yield

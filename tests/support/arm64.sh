@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes, in a folder, a Python for arm64 with what ghostball's engine imports, to be run by qemu; on Debian 12
-# and the like, as root, after `make venv`. Also installs qemu and a linker for arm64:
+# Make a folder with a Python for arm64 and all packages that Ghostball's engine imports, to be run by qemu.
+# Also install qemu and a linker for arm64. Needs `make venv`, root, and Debian 12 or a similar system:
 #     sudo tests/support/arm64.sh /tmp/arm64 && GHOSTBALL_ARM64=/tmp/arm64 make test-slow
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)

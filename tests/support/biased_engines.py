@@ -1,4 +1,4 @@
-"""Engines that break one relation each: Ghostball's motion, displaced by a rule that is no law."""
+"""Engines that break one relation each: Ghostball's motion with an unphysical displacement."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ RULES: Mapping[str, Rule] = {
     "scale": lambda scene, t, way: 7e-7 * np.round(way / 7e-7) - way,
     # A fast ball goes farther.
     "boost": lambda scene, t, way: 1e-5 * way * np.max(np.abs(scene.velocities)),
-    # The clock of the engine, not the state of the balls, decides how far they go.
+    # The displacement depends on the time, not only on the state of the balls.
     "split": lambda scene, t, way: 1e-4 * way * t,
     # A ball goes farther if there are more balls.
     "far-ball": lambda scene, t, way: 1e-5 * way * way.shape[1],

@@ -1,11 +1,10 @@
-"""A slow, obvious reference for the engine: mpmath, all pairs, one event after another.
+"""A slow, simple reference for the engine: mpmath, all pairs, one event after another.
 
 The oracle shares only the `Scene` with the engine and uses simple methods: every ball is advanced
 at every event, every pair is predicted again, and the time of impact is a root of the quartic
 equation, isolated by the roots of its derivatives and bisected in 50 digits. So the oracle has no
-tolerances. Simultaneous events of one ball and resting contact can't be decided in this way and
-must not occur. Scenes with inelastic contacts, or with laws integrated over an impact, are
-rejected.
+tolerances. It can't decide simultaneous events of one ball or resting contact, which must not
+occur. Scenes with inelastic contacts, or with laws integrated over an impact, are rejected.
 
 The model has all motion on the cloth; `oracle_laws` has the motion and the impacts.
 """

@@ -133,7 +133,7 @@ WRONG: Mapping[str, Row] = {
     "ends-early": Row("The run ends after half its time.", runs.ends_early, (CUT,)),
     "stops-late": Row("All balls stop dead at 60 % of the shot.", runs.stops_late, (BREAK,)),
     "stops-past-the-proof": Row(
-        "All balls stop dead at 60 % of a shot of which only the start is proved.",
+        "All balls stop dead at 60 % of a shot; only its start is proved.",
         runs.stops_late,
         (FROZEN,),
     ),

@@ -1,4 +1,4 @@
-"""Tests of the decorator of kernels: who may call a kernel, and how."""
+"""Tests of the decorator of kernels: which code may call a kernel, and how."""
 
 from kernels import entry_to
 

@@ -1,4 +1,4 @@
-"""Tests that rows and their matrix share one memory: writing either changes both."""
+"""Tests that rows and their matrix share memory: writing one changes the other."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def displacement_in_air(speed: float) -> float:
 
 
 def test_a_cushion_that_a_ball_touches_doesnt_change_its_roll_in_air():
-    """The bound once included the jerk along the cushion, and the kernel never returned."""
+    """A bound once included the jerk along the cushion, and the kernel never returned."""
     result = simulate(along_a_cushion(), max_work=10**5)
     far = 0.5 + displacement_in_air(1.0)
     mirrored = 2.0 * (POOL_TABLE.length - R) - far

@@ -1,4 +1,4 @@
-"""Tests of impacts that last, against published numbers, SciPy and the laws of conservation."""
+"""Tests of impacts that last, against published numbers, SciPy and conservation laws."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FREE = {
     "spinning_friction_rate": 0.0,
     "impacts": "compliant",
 }
-"""A cloth that does nothing, so that only contacts change velocities."""
+"""A cloth without friction, so that only contacts change velocities."""
 
 POOL = {"preset": "pool", "impacts": "compliant", "ball_restitution": 0.97, "ball_friction": 0.06}
 
@@ -30,7 +30,7 @@ POOL = {"preset": "pool", "impacts": "compliant", "ball_restitution": 0.97, "bal
 def break_of(
     gap, *, rows=5, v=10.7, off=0.1, uneven=0.0, seed=1, t_max=2.5e-3, table=None, at=0.0, **physics
 ):
-    """A cue ball that is about to hit a rack of `rows` rows in front, at (`at`, `at`)."""
+    """Return a cue ball about to hit a rack of `rows` rows, whose front is at (`at`, `at`)."""
     chance = np.random.default_rng(seed)
     apart = 2.0 * R + gap
     cue = (at - 2.0 * R * math.sqrt(1.0 - 0.25 * off * off) - 1e-6 - 2.0 * uneven, at + off * R)
@@ -45,7 +45,7 @@ def break_of(
 
 
 def ends(scene):
-    """Positions, velocities and angular velocities at the end."""
+    """Return positions, velocities and angular velocities at the end."""
     return simulate(scene, record="events").final_state
 
 
@@ -89,7 +89,7 @@ def test_a_cradle_of_three_touching_balls_leaves_as_published():
 
 
 def row_of_three(gap, v=10.0):
-    """Ball a hits ball b head-on, and ball c lies `gap` [m] behind ball b."""
+    """Return a shot of ball a head-on onto ball b, with ball c `gap` [m] behind ball b."""
     balls = [
         Ball(
             id="a", position=(-2.0 * R - 1e-9, 0), velocity=(v, 0), angular_velocity=(0.0, 0.0, 0.0)
@@ -116,7 +116,7 @@ def test_a_third_ball_takes_part_up_to_one_and_a_half_depths_away(depths):
 
 
 def reference_of(scene, slip):
-    """The same equations of motion, integrated by SciPy's DOP853."""
+    """Return the final velocities and spins of the same equations of motion, by SciPy's DOP853."""
     x, v, w = scene.positions[:, :2], scene.velocities[:, :2], scene.angular_velocities
     n, m, r = len(x), scene.masses, scene.radii
     i, j = np.triu_indices(n, 1)

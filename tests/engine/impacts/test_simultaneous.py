@@ -126,7 +126,7 @@ def velocities_after(**physics) -> np.ndarray:
 
 @pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
 def test_a_collision_with_two_touching_balls_is_as_published(e):
-    """In another engine, with sequential impacts, the two leave at 1.65 and 0.83 m/s."""
+    """In another engine, with sequential impacts, the two balls leave at 1.65 and 0.83 m/s."""
     cue, *struck = velocities_after(ball_restitution=e, motion="sliding")
     assert cue == pytest.approx([(2 - 3 * e) / 5, 0.0], abs=1e-13)
     for velocity, side in zip(struck, (1, -1), strict=True):

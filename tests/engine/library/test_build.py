@@ -28,7 +28,7 @@ def test_a_kernel_that_calls_functions_of_numba_is_refused(monkeypatch):
 
 def test_calls_while_compiling_ask_the_system_for_no_memory():
     # At some depth, every call crosses the end of a piece of the stack. Without the large frame,
-    # one of these loops needs a new page for each call.
+    # each call in one of these loops needs a new page.
     resource = pytest.importorskip("resource", reason="counts pages by `getrusage`")
 
     def pages_of_calls(depth):

@@ -1,4 +1,4 @@
-"""Tests of Python's calls of a kernel: same results as the function, and no wrong write."""
+"""Tests of calls of a kernel from Python: same results as the function, and no wrong write."""
 
 import pickle
 import subprocess
@@ -66,7 +66,7 @@ def test_an_entry_is_pickled_by_its_name():
 
 @compiled
 def test_the_same_types_of_other_dimensions_are_another_variant(monkeypatch):
-    """Only the kernel detects this; then the library for these arguments is searched again."""
+    """Only the kernel detects the other dimensions; then the library for them is searched."""
     asked = []
     monkeypatch.setattr(
         Entry, "_code_for", lambda self, arguments, what: asked.append(arguments) or CODE

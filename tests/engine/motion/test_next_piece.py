@@ -125,7 +125,7 @@ def test_final_speeds_and_one_instant_for_both_slides(cut, v):
 
 @pytest.mark.parametrize(("mph", "feet"), [(1.5, 7.522), (7, 25.041), (20, 39.291)])
 def test_how_far_a_ball_goes_up_and_down_a_nine_foot_table(mph, feet):
-    """[B.6] 100 inches between cushions, each of which takes 0.3 of the speed and all spin.
+    """[B.6] 100 inches between cushions; each cushion takes 0.3 of the speed and all spin.
 
     No law of the engine takes all spin, so each leg is simulated separately: it starts with 0.7 of
     the speed at the cushion, and slides.

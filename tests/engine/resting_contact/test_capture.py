@@ -16,12 +16,14 @@ SLIDING, SPINNING = 0.2, 10.0
 """Friction of the cloth, and its deceleration of the spin about the vertical [rad/s^2]."""
 
 RESTITUTION, FRICTION = 0.85, 0.2
-"""Of the cushion."""
+"""Constants of the cushion."""
 
 PERMITTED = 5e-7
-"""Error of the velocity along the cushion, relative to its initial value, and of the spin about the
-vertical, relative to the largest component of the initial spin. Relative to the final values, the
-error may be ten times as large, because friction may take nine tenths of a velocity.
+"""Permitted errors of the velocity along the cushion and of the vertical spin.
+
+The error of the velocity is relative to the initial velocity, that of the spin to the largest
+component of the initial spin. Relative to the final values, errors may be ten times as large,
+because friction may take nine tenths of a velocity.
 """
 
 HELD_BELOW = 1e-7

@@ -21,7 +21,7 @@ RADIUS = 0.01
 def gas(
     count: int, restitution: float, seed: int, size: float = 0.25, t_max: float = 10.0
 ) -> Scene:
-    """Return balls in a square box that only their impacts slow."""
+    """Return balls in a square box, slowed only by their impacts."""
     rng = random.Random(seed)
     places: list[tuple[float, float]] = []
     while len(places) < count:

@@ -1,6 +1,7 @@
 """Tests of friction in contact steps, against an independent integration of the motion.
 
-None of these motions is integrated with high order: a contact sticks, or there are too many.
+The engine integrates none of these motions with high order: a contact sticks, or there are too
+many.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tests of the variants of the kernels: each scene gets a variant that has what it needs."""
+"""Tests of the variants of the kernels: each scene gets a variant with all that it needs."""
 
 from __future__ import annotations
 

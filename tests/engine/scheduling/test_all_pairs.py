@@ -18,7 +18,7 @@ T = 1.0
 
 
 def tracks(slowed: bool):
-    """Return blocks of balls, most of which approach a ball of their own block, and these balls."""
+    """Return blocks of balls, and a ball for each block, which most balls of the block approach."""
     chance = np.random.default_rng(5)
     track = np.zeros((BLOCKS, st.TRACKS, st.TRACK_BALLS))
     turn = chance.uniform(0.0, 2.0 * np.pi, (BLOCKS, st.TRACK_BALLS))

@@ -1,4 +1,4 @@
-"""Tests of small changes in air and in flight, which are simulated."""
+"""Tests of small changes in air and in flight, which the engine computes from perturbed runs."""
 
 from __future__ import annotations
 

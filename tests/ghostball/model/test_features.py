@@ -1,4 +1,4 @@
-"""What a scene asks for is found from its values, and what an engine lacks is said in words."""
+"""The values of a scene determine its features; messages name features that an engine lacks."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ NEEDED = [
     (PAIR, {"rolling_friction": 0.0, "t_max": 1.0}, {*PLAIN, F.FRICTIONLESS_CLOTH}),
     (PAIR, {"air_drag": 0.004}, {*PLAIN, F.AIR_DRAG}),
     (PAIR, {"rolling_friction_quadratic": 0.004}, {*PLAIN, F.QUADRATIC_ROLLING}),
-    # Laws between balls; an engine that knows a coefficient only must not take a law for one.
+    # Laws between balls: an engine with a friction coefficient must not accept a law.
     (PAIR, {**SLIDING, "ball_friction": 0.05}, {*SLIDES, F.BALL_FRICTION}),
     (PAIR, {**SLIDING, "ball_friction": "alciatore"}, {*SLIDES, F.SPEED_DEPENDENT_FRICTION}),
     (PAIR, {**SLIDING, "ball_impact": "mathavan2014"}, {*SLIDES, F.MATHAVAN_BALL}),
@@ -42,13 +42,13 @@ NEEDED = [
         {*SLIDES, F.MATHAVAN_BALL, F.BALL_FRICTION},
     ),
     (PAIR, {**SLIDING, "impacts": "sequential"}, SLIDES),
-    # They need two balls.
+    # Features of ball impacts need two balls.
     *(
         ((ball((0, 0)),), {**BETWEEN, **motion, "ball_friction": friction}, features)
         for friction in (0.1, "alciatore")
         for motion, features in (({}, PLAIN), (SLIDING, SLIDES))
     ),
-    # A cloth is frictionless where it is for some ball.
+    # A cloth is frictionless if it is for one ball.
     (
         (MOVES, ball((1, 0), rolling_friction=0.0)),
         {"t_max": 1.0},
@@ -68,7 +68,7 @@ NEEDED = [
         ((ball((0, 0), angular_velocity=(0, 0, side)),), SLIDING, {*SLIDES, F.VERTICAL_SPIN})
         for side in (-3.0, 3.0)
     ),
-    # Laws of cushions; a preset's number that the chosen law doesn't use asks for nothing.
+    # Laws of cushions: a number that the chosen law doesn't use needs no feature.
     *(
         ((MIDDLE,), {**ON_TABLE, **fields}, {F.SLIDING, *features})
         for fields, features in (
@@ -97,8 +97,8 @@ NEEDED = [
         {F.ROLLING, F.OPEN_SIDES, F.MIRROR_CUSHION},
     ),
     ((MIDDLE,), {"table": Table(length=2, width=2, cushions=()), "cushion": "han2005"}, PLAIN),
-    # A friction of a ball's own counts where it has an effect, also where all balls share it: an
-    # engine with one friction would take the scene's.
+    # A ball's own friction needs a feature if it has an effect, even if all balls have it: an
+    # engine with one friction would use the scene's.
     *(
         (
             [ball((0, 0), (1, 0), **{field: 0.5}), ball((1, 0), **{field: 0.5})][:count],
@@ -126,7 +126,7 @@ def test_a_scene_needs_the_features_of_its_values_and_no_other(balls, fields, fe
 
 
 def test_every_law_but_the_plain_one_has_a_feature_of_its_own():
-    # Else another engine would take the law for the plain one, in silence.
+    # Otherwise another engine would silently use the plain law.
     laws = [law for law in (*BALL_LAWS, *CUSHION_LAWS) if law is not BALL_LAWS[0]]
     assert len({Feature[law.feature] for law in laws}) == len(laws)
 

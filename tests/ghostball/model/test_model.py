@@ -33,13 +33,13 @@ from ghostball.model.scene import stroke_of
 from ghostball.model.sines import cosines_and_sines
 from ghostball.model.strokes import struck_balls
 
-# Each cache has a folder of its own, in the one that the user chose
+# Each cache has a separate folder in the folder that the user chose
 
 
 def test_all_caches_are_in_the_chosen_folder(monkeypatch, tmp_path):
     monkeypatch.setenv(CACHE_DIR_VARIABLE, str(tmp_path))
     assert cache_folder("proofs") == tmp_path / "proofs"
-    assert not list(tmp_path.iterdir())  # whoever keeps something makes it
+    assert not list(tmp_path.iterdir())  # a cache creates its folder on first use
 
 
 def test_without_a_choice_they_are_in_the_systems_folder_for_us(monkeypatch, tmp_path):
@@ -55,7 +55,7 @@ def test_without_a_choice_they_are_in_the_systems_folder_for_us(monkeypatch, tmp
         assert folder.is_relative_to(Path(tmp_path))
 
 
-# Errors say who failed and why, and come back whole from another process
+# Errors name the failed engine and the reason, and can be pickled
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_what_no_file_takes_is_written_as_python_writes_it():
         str(one).encode()
 
 
-# What files and reports call the kinds of events, and which ways to end are no fault
+# Names of event kinds in files and reports, and statuses of complete runs
 
 
 def test_kinds_have_the_names_of_files_and_reports():
@@ -106,7 +106,7 @@ def test_a_run_is_complete_where_all_balls_rest_or_its_time_is_over():
     assert [one for one in Status if one.complete] == [Status.REST, Status.T_MAX]
 
 
-# Hashes: another bit, another hash; they must hold on every platform and for ever
+# Hashes: each bit counts, and hashes are the same on every platform and in every version
 
 
 EVENTS = np.array(
@@ -116,7 +116,7 @@ PLACES = np.array([[0.5, 0.25, 0.0], [1.0, 2.0, 0.0]])
 
 
 def test_the_hashes_are_what_they_were():
-    # A hash that means something else makes every baseline say that all results changed.
+    # If the definition of a hash changes, every baseline reports changed results.
     assert bits_hash(EVENTS, PLACES) == (
         "35b65969dcbe6aa4a10842730bf38e99714b46ff44a429a53eb9648556b625e1"
     )
@@ -168,13 +168,13 @@ def test_two_events_that_swap_places_have_another_hash():
     ],
 )
 def test_knowing_the_laws_and_importing_the_engine_need_little(imported, without):
-    # Breaks where a module imports at its top what few shots need, or only who compiles.
+    # Fails if a module imports at its top a package that few shots need, or only compilation.
     check = f"import sys, {imported}; print([m for m in {without} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
 
 
-# What given positions may be off by: more than sums of roots leave, far less than a ball
+# Permitted rounding of given positions: more than that of sums of roots, far less than a ball
 
 
 def test_it_goes_with_the_sizes_of_all_lengths_one_by_one():
@@ -193,7 +193,7 @@ def test_a_row_of_balls_that_touch_by_computed_places_is_within_it(radius):
         x, y = next_x, next_y
 
 
-# Sines and cosines that are the same everywhere, against many digits
+# Portable sines and cosines agree with values of many digits
 
 
 def test_they_are_right_to_less_than_a_unit_in_the_last_place():
@@ -241,7 +241,7 @@ def test_they_are_the_bits_that_every_machine_gives():
     ]
 
 
-# What is told of the strokes of a scene
+# The description of the strokes of a scene
 
 
 STRIKE = Strike(speed=3.0, direction=2.5, elevation=0.2, offset_left=0.3, squirt="alciatore")

@@ -137,7 +137,7 @@ def test_times_to_sample_at_are_checked(times, complaint):
 
 
 def test_a_result_passes_to_another_process_after_its_sensitivity_was_asked_for() -> None:
-    """Without numba, what the sensitivity is made of can't be pickled: a table's obstacles."""
+    """Without numba, the obstacles of a table, which the sensitivity uses, can't be pickled."""
     table = Table(length=2.0, width=1.0)
     shot = scene_of(ball((0.1, 0.2), (1.0, 0.5)), ball((0.9, 0.2)), table=table)
     run = simulate(shot, record="trajectory")
@@ -174,7 +174,7 @@ SCREEN = 80 * 24
 
 
 def test_its_repr_is_one_screen_at_most_and_says_what_happened():
-    # Breaks where a result prints its arrays, or the scene with all its balls.
+    # Fails if the repr contains arrays, or the scene with all balls.
     found = simulate(find_scene("break-16"), record="trajectory")
     said = repr(found)
     assert len(said) < SCREEN / 2

@@ -1,4 +1,4 @@
-"""Files from elsewhere: none of them lets a command wait for ever, and a mark is no text."""
+"""Text files of users: no command waits forever, and a byte order mark isn't text."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pipes = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are PO
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Work in a folder in which a named pipe lies in every place that a command looks at."""
+    """Work in a folder with a named pipe at every path that a command reads."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("ghostball.validation.parallel.pool.limit_of", lambda _: None)
     (tmp_path / "scene.toml").write_text(SCENE, encoding="utf-8-sig")
@@ -40,7 +40,7 @@ def test_a_byte_order_mark_and_other_ends_of_lines_are_no_part_of_a_text(tmp_pat
 
 @pipes
 def test_a_named_pipe_is_refused_at_once(here: Path) -> None:
-    # It has no end before somebody writes to it: the command waited for ever.
+    # A named pipe has no end until a process writes to it, so a command would wait forever.
     assert Scene.load(here / "scene.toml").name == "scene"
     with pytest.raises(OSError, match="it is a named pipe and must be a file"):
         read_text(here / "pipe.toml")
@@ -54,7 +54,7 @@ def test_a_named_pipe_is_refused_at_once(here: Path) -> None:
     ("command", "status"),
     [
         (("run", "pipe.toml"), 2),
-        (("grade", "pipe.toml"), 1),  # whoever played left no whole run
+        (("grade", "pipe.toml"), 1),  # the engine left an incomplete run
         (("fit", "pipe.toml", "--table", "3.0", "1.5", "--radius", "0.03"), 2),
         (("validate", "scene.toml", "--no-report"), 2),
         (("regress", "stop", "--baselines", "baselines"), 2),
@@ -86,7 +86,7 @@ def test_a_terminal_is_read_until_the_user_ends_the_text() -> None:
     typed = Timer(0.1, os.write, (keyboard, b"abc\n\x04"))
     typed.start()
     try:
-        # An open that doesn't wait found nothing yet, and gave None.
+        # A non-blocking open would return None, because there is no text yet.
         assert read_bytes(Path(os.ttyname(terminal)), 10) == b"abc\n"
     finally:
         typed.join()

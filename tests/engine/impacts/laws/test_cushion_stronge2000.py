@@ -1,7 +1,7 @@
-"""A cushion that yields along the slip, compared with its two springs in small steps.
+"""Tests of a cushion that yields along the slip, against its two springs in small steps.
 
-Broken by: a wrong stiffness, a slip that never reverses, sticking that begins or ends at a wrong
-time, a restitution that acts along the slip, energy from nothing.
+They fail for a wrong stiffness, a slip that never reverses, sticking that begins or ends at a wrong
+time, a restitution that acts along the slip, or a gain of energy.
 """
 
 import math
@@ -29,7 +29,7 @@ STEPS = 100_000
 
 
 def by_steps(slip, friction, e, ratio, steps=STEPS):
-    """Return the part of the slip, from the springs in small steps of time.
+    """Return the impulse along the surface over mass and slip, from the springs in small steps.
 
     The point of contact has no mass. In each step it follows the ball, or slips so far that the
     spring pulls no more strongly than friction.
@@ -60,10 +60,11 @@ def test_it_is_what_two_springs_do_in_small_steps(e, ratio, relative):
 
 
 def test_friction_without_limit_is_a_harmonic_spring_until_the_end():
-    # Elastic, with a ratio of 1.5: the ball leaves after 1.5 half turns of the second spring, where
-    # its speed would be 0. The friction vanishes with the normal force, so it slips just before.
+    # Elastic, with a ratio of 1.5: the ball leaves after 1.5 half turns of the second spring, when
+    # its speed would be 0. The friction vanishes with the normal force, so the ball slips just
+    # before.
     assert share(1.0, 1e9, 1.0, 1.5) == pytest.approx(2 / 7, abs=1e-4)
-    # With a ratio near 1 the slip is reversed as a whole.
+    # With a ratio near 1, the whole slip is reversed.
     assert share(1.0, 1e9, 1.0, 1.0 + 1e-9) == pytest.approx(4 / 7, abs=1e-6)
 
 

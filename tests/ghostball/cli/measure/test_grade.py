@@ -25,8 +25,8 @@ EXAMPLES = Path(__file__).parents[4] / "validation" / "examples"
 def made_elsewhere(name: str, off: float = 0.0, blind: bool = False, **said: object) -> dict:
     """Return Ghostball's run of a scene in the format of result files, with some fields changed.
 
-    `off`: how far from there the first ball ends, in the last sample too [m].
-    `blind`: whether the first event was not seen.
+    `off`: displacement of the first ball's rest position, also in the last sample [m]. `blind`:
+    whether the first event is missing.
     """
     result = simulate(find_scene(name), record="trajectory")
     near = [t + side for t in result.events["t"] for side in (-1e-9, 1e-9)]

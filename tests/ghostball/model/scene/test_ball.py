@@ -1,4 +1,4 @@
-"""Balls and the table: what is filled in, and what a ball that rolls has for a spin."""
+"""Balls and the table: default values, and the spin of rolling balls."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_rolling_means_that_the_lowest_point_of_the_ball_does_not_slip():
 
 
 class TestStrike:
-    """A ball with the stroke of a cue, which gives it its velocities."""
+    """A ball with a cue stroke, which determines its velocities."""
 
     FIELDS: ClassVar = {"id": "cue", "position": (0.5, 0.25)}
     STRIKE: ClassVar = {"speed": 2.0, "direction": 0.5, "offset_left": 0.2, "elevation": 0.3}
@@ -79,7 +79,7 @@ class TestStrike:
         fields = {**self.FIELDS, "strike": self.STRIKE, field: value}
         with pytest.raises(SceneError, match=f"both a strike and its own {name}, got"):
             Ball(**fields)
-        # Nor may it come in by a copy, which isn't checked until it is part of a scene.
+        # A copy, which isn't checked until it is part of a scene, is refused, too.
         copied = Ball(**self.FIELDS, strike=self.STRIKE).model_copy(update={field: value})
         with pytest.raises(SceneError, match=r"`balls\[0\]` must not have both a strike"):
             Scene(name="a", balls=[copied])
@@ -99,12 +99,12 @@ class TestStrike:
 
 
 def test_a_part_is_checked_once_and_a_copy_with_other_fields_again():
-    # Breaks where parts are checked in each scene anew, or a copy counts as checked.
+    # Fails if parts are checked again in each scene, or if a changed copy counts as checked.
     still, struck = Ball(id="a", position=(0, 0)), Ball(id="b", position=(1, 0), strike=CUE)
     scene = Scene(name="two", balls=[still, struck], physics=SLIDES)
     assert scene.balls[0] is still
     assert scene.physics is SLIDES
-    assert scene.balls[1] is not struck  # what it becomes depends on the scene
+    assert scene.balls[1] is not struck  # its velocities depend on the scene
     for copied in (still.model_copy(update={"radius": -1.0}), Ball.model_construct(id="c")):
         with pytest.raises(SceneError, match=r"balls\[0\]"):
             Scene(name="one", balls=[copied])

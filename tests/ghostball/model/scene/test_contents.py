@@ -1,4 +1,4 @@
-"""A scene's balls as arrays, and which of them begin by rolling."""
+"""A scene's balls as arrays, and which balls roll at the start."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_arrays_are_fresh_so_that_nobody_can_change_a_scene_through_them():
 
 
 def test_frictions_are_the_scene_s_unless_a_ball_has_its_own():
-    # 0 is a friction of its own, not a missing one.
+    # 0 is a friction, not a missing one.
     scene = scene_of(
         ball((0, 0)),
         ball((1, 0), rolling_friction=0.0, sliding_friction=0.0, spinning_friction_rate=0.0),
@@ -68,13 +68,13 @@ class TestRolls:
 
     @pytest.mark.parametrize(("roundings", "rolls"), [(3, True), (6, False)])
     def test_slip_beyond_rounding_counts(self, roundings, rolls):
-        # Of a unit radius nothing is rounded: the slip is exactly what is put here.
+        # With a radius of 1 nothing is rounded: the slip is exactly this number.
         spin = 1.0 + roundings * 2.0**-52
         assert self.rolls((1.0, 0.0), (0.0, spin, 0.0), radius=1.0) == [rolls]
         assert self.rolls((1.0, 0.0), (roundings * 2.0**-52, 1.0, 0.0), radius=1.0) == [rolls]
 
 
-# --- as a whole: nobody changes it, and it goes to another process
+# --- a whole scene is frozen and can be pickled
 
 
 def test_a_scene_is_frozen():

@@ -1,4 +1,4 @@
-"""Where a shot ends, or is at a moment, another one may begin: on every table, with all physics."""
+"""A shot may start from any rest state or intermediate state, on every table, with all physics."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ TABLES = {
 
 
 def places_touching(chance, table):
-    """Return the centres of 3 to 6 balls that touch each other, the first of them an obstacle."""
+    """Return the centres of 3 to 6 touching balls; the first one also touches an obstacle."""
     obstacles = [*table.sides, *(one for one in table.obstacles if not isinstance(one, Hole))]
     while True:
         place = chance.uniform((0.1, 0.1), (table.length - 0.1, table.width - 0.1))
@@ -59,7 +59,7 @@ def places_touching(chance, table):
 
 
 def chain(seed, table, preset, count):
-    """Simulate `count` shots, each from where the one before came to rest; yield their results."""
+    """Simulate `count` shots, each from the rest state of the previous one; yield their results."""
     chance = np.random.default_rng(seed)
     physics = Physics(preset=preset)
     scene = None
@@ -81,7 +81,7 @@ def chain(seed, table, preset, count):
 
 
 def with_changes(scene, changes):
-    """Return a scene of balls at rest, some of which begin otherwise."""
+    """Return a scene of resting balls with changes of some balls."""
     return Scene.after(result_of(scene), name=scene.name, changes=changes)
 
 
@@ -114,10 +114,10 @@ def test_a_slow_hit_of_a_pool_ball_ends_where_the_next_shot_may_begin():
     "numbers", [range(60, 110), pytest.param(range(110, 1000), marks=pytest.mark.slow)], ids=repr
 )
 def test_wherever_balls_of_a_random_scene_are_another_may_begin(numbers):
-    """With all physics, sizes and masses, on the cloth and in the air; at events, too."""
+    """For all physics, sizes and masses, on the cloth and in the air, also at events."""
     for number in numbers:
         result = simulate(random_scene(number), record="events", max_events=20_000)
-        empty = math.inf  # from when on no ball is left
+        empty = math.inf  # from this time on, no ball is left
         if np.all(result.gone):
             empty = result.events["t"][np.isin(result.events["kind"], LEAVING_KINDS)].max()
         elif result.status is Status.REST:
@@ -135,7 +135,7 @@ PUSHED_IN = 0.99 * CONTACT_TOLERANCE * 2.0 * R
 
 
 def starts(overlap):
-    """Yield scenes with a ball that overlaps something by so much [m], and what it then does."""
+    """Yield scenes with a ball that overlaps a body by `overlap` [m], and the expected motion."""
     sliding = {"preset": "pool"}
     walls = {
         "rail": (POOL_TABLE, (0.7, R - overlap), (0.0, 1.0)),
@@ -307,7 +307,7 @@ def test_balls_that_another_engine_lets_overlap_are_refused_with_the_overlap():
 def test_a_rest_state_of_another_engine_without_overlap_is_accepted():
     scene = scene_of(ball((0.5, 0.5)), ball((0.6, 0.5)))
     state = initial_state(scene)
-    state.positions[0, :, 2] += 1e-5  # an engine in space lets balls sink in, or hover
+    state.positions[0, :, 2] += 1e-5  # in a 3D engine, balls may sink in or hover
     assert Scene.after(result_of(scene, final_state=state)).positions.tolist() == (
         scene.positions.tolist()
     )
@@ -321,7 +321,7 @@ CONTINUED = dict.fromkeys(
     ),
     1e-11,
 )
-"""Scenes, and how far from the rest positions they may end if they are continued [m]."""
+"""Scenes, and the largest error of rest positions after a continuation [m]."""
 
 CONTINUED["push"] = 1e-7
 """Each step of a resting contact errs by 1.5e-8 of the speed, and the steps differ."""
@@ -333,7 +333,7 @@ CONTINUED["flight-bounces"] = 1e-3
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", CONTINUED)
 def test_a_shot_continued_at_any_moment_comes_to_the_same_rest(name):
-    """At random instants, at events and just before them."""
+    """At random times, at events, and just before events."""
     scene = find_scene(name)
     result = simulate(scene, record="events")
     chance = np.random.default_rng(1)

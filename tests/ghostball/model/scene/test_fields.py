@@ -1,8 +1,8 @@
-"""Every field of a scene, with every kind of mistake: refused by field, rule and value.
+"""Every kind of mistake in every field of a scene is refused with field, rule and value.
 
-What a mistake is said to be is written out here from the documentation of scenes, not read from the
-code that checks them. Each is made in a scene that is in order otherwise, and is refused as plain
-values, as arguments, and as text; where only Python can say it, not as text.
+The expected rules are copied from the documentation of scenes, not from the code that checks them.
+Each mistake is made in a valid scene: as plain values, as arguments, and as text if TOML can
+express the mistake.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ NUMBERS = {
         "end_mass": POSITIVE,
     },
 }
-"""Every field that is one number, and what it must be."""
+"""Every field with one number, and its rule."""
 
 CHOICES = {
     "preset": ("paper", "pool"),
@@ -83,7 +83,7 @@ VECTORS = ("position", "velocity", "angular_velocity")
 
 
 Location = tuple[str | int, ...]
-"""Where a field is, such as ("balls", 0, "radius")."""
+"""Location of a field, such as ("balls", 0, "radius")."""
 
 
 def name_of(at: Location) -> str:
@@ -96,19 +96,19 @@ def name_of(at: Location) -> str:
 
 
 def test_every_field_is_spoilt():
-    # Breaks where a new field joins a scene, and nothing tries it.
+    # Fails if a new field of a scene has no test.
     assert set(Physics.model_fields) == {*NUMBERS["physics"], *CHOICES, "airborne"}
     assert set(Ball.model_fields) == {*NUMBERS["balls"], *VECTORS, "id", "strike"}
     assert set(Strike.model_fields) == {*NUMBERS["strike"], "squirt"}
-    # Shapes of tables are spoilt in test_table.py, and in test_table_rules.py.
+    # test_table.py and test_table_rules.py test the shapes of tables.
     shapes = {"preset", "vertices", "pockets", "posts"}
     assert set(Table.model_fields) == {*NUMBERS["table"], "cushions", *shapes}
-    # Racks are spoilt in test_rack.py.
+    # test_rack.py tests racks.
     texts = {"schema_version", "name", "title", "tags", "physics", "table", "rack", "balls"}
     assert set(Scene.model_fields) == {*NUMBERS[""], *texts}
 
 
-# Scenes in order, of which each case spoils one.
+# Valid scenes; each case makes a mistake in one of them.
 
 PHYSICS: list[dict[str, Any]] = [
     {},
@@ -127,7 +127,7 @@ BALLS: list[dict[str, Any]] = [
     {
         "id": "ball 3",
         "position": [1.2, 0.5],
-        # So that it rolls at once, as some of the physics want it.
+        # The ball rolls at once, as some of the physics require.
         "strike": {"speed": 1, "direction": 0.5, "offset_up": 0.4, "squirt": "none"},
     },
 ]
@@ -152,10 +152,10 @@ def test_what_is_spoilt_is_in_order(data):
 def assert_refused(
     scene: dict[str, Any], at: Location, value: Any, *tells: str, plain: bool = True
 ) -> None:
-    """Assert that a scene in order with `value` at a place, `LEFT_OUT` for none, is refused.
+    """Assert that a valid scene with `value` at a location is refused; `LEFT_OUT`: without a value.
 
-    One line of the message holds all of `tells`; of a text, each begins with its place. That the
-    line's number is right is in `test_messages.py`.
+    One line of the message contains all of `tells`; for a text, the line starts with its location.
+    `test_messages.py` tests the line numbers.
     """
     data = copy.deepcopy(scene)
     owner: Any = data
@@ -180,7 +180,7 @@ def assert_described(message: str, tells: tuple[str, ...], place: str = "") -> N
 
 
 def shown(value: Any) -> str:
-    """Return how a message shows a value that is short."""
+    """Return a short value as messages show it."""
     if isinstance(value, int) and abs(value) > 10**40:
         return "got 1000" if abs(value) < 10**300 else "got 0x"
     text = json.dumps(value) if isinstance(value, (str, bool)) else repr(value)
@@ -216,7 +216,7 @@ LARGE = [1.1e50, 1e308, 10**60, 10**400]
 
 
 def wrong_numbers(rule: str) -> Iterator[tuple[Any, str, bool]]:
-    """Yield what isn't a number of that kind, the rule that it breaks, whether TOML has it."""
+    """Yield invalid values, the rule that each breaks, and whether TOML can express the value."""
     yield from ((value, broken, True) for value, broken in BEYOND[rule])
     if rule not in (FRACTION, CUE_SPEED, BETWEEN_1_AND_2, MODULUS, POISSON):
         yield from ((value, "at most 1e+50", True) for value in LARGE)
@@ -232,7 +232,7 @@ PLACES: dict[str, Location] = {
     "balls": ("balls", 2),
     "strike": ("balls", 3, "strike"),
 }
-"""Where the fields of each part are."""
+"""Location of the fields of each part."""
 
 PARTS = {"": Scene, "physics": Physics, "table": Table, "balls": Ball, "strike": Strike}
 NEEDED = {
@@ -250,7 +250,7 @@ def test_a_field_that_is_no_number_as_it_should_be(part, field):
     wrong = wrong_numbers(NUMBERS[part][field])
     for scene, (value, rule, plain) in zip(itertools.cycle(SCENES), wrong, strict=False):
         if value is None and PARTS[part].model_fields[field].default is None:
-            continue  # as if it were left out
+            continue  # counts as left out
         at = (*PLACES[part], field)
         assert_refused(scene, at, value, f"`{name_of(at)}`", rule, shown(value), plain=plain)
         if part:
@@ -294,7 +294,7 @@ WRONG: list[tuple[Location, Any, str]] = [
     (("balls", 0, "id"), "", "must not be empty"),
     (("balls", 1, "id"), "x" * 65, "at most 64 characters"),
     (("balls", 1, "id"), 7, "text in quotes"),
-    # A later version compares it; true and 1.0 are mistakes today and would be surprises then.
+    # Later versions will compare the schema, so true and 1.0 are refused today.
     *((("schema",), value, "must be 1") for value in (2, True, 1.0, "1")),
     (("physics", "airborne"), "yes", "true or false"),
     (("physics", "airborne"), 1, "true or false"),

@@ -1,4 +1,4 @@
-"""Scenes from arrays: the same as from balls, and refused by the same rules."""
+"""Scenes from arrays equal scenes from balls, and the same rules apply."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Each mistake in a scene file gets one line: file, line, field, value; any input is judged."""
+"""Each mistake in a scene file gives one line with file, line, field and value, for any input."""
 
 from __future__ import annotations
 
@@ -101,7 +101,8 @@ MISTAKES = {
     "another spin": edited("[2.0, 0.0]", "[2.0, 0.0]\nangular_velocity = [0, 0, 1]"),
     "no end": edited("= 0.01", "= 0"),
     "two mistakes": edited("length = 2.54", "length = 0").replace("[2.0, 0.0]", "[nan, 0.0]"),
-    # Python refuses to read more than 4300 decimal digits, and to write as many it read as others.
+    # Python refuses to read more than 4300 decimal digits, and to print as many digits of a number
+    # that it read in hexadecimal.
     "a number too long": edited("[1.2, 0.66]", f"[{'1' * 5000}, 0.66]"),
     "a hexadecimal number too long": edited("[1.2, 0.66]", f"[0x{'f' * 5000}, 0.66]"),
     "nested too deeply": VALID + f"radius = {'[' * 3000}{']' * 3000}\n",
@@ -203,7 +204,7 @@ def test_a_syntax_error_is_described_with_its_line(spoilt):
             continue
         wrong = spoilt.format(key=key, value=value, line=line)
         message = refusal("\n".join([*VALID_LINES[:n], wrong, *VALID_LINES[n + 1 :], ""]))
-        # What isn't closed in one line, and what is given twice, is seen in the next one.
+        # An unclosed value, or a key that is given twice, is detected in the next line.
         places = [f"shot.toml:{n + 1 + k}: not valid TOML: " for k in (0, 1)]
         assert message.startswith(tuple(places)), message
 
@@ -222,7 +223,7 @@ def test_a_file_cut_short_anywhere_is_refused_or_read_as_what_is_left_of_it(tmp_
             read += 1
             assert (
                 scene.balls[:-1] == right.balls[: len(scene.balls) - 1]
-            )  # the last may lack lines
+            )  # the last ball may lack lines
     assert 0 < read < 100
 
 
@@ -298,7 +299,7 @@ def without_nones(value):
 
 
 def scene_or_refusal(make) -> tuple[Scene | None, str]:
-    """Return the scene, or what the `SceneError` says; anything else is a bug and comes through."""
+    """Return the scene, or the message of the `SceneError`; any other error is a bug."""
     try:
         return make(), ""
     except SceneError as error:

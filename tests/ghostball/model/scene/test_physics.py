@@ -44,7 +44,7 @@ def test_a_restitution_of_the_table_needs_balls_that_land():
     with pytest.raises(SceneError, match=r"`table_restitution` = .* has no effect with `airborne`"):
         Physics(table_restitution=0.3)
     assert Physics(table_restitution=0.3, motion="sliding", airborne=True).table_restitution == 0.3
-    assert Physics(table_restitution=0.5).airborne is False  # the default does no harm
+    assert Physics(table_restitution=0.5).airborne is False  # the default value is allowed
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_physics_that_cannot_fly(physics, message):
 
 
 class TestFieldsWithoutEffect:
-    """A field that the chosen law ignores in silence is a mistake of whoever set it."""
+    """A field that the chosen law ignores is refused, because setting it is a mistake."""
 
     @pytest.mark.parametrize("preset", sorted(Physics.PRESETS))
     @pytest.mark.parametrize(("law", "field"), UNUSED)
@@ -80,7 +80,7 @@ class TestFieldsWithoutEffect:
     @pytest.mark.parametrize("law", CUSHION_LAW_NAMES)
     @pytest.mark.parametrize("preset", sorted(Physics.PRESETS))
     def test_what_preset_or_default_give_is_allowed_also_when_spelled_out(self, preset, law):
-        # So that a preset's law can be swapped for another with nothing else changed.
+        # So the law of a preset can be replaced without other changes.
         given = Physics(preset=preset)
         fields = {field for other in CUSHION_LAWS for field in other.uses}
         for source in (given, Physics()):
@@ -97,7 +97,7 @@ class TestFieldsWithoutEffect:
 
     @pytest.mark.parametrize("field", ["rolling_friction_quadratic", "cushion_restitution_loss"])
     def test_a_zero_of_a_field_that_came_later_is_left_out(self, field):
-        # So that scenes that were stored before there was such a field stay the same.
+        # So scenes that were stored before this field existed stay equal.
         assert field not in Physics(preset="pool").model_dump()
 
     def test_in_a_file_the_line_is_the_field_s(self):

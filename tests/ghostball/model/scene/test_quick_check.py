@@ -1,4 +1,4 @@
-"""That a scene which plainly begins in order keeps every rule, and that most scenes do plainly."""
+"""A scene that passes the quick check keeps every rule, and most scenes pass the quick check."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from ghostball.validation.scenes.library import shipped_scenes
 
 LENGTH, WIDTH = 2.54, 1.27
 
-# What scenes have in each respect: as usual, and near what rules refuse, on both sides.
+# Values of each property of scenes: usual ones, and values on both sides of limits of rules.
 USUAL_AND_ODD: dict[str, tuple[list, list]] = {
-    # Beyond a contact, in units of the distance: roundings and 2^-37 are permitted.
+    # Shift from contact, in units of the distance: roundings and 2^-37 are permitted.
     "shift": (
         [0.0, 1e-3, 0.5, 2.0],
         [-(2.0**-20), *[sign * k * 2.0**-38 for k in (1, 2, 3, 5, 7) for sign in (1.0, -1.0)]],
@@ -48,7 +48,7 @@ PAIRS = (
     {"spin", "friction"},
     {"shift"},
 )
-"""Respects that rules ask about together."""
+"""Properties that rules combine."""
 
 FRICTIONS = ("rolling_friction", "sliding_friction", "spinning_friction_rate")
 TABLES = st.sampled_from(
@@ -88,7 +88,7 @@ TABLES = st.sampled_from(
 
 @st.composite
 def contents(draw: st.DrawFn) -> SceneContents | None:
-    """Return scenes that are odd in up to three respects; None where a single field is refused."""
+    """Return a scene with up to three unusual properties; None if a single field is refused."""
     some = st.sets(st.sampled_from(sorted(USUAL_AND_ODD)), max_size=3)
     odd = draw(some | st.sampled_from(PAIRS))
 
@@ -144,12 +144,12 @@ def refusal_of(check, scene: SceneContents) -> str | None:
 @given(contents())
 @settings(max_examples=1_000, suppress_health_check=[HealthCheck.too_slow])
 def test_what_begins_plainly_keeps_every_rule(scene):
-    # Breaks where a condition is weaker than its rule.
+    # Fails if a condition is weaker than its rule.
     if scene is not None:
         assert refusal_of(check_scene, scene) == refusal_of(check_each_rule, scene)
 
 
 def test_shipped_scenes_begin_plainly():
-    # Breaks where a condition is so strong that the slow rules are asked of usual scenes.
+    # Fails if a condition is so strong that usual scenes need the slow rules.
     slow = {scene.name for scene in map(Scene.load, shipped_scenes()) if not certainly_valid(scene)}
     assert slow == {"gas-80", "polygon-bounce", "polygon-sliding", "post-bounce", "post-sliding"}

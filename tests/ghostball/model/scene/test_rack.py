@@ -32,7 +32,7 @@ velocity = [10.5, 0.0]
 
 
 def gaps_of(balls):
-    """The gaps of all pairs of balls that are neighbours."""
+    """Return the gaps of all neighbouring balls."""
     found = []
     for a, b in itertools.combinations(balls, 2):
         gap = math.dist(a.position, b.position) - a.radius - b.radius

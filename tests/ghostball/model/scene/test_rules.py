@@ -1,7 +1,7 @@
-"""The rules between the parts of a scene: what breaks each, and a change that mends it.
+"""Rules about several parts of a scene: a scene that breaks each rule, and a change that fixes it.
 
-A message names field, rule, value and what to do: it is kept as a snapshot. A scene that is mended
-is accepted, so that a rule that refuses too much fails here too.
+Snapshots contain the messages, which name field, rule, value and remedy. The fixed scene must be
+accepted, so a rule that refuses too much fails, too.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ OPEN = {"table": Table(length=2, width=2, cushions=())}
 
 Balls = tuple[dict[str, Any], ...]
 Rule = tuple[Balls, dict[str, Any], Balls | dict[str, Any]]
-"""Balls and fields of a scene that is refused, and other balls or fields with which it is not."""
+"""Balls and fields of a refused scene, and balls or fields with which it is accepted."""
 
 
 def rule(*balls: dict[str, Any], mend: Balls | dict[str, Any], **fields: Any) -> Rule:
     return balls, fields, mend
 
 
-# Where motion is "rolling" a ball has the spin of its velocity: no impact may turn it.
+# With the motion "rolling", the velocity determines the spin: no impact may change it.
 MIDDLE, PAIR = ball((1, 1)), (ball((0, 0)), ball((1, 0)))
 IMPACTS = {
     **{
@@ -67,7 +67,7 @@ def with_cushion(law: str, height: float, *radii: float, mend: Any) -> Rule:
     return rule(*balls, **fields, mend=mend)
 
 
-# At the top the contact's normal is vertical: no cushion would turn the ball back.
+# At the top, the contact normal is vertical: the cushion wouldn't reflect the ball.
 JUST_BELOW = {"cushion_height": math.nextafter(2.0, 0.0) * R}
 HEIGHTS = {
     f"{name} with {law}": with_cushion(law, height, *radii, mend=mend)
@@ -97,7 +97,7 @@ LIMITS["a ball's own friction beyond what mathavan2014 takes"] = rule(
     mend=(ball((0, 0), sliding_friction=0.7), ball((1, 0), sliding_friction=0.2)),
 )
 
-# What slows by more the faster a ball is: too fast, and powers of it are no doubles.
+# Decelerations that grow with speed: powers of a too high speed overflow.
 DRAG = {
     f"{field} at {speed:g} m/s": rule(
         ball((0, 0), (speed, 0.0)), **{field: 1.1e10 / speed}, mend={field: 0.9e10 / speed}
@@ -112,7 +112,8 @@ DRAG["air_drag of a ball that could fall"] = rule(
     ball((0, 0)), **FLIES, gravity=10.0, air_drag=1.1e5, mend={"airborne": False}
 )
 
-# `t_max` is asked for where a ball might move for ever: any may set any other moving.
+# `t_max` is required if a ball might move forever, because any ball may set any other one in
+# motion.
 ENDS_LATER = {"t_max": 1.0}
 MOVES, STILL = ball((0, 0), (1, 0)), ball((1, 0))
 TURNS = ball((0, 0), angular_velocity=(0, 5, 0))
@@ -157,13 +158,13 @@ ENDLESS = {
     "impacts at an incredible speed": rule(
         MIDDLE, ball((0.5, 0.5), (0.0, 1e30)), **ON_TABLE, mend={"preset": "pool"}
     ),
-    # Lost are m mu g in each metre, wherever the energy went, on ways of at most 2.84 m.
+    # Each metre costs the energy m mu g, and paths between impacts are at most 2.84 m long.
     "the most impacts of a ball alone": rule(
         ball((0.5, 0.5), (0.0, 1.06e6), mass=1.0),
         **ON_TABLE,
         mend=(ball((0.5, 0.5), (0.0, 1.06e6), mass=1.0), ball((1.0, 1.0), mass=2.0)),
     ),
-    # mu g rounds to 0: the engine would see no friction at all.
+    # mu g rounds to 0, as if there were no friction.
     **{
         f"{field} that rounds to nothing": rule(
             ball((0, 0), (1e-300, 0), **{field: 1e-300}), gravity=1e-50, **SLIDES, mend=ENDS_LATER
@@ -203,7 +204,7 @@ MOTION = {
 }
 
 DEEP = 0.99 * FLIGHT_CONTACT_TOLERANCE * 2.0 * R
-"""How deep a ball in the air may lie in another, as our engine lets it [m]."""
+"""Largest overlap of an airborne ball with another ball, as in our engine [m]."""
 
 ON_NOSE = 0.0357 + R
 BELOW = ball((0, 0))
@@ -230,7 +231,7 @@ PLACES = {
             ("right", (2.53, 0.6)),
             ("bottom", (1.0, 0.0)),
             ("top", (1.0, 1.3)),
-            # By hardly more than rounding, and by far.
+            # Slightly more than rounding, and far more.
             ("left", (R - 1e-9, 0.6)),
             ("right", (2.54 - R + 1e-9, 0.6)),
             ("bottom", (1.0, R - 1e-9)),
@@ -264,7 +265,7 @@ PLACES = {
     ),
     "as deep beside a ball": rule(BELOW, ball((2.0 * R - DEEP, 0)), **FLIES, mend=PAIR),
     "as deep on a cloth": rule(BELOW, ball((2.0 * R - DEEP, 0)), mend=PAIR),
-    # Two balls in one place would pass for touching there.
+    # Two balls at one position would count as touching there.
     **{
         f"where rounding is larger than a ball, at {place}": rule(BELOW, ball(place), mend=PAIR)
         for place in ((1e14, 0), (0, -1e14))
@@ -309,7 +310,7 @@ ACCEPTED = {
         {**SLIDES, "cushion": "han2005", "cushion_height": 0.05},
     ),
     "a spin of rolling": ((ball((0, 0), (1, 0), angular_velocity=(0, 1 / R, 0)),), {}),
-    # Nobody waits for it: it moves nothing.
+    # The run doesn't wait for this spin, which moves no ball.
     "a spin about the vertical for ever": (
         (ball((0, 0), angular_velocity=(0, 0, 5)),),
         {"rolling_friction": 0, "sliding_friction": 0, "spinning_friction_rate": 0, **SLIDES},
@@ -346,7 +347,7 @@ def test_what_no_rule_forbids_is_accepted(name):
 
 
 def test_every_overlap_is_found_and_no_other():
-    """Against each ball compared with each other, in forty shots at a time."""
+    """Compare with a search over all pairs of balls, in forty shots at once."""
     chance = np.random.default_rng(1)
     for count in (1, 2, 3, 8, 30):
         centres = chance.uniform(0.0, 1.0, (40, count, 2))

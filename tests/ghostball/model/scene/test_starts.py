@@ -1,4 +1,4 @@
-"""How balls that are struck begin: on a cloth that holds them, and where they may fly."""
+"""The start of struck balls: on the cloth, and in scenes with airborne balls."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_where_it_may_fly_the_table_answers(ball):
     assert [list(struck.velocity)] == expected[0].tolist()
     assert [list(struck.angular_velocity)] == expected[1].tolist()
     assert struck.velocity[2] == -0.5 * velocity[2] > 0.0
-    # It flies at once, and lands when it falls as it rose.
+    # The ball flies at once, and lands with the speed with which it rose.
     result = simulate(scene, record="events")
     lands = result.events["t"][result.events["kind"] == EventKind.BALL_CLOTH][0]
     assert lands == pytest.approx(2.0 * struck.velocity[2] / scene.physics.gravity, rel=1e-14)
@@ -62,7 +62,7 @@ def test_a_ball_begins_as_the_scene_has_it_that_it_is_put_into():
     held = Scene(name="held", physics=Physics(motion="sliding"), balls=flying.balls)
     assert held.balls == scene_with(JUMP, airborne=False).balls
     assert Scene(name="jump", physics=flying.physics, balls=held.balls) == flying
-    assert flying.velocities[0, 2] > 0.0  # whose own balls stay as they are
+    assert flying.velocities[0, 2] > 0.0  # the scene's own balls are unchanged
 
 
 def test_copies_are_known_and_what_would_begin_otherwise_is_refused():

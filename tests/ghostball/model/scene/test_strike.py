@@ -1,4 +1,4 @@
-"""The stroke of a cue: against numbers worked out to 17 digits, an oracle, and what it refuses."""
+"""The cue stroke agrees with numbers to 17 digits and with an oracle, and refuses bad input."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_a_cue_that_gives_way_across_its_axis(fields, velocity, spin, cue_speed)
     assert found.cue_speed == near(cue_speed)
 
 
-# Alciatore's assumption of proof A.31, an end of a mass across the cue, for the speeds as well.
+# Alciatore's assumption in proof A.31, an end mass across the cue, also used for the speeds.
 WITH_END = [
     (
         {"speed": 3.0, "offset_left": 0.3, "tip_restitution": 1.0},
@@ -87,7 +87,7 @@ def test_a_cue_whose_end_has_a_mass(fields, velocity, spin, degrees):
 
 
 def test_squirt_is_that_of_alciatore_s_proof_with_either_law_where_the_cue_is_level():
-    published = 1.1993583313332898  # degrees, of a ball 20 times as heavy as the end, at 0.2 radii
+    published = 1.1993583313332898  # degrees; the ball has 20 end masses, and is hit at 0.2 radii
     for squirt in ("end-mass", "alciatore"):
         x, y, _ = stroke(
             speed=1.7, direction=0.0, offset_left=0.2, squirt=squirt, end_mass=POOL_BALL_MASS / 20.0
@@ -105,7 +105,7 @@ def test_alciatore_s_law_turns_the_velocity_alone():
 
 
 def by_linear_equations(strike, radius, mass):
-    """Return J / m and the angular velocity along d, l, p, of the equation as it is written."""
+    """Return J / m and the angular velocity along d, l, p, by solving the linear equations."""
     with mpmath.workdps(40):
         a, b = mpmath.mpf(strike.offset_left), mpmath.mpf(strike.offset_up)
         arm = mpmath.matrix([-mpmath.sqrt(1 - a**2 - b**2), a, b]) * radius
@@ -142,7 +142,8 @@ def test_the_equation_is_solved(seed):
 
 @pytest.mark.parametrize("squirt", ["end-mass", "none"])
 def test_impulse_and_energy_are_those_of_two_bodies(squirt):
-    # With an elastic tip and no end, what the cue loses the ball has; with one, the end has some.
+    # With an elastic tip and no end mass, the ball gains the energy that the cue loses; an end mass
+    # takes a part.
     fields = {"speed": 3.0, "direction": 0.4, "elevation": 0.3, "offset_left": 0.2}
     strike = Strike(**fields, offset_up=-0.3, tip_restitution=1.0, squirt=squirt)
     found = stroke_of(strike, POOL_BALL_RADIUS, POOL_BALL_MASS)
@@ -279,7 +280,7 @@ def test_the_friction_of_the_tip_is_the_limit_of_a_miscue():
 
 @pytest.mark.parametrize(("left", "up"), [(0.0, 0.1), (0.7, -0.7), (-0.99, 0.14)])
 def test_a_tip_that_never_slips_hits_anywhere_on_the_ball(left, up):
-    # However fast it is, the ball has speeds that a scene may have.
+    # Even at this cue speed, the ball has speeds that a scene allows.
     fields = {"offset_left": left, "offset_up": up, "tip_friction": 1e50}
     found = stroke(speed=1e49, direction=0.3, elevation=1.5, **fields)
     assert math.hypot(*found.velocity) < 2e49

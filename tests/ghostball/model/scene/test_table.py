@@ -1,4 +1,4 @@
-"""Tables: presets, polygons and posts, as a scene has them, and as it is written and read."""
+"""Tables in scenes: presets, polygons and posts, written and read."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def test_a_drawn_jaw_is_round_and_joins_nose_and_facing(name):
 
 @pytest.mark.parametrize("name", [name for name, one in Table.PRESETS.items() if "pockets" in one])
 def test_no_jaw_sticks_out_past_its_nose_or_its_facing(name):
-    """Breaks where rounding moves a jaw towards the cloth: a ball along the rail then hits it."""
+    """Fails if rounding moves a jaw towards the cloth, where a ball along the rail would hit it."""
     table = Table.model_validate(name)
     jaws = [one for one in table.obstacles if isinstance(one, Disc)]
     straight = [one for one in table.obstacles if isinstance(one, Segment)]
@@ -170,7 +170,7 @@ def test_no_jaw_sticks_out_past_its_nose_or_its_facing(name):
 
 
 def _away(one: Segment, place: tuple[float, float]) -> mpf:
-    """Return how far in front of a segment's line a place is, in 40 digits [m]."""
+    """Return the distance of a place in front of a segment's line, in 40 digits [m]."""
     with workdps(40):
         (ax, ay), (bx, by), (x, y) = (map(mpf, point) for point in (one.start, one.end, place))
         dx, dy = bx - ax, by - ay
@@ -274,7 +274,7 @@ class TestTheBallsOfAPreset:
         assert scene.balls[0].position == (0.5, 0.5, 0.1)
 
 
-# --- the sides of a table: where each cushion is, and which way is in
+# --- the sides of a table: position and inward normal of each cushion
 
 TABLE = Table(length=2.0, width=1.0)
 
@@ -284,7 +284,7 @@ TABLE = Table(length=2.0, width=1.0)
     [("left", (0.0, 0.25)), ("right", (2.0, 0.25)), ("bottom", (0.5, 0.0)), ("top", (0.5, 1.0))],
 )
 def test_a_side_knows_where_it_is_and_which_way_is_in(name, nearest):
-    """A normal that points outward, or a point that is on another line, has other distances."""
+    """Fails if a normal points outward, or if a point is on another line."""
     side = TABLE.sides[CUSHIONS.index(name)]
     assert (side.name, side.cushion) == (name, CUSHIONS.index(name))
     assert side.distance(*nearest) == 0.0

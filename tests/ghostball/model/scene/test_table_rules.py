@@ -1,4 +1,4 @@
-"""What is refused of polygons, pockets and posts: by field, rule and value, kept as snapshots."""
+"""Invalid polygons, pockets and posts are refused with field, rule and value, see the snapshots."""
 
 from __future__ import annotations
 

@@ -115,10 +115,10 @@ class TestSave:
         assert read.velocities.tobytes() == scene.velocities.tobytes()
 
     def test_what_a_ball_takes_from_the_scene_is_not_written(self):
-        # Else editing the scene's friction in the file would change nothing.
+        # Otherwise editing the scene's friction in the file would have no effect.
         text = dumps(scene_of(ball((0, 0)), rolling_friction=0.03))
         assert text.count("friction") == text.count("rolling_friction = 0.03") == 1
-        # A ball's own friction is kept also where it happens to equal the scene's.
+        # A ball's own friction is written even if it equals the scene's.
         text = dumps(scene_of(ball((0, 0), sliding_friction=0.2)))
         assert text.split("[[balls]]")[1].count("sliding_friction = 0.2") == 1
 
@@ -127,7 +127,7 @@ class TestSave:
     @pytest.mark.parametrize("ball_impact", BALL_LAW_NAMES)
     @pytest.mark.parametrize("impacts", ["simultaneous", "sequential"])
     def test_every_choice_of_laws_survives(self, preset, cushion, ball_impact, impacts):
-        # Also where the preset's constants have no effect with another law.
+        # This includes constants of the preset that have no effect with another law.
         laws = {"cushion": cushion, "ball_impact": ball_impact, "impacts": impacts}
         physics = Physics(preset=preset, motion="sliding", **laws)
         balls = [Ball(id="a", position=(0.5, 0.5)), Ball(id="b", position=(1, 0.5))]

@@ -42,7 +42,7 @@ def test_a_resting_ball_keeps_its_orientation():
     assert np.array_equal(at_rest[0], at_rest[1])
 
 
-# --- where the axis moves
+# --- a moving axis
 
 
 def turn_in_closed_form(spin, change, duration):
@@ -132,7 +132,7 @@ SLIDES = {
 
 @pytest.mark.parametrize("name", SLIDES)
 def test_a_sliding_ball_turns_as_the_closed_form_says(name):
-    """Breaks where the moving axis is ignored, or the turn is followed in too long steps."""
+    """Fails if the motion of the axis is ignored, or if the steps of the rotation are too long."""
     segment, duration = slide(0.0, (0.0, 0.0), *SLIDES[name])
     spin, change = segment[7:10], np.array([segment[10], segment[11], 0.0])
     if abs(spin[2]) < SPIN_DECELERATION * duration:
@@ -145,12 +145,12 @@ def test_a_sliding_ball_turns_as_the_closed_form_says(name):
         exact = turn_in_closed_form(spin, change, t)
         assert angle_between(found, exact) < 1e-13
         assert np.linalg.norm(found) == pytest.approx(1.0, rel=0, abs=4e-16)
-    # The closed form itself, by another way.
+    # The closed form agrees with small steps.
     assert angle_between(turn_in_small_steps(spin, change, duration), exact) < 1e-12
 
 
 def test_a_ball_that_rolls_with_vertical_spin_turns_as_the_closed_form_says():
-    """The path is straight, yet the axis moves: a turn by s / R would be far off."""
+    """The path is straight, but the axis moves: a rotation by s / R would be wrong."""
     segment, duration = roll(0.0, (0.0, 0.0), (0.6, -0.8), 90.0)
     duration = min(duration, 5.0)
     spin = np.array([0.8, 0.6, 90.0 * R]) / R
@@ -161,7 +161,7 @@ def test_a_ball_that_rolls_with_vertical_spin_turns_as_the_closed_form_says():
 
 
 def test_vertical_spin_ends_within_a_segment():
-    """Breaks where the spin continues past 0, or its end is stepped over."""
+    """Fails if the spin continues past 0, or if its end is missed."""
     ends, after = 0.3, 0.25
     segment, _ = slide(0.0, (0.0, 0.0), (4.0, 0.0), (30.0, -50.0, -SPIN_DECELERATION * ends))
     change = np.array([segment[10], segment[11], SPIN_DECELERATION])
@@ -176,7 +176,7 @@ def test_vertical_spin_ends_within_a_segment():
 
 
 def test_a_contact_step_changes_the_vertical_spin_besides_its_decay():
-    """The decay stops where the segment's own spin is used up; what is added continues."""
+    """The decay ends with the segment's own spin; the added spin continues."""
     segment, _ = slide(0.0, (0.0, 0.0), (4.0, 0.0), (30.0, -50.0, 2.0))
     segment[12] = 7.0
     change = np.array([segment[10], segment[11], 7.0 - SPIN_DECELERATION])
@@ -208,7 +208,7 @@ def test_a_straight_slide_turns_about_its_one_axis():
 
 
 def test_through_a_whole_shot_the_quaternion_follows_the_angular_velocity():
-    """dq/dt = w q / 2, sliding, rolling, resting and spinning: breaks where a piece is wrong."""
+    """dq/dt = w q / 2 while sliding, rolling, resting and spinning; fails if a piece is wrong."""
     trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 150.0))
     starts = trajectory.segments[0][:, 0]
     times = np.linspace(0.0, trajectory.t_end, 302)[1:-1]
@@ -239,7 +239,7 @@ def test_a_turn_that_can_not_be_followed_is_refused():
 
 
 def test_the_published_turn_with_a_moving_axis():
-    """Numbers computed at 30 digits elsewhere: w0 (0, 30, 20), alpha (10, -15, -10), 0.5 s."""
+    """Separately computed numbers with 30 digits: w0 (0, 30, 20), alpha (10, -15, -10), 0.5 s."""
     spin = np.array([[[0.0, 30.0, 20.0], [10.0, -15.0, -10.0]]])
     pieces = Pieces(np.zeros(1), np.array([0.5]), spin)
     (q,) = orientation_at(np.array([0.5]), pieces)
@@ -257,7 +257,7 @@ def test_the_published_turn_with_a_moving_axis():
     powers=st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=6),
 )
 def test_the_power_series_turns_about_a_fixed_axis_as_its_integral_says(axis, powers):
-    """Also where the spin changes its sign within the step: the series' worst case."""
+    """This includes a spin that changes its sign within the step, the worst case of the series."""
     norm = np.linalg.norm(axis)
     unit = np.array(axis) / norm if norm > 1e-3 else np.array([0.0, 0.0, 1.0])
     spin = (STEP_TURN / len(powers) * np.array(powers))[None, :, None] * unit
@@ -269,7 +269,7 @@ def test_the_power_series_turns_about_a_fixed_axis_as_its_integral_says(axis, po
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 7])
 def test_what_the_power_series_leaves_out_is_below_rounding(degree):
-    """The recurrence in absolute values, for the largest step: what is left is its limit."""
+    """The recurrence in absolute values bounds the remainder for the largest step."""
     spin = np.zeros((1, degree + 1, 3))
     spin[0, :, degree % 3] = STEP_TURN / (degree + 1)
     terms = terms_needed(spin, np.array([1.0]))
@@ -280,7 +280,7 @@ def test_what_the_power_series_leaves_out_is_below_rounding(degree):
 
 
 def test_a_spin_of_a_higher_degree_turns_as_small_steps_of_it_do():
-    """What air needs: breaks where a power is lost, or a step begins with another spin."""
+    """Motion in air needs this; fails if a power is lost, or if a step starts with a wrong spin."""
     powers = np.array([[3.0, -40.0, 9.0], [20.0, 5.0, -30.0], [-8.0, 30.0, 2.0], [5.0, 5.0, -9.0]])
     (q,) = orientation_at(np.array([0.9]), Pieces(np.zeros(1), np.array([0.9]), powers[None]))
     steps = 3000
@@ -293,7 +293,7 @@ def test_a_spin_of_a_higher_degree_turns_as_small_steps_of_it_do():
 
 
 def test_frames_turn_a_ball_by_their_angular_velocities():
-    """Straight from one to the next; a frame repeated at an instant, as after a collision, too."""
+    """The rotation is linear between frames, even if two frames have one time, as in collisions."""
     times = np.array([0.0, 0.5, 0.5, 1.0])
     spins = np.zeros((4, 1, 3))
     spins[:, 0, 2] = 2.0, 4.0, -1.0, -1.0

@@ -1,4 +1,4 @@
-"""Sampling what was recorded, exact or in frames, and the energy of a state."""
+"""Samples of recorded motions, exact or in frames, and the energy of a state."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ghostball.model import Phase, SampledTrajectory, Samples, energy_of, initia
 
 
 def line(times, xs, vxs) -> SampledTrajectory:
-    """One ball on the x axis."""
+    """Return the motion of one ball on the x axis."""
     k = len(times)
     positions, velocities = np.zeros((k, 1, 3)), np.zeros((k, 1, 3))
     positions[:, 0, 0], velocities[:, 0, 0] = xs, vxs
@@ -85,7 +85,7 @@ def test_energy_of_several_instants_at_once():
 
 
 def slip_of(samples: Samples) -> np.ndarray:
-    """Velocity of the lowest point over the cloth, (k, n, 2) [m/s]."""
+    """Return the velocity of the lowest point over the cloth, (k, n, 2) [m/s]."""
     v, w = samples.velocities, samples.angular_velocities
     return np.stack([v[..., 0] - R * w[..., 1], v[..., 1] + R * w[..., 0]], axis=-1)
 
@@ -132,7 +132,7 @@ def test_rolling_has_the_spin_of_its_velocity_whatever_the_segment_says():
 
 @pytest.mark.parametrize("wz", [7.0, -7.0, 0.0])
 def test_vertical_spin_decays_to_nothing_and_no_further(wz):
-    """While the ball's centre rests, too; breaks where it goes through 0, or never decays."""
+    """The spin decays even while the centre rests; fails if it passes 0, or never decays."""
     trajectory = trajectory_of(rest(0.0, (0.0, 0.0), wz), t_end=2.0)
     found = trajectory.sample(np.array([0.0, 0.5, 0.7, 1.0])).angular_velocities[:, 0]
     assert found[:, 2] == pytest.approx([wz, wz * 2 / 7, 0.0, 0.0], abs=1e-15)
@@ -147,7 +147,7 @@ def test_what_a_contact_step_adds_to_the_vertical_spin():
 
 
 def test_the_state_is_continuous_from_slide_to_roll_to_rest():
-    """Breaks where a segment of one phase is read like one of another."""
+    """Fails if a segment is read as a segment of another phase."""
     trajectory = whole_shot((1.0, 0.3), (20.0, -50.0, 150.0))
     starts = trajectory.segments[0][1:, 0]
     before, after = trajectory.sample(np.nextafter(starts, 0.0)), trajectory.sample(starts)
@@ -173,7 +173,7 @@ def test_the_phase_after_an_event_counts():
 
 
 def test_energy_falls_by_what_friction_and_spin_take():
-    """The whole slide costs m u^2 / 7, vertical spin I wz^2 / 2 by itself, rolling the rest."""
+    """The slide costs m u^2 / 7, the vertical spin I wz^2 / 2, and rolling the rest."""
     scene = scene_of(ball((0, 0), mass=2.0))
     inertia = 0.4 * 2.0 * R**2
     velocity, spin = (1.0, 0.3), (20.0, -50.0, 150.0)
@@ -203,5 +203,5 @@ def test_a_path_through_its_bend_times_stays_near_the_curve():
     x = trajectory.sample(bends).positions[:, 0]
     beside = trajectory.sample(middles).positions[:, 0] - (x[1:] + x[:-1]) / 2
     distance = np.linalg.norm(beside, axis=1)
-    assert 0.5e-5 < distance.max() <= 1e-5  # enough, and not far more than enough
+    assert 0.5e-5 < distance.max() <= 1e-5  # within the limit, but not far below it
     assert len(trajectory.bend_times(1e-5, 3)) == 4
