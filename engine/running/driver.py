@@ -80,7 +80,10 @@ _RARE_WORK = {
 
 
 class KernelRun:
-    """One run of the kernel on one scene.
+    """One run of the kernel on one scene, from its start or from another state.
+
+    `start` (n, START_COLUMNS): the other state of each ball; see `event_loop.play`.
+    `t_max` [s]: end of the run; None: that of the scene.
 
     `t_end` [s]: time when the last ball came to rest, or the run stopped.
     `wall_time` [s]: run time of the kernel.
@@ -88,19 +91,30 @@ class KernelRun:
     `variant`: the variant of the kernels that the scene needs.
     """
 
-    def __init__(self, scene: Scene, keep_log: bool, off: frozenset[Skip] = frozenset()) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        keep_log: bool,
+        off: frozenset[Skip] = frozenset(),
+        *,
+        start: st.FloatArray | None = None,
+        t_max: float | None = None,
+    ) -> None:
         self.status = Status.FAILED
         self.reason = ""
         self.t_end = 0.0
         self.wall_time = 0.0
         self._keep_log = keep_log
         self._scene = scene
-        self._layout = layout = layout_of(scene, off)
+        layout = layout_of(scene, off)
+        self._layout = layout = layout if t_max is None else layout.ending(t_max)
         self.size = n = len(layout.radii)
         self.variant = layout.variant
         self._room = Room(layout)
         self._log = log_of(_FIRST_LOG, n, layout.columns) if keep_log else _no_log(layout.columns)
         self._shots = shots_of(1, n, 3)
+        if start is not None:
+            self._shots = self._shots._replace(starts=np.ascontiguousarray(start[np.newaxis]))
         self._clock, self._counters = self._shots.clocks[0], self._shots.counts[0]
         self._counters[st.STATUS] = st.RUN_CONTINUES
         self._logs: list[Log] = []

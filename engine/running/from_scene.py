@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import weakref
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -38,6 +38,8 @@ from ghostball.model.impact_laws import BALL_LAW_NAMES
 from ghostball.model.scene import check_whole
 from ghostball.model.scene.contents import rolls_alone
 from ghostball.model.trajectory.polynomial import PER_POWER
+
+_T_MAX = Laws._fields.index("t_max")
 
 _CELL_ROOM = 2.0**-20
 """Relative excess of a cell's side over the largest diameter: a margin for rounding."""
@@ -86,6 +88,12 @@ class SceneLayout:
     def count(self) -> int:
         """Number of balls."""
         return len(self.radii)
+
+    def ending(self, t_max: float) -> SceneLayout:
+        """Return the layout of the scene with another end [s]."""
+        laws = self.laws.copy()
+        laws[_T_MAX] = t_max
+        return replace(self, laws=laws)
 
     @property
     def state(self) -> FloatArray:

@@ -21,7 +21,7 @@ from ghostball.engine.core.state import FloatArray
 from ghostball.engine.event_loop import play
 from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.sensitivity.passages import collisions_at_once
-from ghostball.engine.sensitivity.replay import Replay
+from ghostball.engine.sensitivity.replay import Replay, ReplayedMotion
 from ghostball.engine.sensitivity.rounding import LANES
 from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.events import EventKind, Events
@@ -65,6 +65,10 @@ _PUSHED = 2.0**-20
 """Largest relative difference between the recorded acceleration of a ball and the acceleration by
 cloth and air alone, for a ball that touches nothing else."""
 
+_MOST_REPLAYED = 64
+"""Number of events since an instant beyond which the motion of the changed states is recorded once
+and then read at all times, because simulating it anew for each time would take too long."""
+
 _ROUNDING = 2.0**-40
 """Addition to the limit `_CURVED`, in radii: the rounding error of the mean."""
 
@@ -100,6 +104,7 @@ class Replayed:
             changes[rolls, 6] *= -1.0
         self._scene, self._trajectory, self._events = scene, trajectory, events
         self._replay = Replay(scene)
+        self._long: tuple[int, list[ReplayedMotion]] = -1, []  # an instant, and what follows it
         self._instants = np.unique(events["t"])
         self.at = np.array([0.0, *self._measured()])
         self._states, self._phases = _states(trajectory, self.at), trajectory.phases(self.at)
@@ -118,8 +123,9 @@ class Replayed:
             changes = self._noise(0, np.arange(n), changes)
         for j in range(len(self.at)):
             if j > 0:
-                duration = self.at[j] - self.at[j - 1]
-                changes, curved = self._played(j - 1, duration, self._states[j])
+                ((changes,), (curved,)) = self._played(
+                    j - 1, self.at[j : j + 1], self._states[j : j + 1]
+                )
                 its = events[(events["t"] > self.at[j - 1]) & (events["t"] <= self.at[j])]
                 lost |= curved | (self._free_until <= self.at[j])
                 if j == 1:
@@ -138,9 +144,11 @@ class Replayed:
     def sample(self, times: FloatArray) -> FloatArray:
         """Return the changes at k instants, (k, n, STATE, m); NaN if no derivative exists."""
         found = np.empty((len(times), *self._kept.shape[1:]))
-        for k, t in enumerate(times.tolist()):
-            j = int(np.searchsorted(self.at, t, side="right")) - 1
-            found[k] = self._beside(j, t, self._side(j, t))
+        after = np.searchsorted(self.at, times, side="right") - 1
+        for j in np.unique(after).tolist():
+            its = np.flatnonzero(after == j)
+            sides = np.array([self._side(j, t) for t in times[its].tolist()])
+            found[its] = self._beside(j, times[its], sides)
         return found
 
     def known(self, times: FloatArray) -> FloatArray:
@@ -167,7 +175,8 @@ class Replayed:
             alone = np.count_nonzero(_has(near, balls)) == 1
             if j < 0 or not alone:
                 continue
-            before, after = (self._beside(j, t, t + side * _MARGIN)[balls] for side in (-1.0, 1.0))
+            changes = self._beside(j, np.array([t, t]), t + _MARGIN * np.array([-1.0, 1.0]))
+            before, after = changes[:, balls]
             sides = _states(self._trajectory, t + _MARGIN * np.array([-2.0, -1.0, 1.0, 2.0]))
             slower = (sides[1] - sides[2])[balls, 3:6]
             jump = (after - before)[:, :3]
@@ -246,53 +255,75 @@ class Replayed:
             return float(max(self._instants[k] - _MARGIN, self.at[j]))
         return t
 
-    def _beside(self, j: int, t: float, side: float) -> FloatArray:
-        """Return the changes at an instant t, extrapolated from the changes at `side`, near t."""
-        if side <= self.at[j]:
-            changes = self._kept[j].copy()
-            side = self.at[j]
-        else:
-            (state,) = _states(self._trajectory, np.array([side]))
-            changes, curved = self._played(j, side - self.at[j], state)
-            changes[curved] = np.nan
-        changes[self._free_until <= t] = np.nan
-        back: FloatArray = changes
-        back[:, :3] += (t - side) * back[:, 3:6]
-        return back
+    def _beside(self, j: int, times: FloatArray, sides: FloatArray) -> FloatArray:
+        """Return the changes at k times after instant j, (k, n, STATE, m).
+
+        They are extrapolated from the changes at `sides` (k,) [s], near the times.
+        """
+        sides = np.maximum(sides, self.at[j])
+        later = sides > self.at[j]
+        changes = np.repeat(self._kept[j : j + 1], len(times), axis=0)
+        if np.any(later):
+            ends = _states(self._trajectory, sides[later])
+            played, curved = self._played(j, sides[later], ends)
+            played[curved] = np.nan
+            changes[later] = played
+        changes[self._free_until <= times[:, np.newaxis]] = np.nan
+        gone = (times - sides)[:, np.newaxis, np.newaxis, np.newaxis]
+        changes[:, :, :3] += gone * changes[:, :, 3:6]
+        return changes
 
     def _played(
-        self, j: int, duration: float, end: FloatArray
+        self, j: int, times: FloatArray, recorded: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Return the changes a duration after instant j, and for which balls they are unknown.
+        """Return the changes at k times after instant j, and for which balls they are unknown.
 
-        `end` (n, STATE): the recorded state then.
+        `recorded` (k, n, STATE): the recorded states at `times` (k,) [s].
 
-        Returns (n, STATE, m) float64 and (n,) bool.
+        Returns (k, n, STATE, m) float64 and (k, n) bool.
         """
-        state, kept = self._states[j], self._kept[j]
+        kept = self._kept[j]
         lost = ~np.all(np.isfinite(kept), axis=(1, 2))
         if np.all(lost):
-            return kept.copy(), lost
+            return np.repeat(kept[np.newaxis], len(times), axis=0), np.tile(lost, (len(times), 1))
         changes = np.where(lost[:, np.newaxis, np.newaxis], 0.0, kept)
         largest = np.max(np.abs(changes) / self._scales(j)[:, :, np.newaxis], axis=(0, 1))
         sizes = _STEP / np.where(largest > 0.0, largest, 1.0)
         by = np.moveaxis(changes * sizes, 2, 0)
-        starts = np.zeros((2, len(sizes), *state.shape[:1], play.START_COLUMNS))
+        ends = self._ends(j, by, times - self.at[j])
+        half, middle = 0.5 * (ends[:, 0] - ends[:, 1]), 0.5 * (ends[:, 0] + ends[:, 1])
+        size = np.max(np.abs(half[..., :3]), axis=(2, 3))[..., np.newaxis]
+        off = np.max(np.abs(middle - recorded[:, np.newaxis])[..., :3], axis=3)
+        allowed = _CURVED * size + _ROUNDING * self._scene.radii
+        curved: NDArray[np.bool_] = lost | np.any(~(off <= allowed), axis=1)
+        changes = np.moveaxis(half, 1, 3) / sizes
+        return changes, curved
+
+    def _ends(self, j: int, by: FloatArray, durations: FloatArray) -> FloatArray:
+        """Return the simulated states some durations after instant j, (k, 2, m, n, STATE).
+
+        They start from the recorded states plus the changes `by` (m, n, STATE), and minus them.
+        """
+        state = self._states[j]
+        starts = np.zeros((2, *by.shape[:2], play.START_COLUMNS))
         starts[..., :STATE] = state
         starts[..., play.START_RISE] -= self._scene.radii
         starts[0, ..., :STATE] += by
         starts[1, ..., :STATE] -= by
         phase = self._phases[j].astype(np.float64)
         starts[..., play.START_PHASE] = np.where(phase == st.RESTING, st.ROLLING, phase)
-        ends = self._replay.after(starts.reshape(-1, *starts.shape[2:]), duration)
-        ends = ends.transpose(0, 2, 1, 3).reshape(*starts.shape[:3], STATE)
-        half, middle = 0.5 * (ends[0] - ends[1]), 0.5 * (ends[0] + ends[1])
-        size = np.max(np.abs(half[..., :3]), axis=(1, 2))[:, np.newaxis]
-        off = np.max(np.abs(middle - end)[..., :3], axis=2)
-        allowed = _CURVED * size + _ROUNDING * self._scene.radii
-        curved = lost | np.any(~(off <= allowed), axis=0)
-        changes = np.moveaxis(half, 0, 2) / sizes
-        return changes, curved
+        each = starts.reshape(-1, *starts.shape[2:])
+        since = self._events["t"] - self.at[j]
+        met = np.count_nonzero((since > 0.0) & (since <= np.max(durations)))
+        if met <= _MOST_REPLAYED:
+            ends = np.array([self._replay.after(each, s) for s in durations.tolist()])
+        else:
+            if self._long[0] != j:
+                end = float(np.append(self.at, self._trajectory.t_end)[j + 1]) + _MARGIN
+                self._long = j, [self._replay.motion(one, end - self.at[j]) for one in each]
+            ends = np.stack([motion.states(durations) for motion in self._long[1]], axis=1)
+        ends = ends.transpose(0, 1, 3, 2, 4)
+        return ends.reshape(len(durations), *starts.shape[:3], STATE)
 
     def _scales(self, j: int) -> FloatArray:
         """Return the scale of each number at instant j, (n, STATE).

@@ -10,9 +10,10 @@ from changes import check_derivatives, directions_of, moved, recorded
 from same.images import shuffled
 from shots import ball, scene_of
 
+from ghostball.engine.sensitivity import replayed
 from ghostball.engine.sensitivity.carried import Carried
 from ghostball.engine.sensitivity.replayed import Replayed
-from ghostball.model import EventKind
+from ghostball.model import Ball, EventKind, Physics, Scene
 from ghostball.validation.scenes.library import find_scene
 
 SCENES = (
@@ -141,3 +142,29 @@ def test_rounding_of_a_ball_that_stops_leaves_its_changes():
         t_max=2.0,
     )
     check_derivatives(scene)
+
+
+def stacked() -> Scene:
+    """Return a ball that bounces on another, with thousands of events at short intervals."""
+    physics = Physics(preset="pool", airborne=True, ball_restitution=1.0, ball_friction=0.0)
+    balls = [
+        Ball(id="low", position=(0.0, 0.0, 0.03), radius=0.03, mass=0.2),
+        Ball(id="top", position=(0.0, 0.0, 0.0825), velocity=(2e-5, -1e-5, 0.0), radius=0.0225),
+    ]
+    return Scene(name="stacked", t_max=0.1, physics=physics, balls=balls)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("scene", [stacked(), *map(find_scene, ("flight-jaw", "flight-throw"))])
+def test_motion_recorded_once_gives_the_changes_of_motion_simulated_for_each_time(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Breaks where the recorded motion is read at other times, or ends too early."""
+    found = []
+    for events in (10**6, 0):
+        monkeypatch.setattr(replayed, "_MOST_REPLAYED", events)
+        result = recorded(scene)
+        found.append(result.sensitivity(np.linspace(0.0, result.rest_time, 33)))
+    assert np.isfinite(found[0]).mean() > 0.7
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-5)
+    assert (len(result.events) > 4000) is (scene.name == "stacked")
