@@ -98,7 +98,7 @@ def test_samples_that_end_while_balls_move_are_refused() -> None:
     assert cut([*range(0, last, 7), last]) == ""
 
 
-def test_how_a_run_ends_must_be_as_its_scene_lets_it() -> None:
+def test_the_status_of_a_run_must_be_possible_in_its_scene() -> None:
     """The status "t-max" is rejected without `t_max`, and "rest" while balls move."""
     right = exact("half-ball-cut")
     assert "without `t_max`" in disagreement(replace(right, status=Status.T_MAX), right.scene)

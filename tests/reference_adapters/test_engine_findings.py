@@ -256,7 +256,7 @@ def test_xpbd_takes_momentum_from_a_line_of_balls() -> None:
 
 
 @newton
-def test_its_default_gap_turns_a_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_default_gap_of_newton_turns_a_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     world = resolve_name("ghostball.reference_adapters.newton.world")
     monkeypatch.setattr(world, "GAP", 0.2)
     assert np.mean(cut_angles("newton", 1e-3)) < -0.2
@@ -315,7 +315,7 @@ def test_a_configuration_of_the_whole_process_that_is_not_set_is_seen(
 
 
 @rapier
-def test_its_prediction_turns_a_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_prediction_of_rapier_turns_a_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.abs(cut_angles("rapier:config=naive", 1e-4)).max() > 4.0
     world = resolve_name("ghostball.reference_adapters.rapier.world")
     monkeypatch.setattr(world, "PREDICTION", 0.02)

@@ -78,7 +78,7 @@ def test_the_same_types_of_other_dimensions_are_another_variant(monkeypatch):
     assert [[a.ndim for a in arguments] for arguments in asked] == [[2, 1, 2]]
 
 
-def test_what_is_needed_is_made_or_not(monkeypatch):
+def test_a_needed_kernel_knows_whether_it_is_made(monkeypatch):
     one = Needed(slowing.stop, (V, SLOWING, np.empty(3)), "durations")
     one.load()
     assert one.is_made

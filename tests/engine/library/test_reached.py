@@ -57,7 +57,7 @@ def digest_of(monkeypatch):
     return digest
 
 
-def test_it_depends_on_what_is_reached(digest_of):
+def test_the_digest_depends_on_all_reached_code(digest_of):
     before = digest_of()
     assert digest_of() == before
     assert digest_of(expression="3.0 * x") != before
@@ -67,7 +67,7 @@ def test_it_depends_on_what_is_reached(digest_of):
     assert inner != CALLEE
 
 
-def test_it_depends_on_nothing_else(digest_of):
+def test_the_digest_depends_on_nothing_else(digest_of):
     before = digest_of()
     assert digest_of(comment="said in other words\n    # and on two lines") == before
     assert digest_of(unused="7.0 * x") == before

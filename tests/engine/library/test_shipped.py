@@ -39,7 +39,7 @@ def test_suitable_libraries_are_found_by_kernel_and_arguments(come, tmp_path, ca
     assert shipped.key_of(slowing.slow.function, KINDS) != NAME
 
 
-def test_where_none_came_nothing_is_said(come, caplog):
+def test_without_shipped_libraries_there_is_no_message(come, caplog):
     assert shipped.files() == {}
     assert caplog.text == ""
 

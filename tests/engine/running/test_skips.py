@@ -20,7 +20,7 @@ EXACT = [skip for skip in Skip if skip not in {Skip.ADVANCEMENT, *BUILT_IN}]
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_all_of_them_off_change_no_bit(seed):
+def test_switching_all_exact_skips_off_changes_no_bit(seed):
     scene = random_shot(seed, 5, preset="pool" if seed % 3 else "paper")
     kept = simulate(scene, record="events")
     off = simulate(scene, no_skip=EXACT)

@@ -177,7 +177,7 @@ def test_knowing_the_laws_and_importing_the_engine_need_little(imported, without
 # Permitted rounding of given positions: more than that of sums of roots, far less than a ball
 
 
-def test_it_goes_with_the_sizes_of_all_lengths_one_by_one():
+def test_position_rounding_is_proportional_to_the_sum_of_sizes():
     assert position_rounding(1.0, -2.0) == 3.0 * POSITION_ULPS * EPS
     found = position_rounding(np.array([1.0, -4.0]), np.array([2.0, 0.0]))
     assert found.tolist() == [position_rounding(1.0, 2.0), position_rounding(4.0)]
@@ -196,7 +196,7 @@ def test_a_row_of_balls_that_touch_by_computed_places_is_within_it(radius):
 # Portable sines and cosines agree with values of many digits
 
 
-def test_they_are_right_to_less_than_a_unit_in_the_last_place():
+def test_sines_and_cosines_are_right_within_one_ulp():
     chance = np.random.default_rng(5)
     angles = np.concatenate(
         (
@@ -223,7 +223,7 @@ def test_of_large_angles_they_are_right_to_the_rounding_of_the_angle():
         assert abs(float(off)) < 0.5 * np.spacing(abs(angle))
 
 
-def test_they_are_the_bits_that_every_machine_gives():
+def test_sines_and_cosines_have_the_same_bits_on_every_machine():
     cosines, sines = cosines_and_sines(np.array([0.5, 2.0, 1e3, -3.7e5, 1e12]))
     assert [float(c).hex() for c in cosines] == [
         "0x1.c1528065b7d50p-1",

@@ -268,7 +268,7 @@ SLIDES_WITH_A_SPIN_OF_MINUS_ZERO = scene_of(
 
 
 @pytest.mark.parametrize("steps", ["fixed", "exact"])
-def test_a_kick_without_a_collision_may_leave_out_what_it_does(steps, monkeypatch):
+def test_a_kick_without_a_collision_may_skip_the_spin(steps, monkeypatch):
     """The results are bit-identical in shots whose balls slide, roll, collide and spin.
 
     Fails if code reads the spin that a rolling ball had before its velocity last changed.

@@ -54,7 +54,7 @@ def test_a_step_ends_just_before_a_contact_and_the_next_one_just_after() -> None
     ("longest", "lasts", "t_end", "end"),
     [(0.1, 9.0, 9.0, 0.1), (1.0, 0.2, 9.0, 0.2), (1.0, 9.0, 0.3, 0.3), (1.0, 0.3, 0.3005, 0.3005)],
 )
-def test_else_it_ends_by_its_length_a_change_or_the_end(
+def test_a_step_without_a_contact_ends_at_its_length_a_change_or_the_end(
     longest: float, lasts: float, t_end: float, end: float
 ) -> None:
     """A remainder that is too short for a step isn't a separate step."""

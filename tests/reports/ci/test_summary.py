@@ -144,7 +144,7 @@ def test_what_fails_is_counted_once_and_not_as_before(change, kind):
     assert rows_of(text, "What changed")[0][:2] == ["cut", f"✗ {kind}"]
 
 
-def test_it_stays_below_its_limit_and_says_what_it_leaves_out(results):
+def test_the_summary_stays_below_its_limit_and_counts_what_it_omits(results):
     # 2000 failures, each with a reason of several pages, and as many changes.
     bad = next(case for case in results.cases if case.outcome == "failed")
     cases = [replace(bad, scene=f"scene-{k}", reason="why | <x>\n" * 500) for k in range(2000)]

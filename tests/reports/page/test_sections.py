@@ -295,7 +295,7 @@ def shown(tmp_path_factory):
     return " ".join(re.sub(r"<[^>]*>", " ", html.replace("<wbr>", "")).split())
 
 
-def test_it_has_every_count_failure_and_command(shown):
+def test_the_stress_section_has_every_count_failure_and_command(shown):
     assert "10 shots on 2 engines" in shown
     assert "incomplete" not in shown
     assert re.search(r"Grazing hits and near misses 4/4 3/4", shown)
@@ -303,7 +303,7 @@ def test_it_has_every_count_failure_and_command(shown):
     assert f"ghostball stress grazing/rolling-hit-1e-04 -e {COARSE}" in shown
 
 
-def test_it_says_where_each_engine_begins_to_fail(shown):
+def test_the_stress_section_shows_where_each_engine_begins_to_fail(shown):
     assert re.search(r"depth \[diameters\] 0.0001, 0.1 never ≤ 0.0001", shown)
     assert re.search(r"speed \[m/s\] 2, 160 never always", shown)
 

@@ -114,7 +114,7 @@ def test_a_scene_that_our_engine_no_longer_represents_fails(accepted, monkeypatc
     assert found.outcome == "failed"
 
 
-def test_nothing_that_was_compared_is_no_pass():
+def test_an_empty_comparison_is_no_pass():
     assert outcome_of([]) == "no-baseline"
 
 

@@ -97,7 +97,7 @@ def test_who_states_a_step_is_held_to_what_that_allows():
     assert "overlap_max" in asked
 
 
-def test_who_states_a_step_of_a_ball_says_as_much_as_nothing():
+def test_a_resolution_of_a_ball_counts_as_no_resolution():
     coarse = Coarse()
     for resolution, unstated in ((5e-4, False), (0.03, True), (10.0, True), (None, False)):
         coarse.resolution = lambda _, stated=resolution: stated
@@ -124,7 +124,7 @@ def test_naive_settings_are_excused_by_the_file_and_no_others():
     assert common_criteria().excuse("mine", settings) == ""
 
 
-def test_whoever_is_excused_is_said_what_is_not_asked():
+def test_excused_settings_name_the_limits_that_do_not_apply():
     naive, tuned = make_engine("pymunk:config=naive"), make_engine("pymunk")
     truth = truth_of(HALF_BALL)
     asked, all_of_it = (

@@ -25,7 +25,7 @@ pytest.importorskip("pymunk")
         ),
     ],
 )
-def test_nothing_is_said_of_the_end_where_the_sum_is_not_the_whole_story(
+def test_the_rest_error_has_no_limit_if_delays_are_not_its_only_cause(
     name: str, label: str, why: str
 ) -> None:
     assert limit_of_step(find_scene(name), label) is None, why

@@ -95,7 +95,7 @@ def test_a_step_ten_times_coarser_than_declared_is_seen(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["head-on", "rail-into", "thin-cut", "catch-up", "break-7"])
-def test_who_says_that_steps_end_at_contacts_must(name: str) -> None:
+def test_an_engine_that_claims_exact_steps_must_end_steps_at_contacts(name: str) -> None:
     exact = PymunkEngine.Settings(contact_steps="exact")
     assert verdict_of(judged(name, PymunkEngine(exact))) is Verdict.PASS
     assert "rest_error_max" in broken(judged(name, FixedEngine(exact)))
@@ -140,7 +140,7 @@ def test_an_amplifying_shot_is_allowed_more() -> None:
     assert thin > 5 * gentle
 
 
-def test_what_an_engine_does_in_time_costs_nothing() -> None:
+def test_events_that_are_not_late_add_nothing_to_the_limit() -> None:
     # If the engine ends slides without delay, the limit contains only the delay of collisions.
     scene = find_scene("draw-shot")
     both, collisions = (
@@ -296,7 +296,7 @@ ALONE = ({"phase_time_error"}, {"path_error"})
     ("name", "change", "least"),
     [(name, change, least) for names, change, least in WRONG for name in sorted(names)],
 )
-def test_who_steps_is_held_to_its_step_on_the_way(
+def test_motion_and_events_of_a_stepping_engine_must_agree_with_its_step(
     name: str, change: Callable[[Result], Result], least: set[str]
 ) -> None:
     failed = failed_with(name, change)

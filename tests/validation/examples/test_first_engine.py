@@ -9,7 +9,7 @@ from ghostball.validation.scenes.library import find_scene
 
 
 @pytest.mark.parametrize("name", ["stop", "wall-bounce", "head-on"])
-def test_its_error_is_that_of_its_step(name):
+def test_the_error_of_the_first_engine_is_that_of_its_step(name):
     scene = find_scene(name)
     right = run_ours(scene).rest_positions
     errors = []

@@ -37,7 +37,7 @@ def test_a_log_agrees_with_itself_and_with_late_times():
         assert found.before == found.pairs
 
 
-def test_collisions_that_share_a_ball_may_not():
+def test_collisions_that_share_a_ball_must_keep_their_order():
     found = compare_logs(TRUE, collisions((1.0, 0, 1), (1.5, 1, 2), (2.0, 2, 3), (3.0, 0, 3)))
     assert found.parting.true == TRUE[1]
     assert found.parting.other == Event(BALLS, 1, 2, 1.5)

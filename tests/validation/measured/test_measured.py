@@ -51,7 +51,7 @@ def test_the_hit_that_differs_from_all_models_is_one():
     assert off[-1] > 4.0
 
 
-def test_no_friction_throws_as_far_as_was_measured_at_small_cuts():
+def test_throw_is_smaller_than_measured_at_small_cuts_with_any_friction():
     (family,) = of("ghostball", "throw-pool")
     assert not family.grades
     assert len(family.figures) == 6

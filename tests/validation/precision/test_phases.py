@@ -11,7 +11,7 @@ from ghostball.validation.precision.phases import start_of, started_earlier
 
 
 @pytest.mark.parametrize("name", ["half-ball-cut", "sliding-swerve", "masse", "throw-by-spin"])
-def test_it_comes_by_the_scene_and_ends_as_it_does(name):
+def test_an_earlier_start_passes_through_the_scene_and_has_the_same_end(name):
     scene, dt = find_scene(name), 3e-3
     earlier = started_earlier(scene, dt)
     there = simulate(earlier.model_copy(update={"t_max": dt})).final_state
@@ -23,11 +23,11 @@ def test_it_comes_by_the_scene_and_ends_as_it_does(name):
     assert then.rest_time == pytest.approx(now.rest_time + dt, abs=1e-12)
 
 
-def test_the_end_of_a_scene_with_one_moves_too():
+def test_an_earlier_start_makes_t_max_later():
     assert started_earlier(roll(t_max=2.0), 0.25).t_max == 2.25
 
 
-def test_nothing_earlier_is_the_scene_itself():
+def test_a_start_that_is_0_s_earlier_is_the_scene_itself():
     scene = cut()
     assert started_earlier(scene, 0.0) is scene
 
@@ -39,7 +39,7 @@ def test_each_turn_begins_the_shot_a_part_of_a_step_earlier():
     assert start_of(scene, None, 3) is scene
 
 
-def test_a_ball_that_just_left_a_cushion_or_a_ball_has_no_such_start():
+def test_a_ball_that_just_left_a_cushion_or_a_ball_has_no_earlier_start():
     leaving = Scene(
         name="leaving",
         table=Table(length=2.0, width=1.0),

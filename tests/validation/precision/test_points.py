@@ -34,19 +34,19 @@ def ladder(errors: dict[float, float]) -> list[PrecisionPoint]:
     ]
 
 
-def test_it_is_where_the_floor_begins():
+def test_the_recommended_step_is_the_longest_that_no_shorter_step_improves():
     # The error is of first order down to 1e-5 m; below, the step doesn't determine it.
     mine = ladder({1e-2: 1e-2, 1e-3: 1e-3, 1e-4: 1e-4, 1e-5: 1.1e-5, 1e-6: 1e-5})
     assert knee_of(mine).step == 1e-5
     assert knee_text(mine) == "10 µs"
 
 
-def test_where_each_step_pays_it_is_the_finest_and_says_so():
+def test_the_recommended_step_is_below_all_if_each_step_reduces_the_error():
     mine = ladder({1e-2: 1e-2, 1e-3: 1e-3, 1e-4: 1e-4})
     assert knee_text(mine) == "< 100 µs"
 
 
-def test_where_no_step_pays_it_is_the_coarsest():
+def test_the_recommended_step_is_the_longest_if_no_step_reduces_the_error():
     assert knee_text(ladder({1e-2: 1e-3, 1e-3: 0.9e-3, 1e-4: 1e-3})) == "10 ms"
     assert knee_text(ladder({1e-2: 0.0, 1e-3: 0.0})) == "10 ms"
 
@@ -81,7 +81,7 @@ def test_the_order_is_the_slope_of_the_errors():
     assert order_of([*wrong, *ladder({1e-4: 1e-3, 1e-5: 1e-4})]) == pytest.approx(1.0)
 
 
-def test_the_picture_rings_it():
+def test_the_picture_rings_the_recommended_step():
     mine = ladder({1e-2: 1e-2, 1e-3: 1e-3, 1e-4: 1e-3})
     exact = [one.model_copy(update={"engine": "ghostball", "step": None}) for one in mine[:1]]
     with style.drawing():

@@ -53,7 +53,7 @@ def test_a_whole_run_drops_what_its_code_could_never_take_over(tmp_path: Path) -
     assert writer.known() == (0, {})
 
 
-def test_what_would_not_come_again_is_kept_for_nobody(tmp_path: Path) -> None:
+def test_failed_cases_and_cases_of_unknown_code_are_not_reused(tmp_path: Path) -> None:
     writer = ResultsWriter(tmp_path, "code")
     writer.begin(ENVIRONMENT)
     writer.write((record("pymunk", outcome="failed"), None), "inputs")

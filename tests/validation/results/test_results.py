@@ -139,7 +139,7 @@ class Timed(Measurement):
 MEASURED = Counted(rows=(1e-5, 2e-5))
 
 
-def test_it_reads_back_and_has_a_row_on_a_line(tmp_path):
+def test_a_measurement_reads_back_and_has_a_row_per_line(tmp_path):
     path = MEASURED.save(tmp_path / "made")
     assert Counted.load(path) == MEASURED
     assert path.name == "counted.json"

@@ -20,7 +20,7 @@ TOY = "toy_engines:ToyEngine"
 HALF_BALL = find_scene("half-ball-cut")
 
 
-def test_who_is_judged_as_another_engine_may_err_by_that_ones_step():
+def test_an_engine_judged_as_another_engine_gets_the_limits_of_its_step():
     # The limit is computed from pymunk's time step, although the toy engine declares rounding only.
     judged = engine_under_test(TOY, "pymunk")
     own = shipped_criteria(HALF_BALL)

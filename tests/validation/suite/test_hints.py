@@ -88,7 +88,7 @@ def test_a_scene_is_named_in_the_motion_that_the_engine_has(motion, name):
     assert untested_features(made, {motion}) == {Feature.CUSHION_RESTITUTION: name}
 
 
-def test_what_no_scene_tries_that_the_engine_can_play_is_said_so():
+def test_a_feature_without_a_scene_that_the_engine_supports_is_listed():
     # All shipped scenes with Mathavan's ball impacts have friction between balls.
     made = engine(Feature.SLIDING, Feature.UNBOUNDED_CLOTH, Feature.MATHAVAN_BALL)
     assert untested_features(made, ())[Feature.MATHAVAN_BALL] == ""

@@ -162,7 +162,9 @@ def test_what_computes_is_in_the_hash_of_the_code(
     assert code_hash() not in (before, "")
 
 
-def test_what_changes_no_result_is_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_changes_no_result_is_not_in_the_hash_of_the_code(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = code_hash()
     monkeypatch.setenv("PYTHONPATH", "/elsewhere")
     monkeypatch.setenv("COLUMNS", "60")

@@ -38,7 +38,7 @@ def in_an_order(name):
     ],
     ids=["ambiguous", "not certified"],
 )
-def test_else_the_next_best_with_the_reason(scene, kind, why):
+def test_without_a_proof_the_next_best_reference_is_used_with_the_reason(scene, kind, why):
     known = known_shot(scene)
     assert known.kind == kind
     assert known.engine == "ghostball"

@@ -52,7 +52,7 @@ def by_steps(slip, friction, e, ratio, steps=STEPS):
 @pytest.mark.parametrize("e", [0.0, 0.4, 0.85, 1.0])
 @pytest.mark.parametrize("ratio", [1.1, 1.76, 1.95])
 @pytest.mark.parametrize("relative", [0.3, 1.5, 3.0, 4.5, 6.0, 9.0])
-def test_it_is_what_two_springs_do_in_small_steps(e, ratio, relative):
+def test_the_impulse_is_that_of_two_springs_in_small_steps(e, ratio, relative):
     friction = 0.2
     slip = relative * friction
     expected = by_steps(slip, friction, e, ratio)
@@ -88,7 +88,7 @@ def test_the_part_is_bounded_and_a_little_more_slip_changes_it_little(slip, fric
     assert abs((slip + 1e-9) * near - slip * part) < 1e-8
 
 
-def test_it_reverses_the_slip_that_a_rigid_cushion_ends():
+def test_a_yielding_cushion_reverses_the_slip_that_a_rigid_cushion_ends():
     """Much friction: a rigid cushion ends the slip, and one that yields reverses it."""
     cushion, impact = cushion_of(e=0.85, friction=0.6, height=R), impact_of(1.0, 1.2)
     rigid, soft = (
@@ -133,7 +133,7 @@ def test_the_ratio_is_refused_with_another_law_and_stored_with_this_one():
     assert physics.model_dump()["cushion_frequency_ratio"] == 1.8
 
 
-def test_a_rolling_scene_refuses_it():
+def test_a_rolling_scene_refuses_the_law():
     with pytest.raises(SceneError, match='`motion` must be "sliding" with `cushion` = "stronge'):
         Scene(
             name="a",

@@ -45,7 +45,7 @@ def test_an_own_engine_is_told_its_step(measured, tmp_path):
     assert "draw-shot, own_steps:simulate" in found.stderr  # left out, and why
 
 
-def test_where_nothing_can_be_played_nothing_was_judged(measured):
+def test_if_no_scene_is_supported_nothing_is_judged(measured):
     found = measured("paper-discrete", "--scene", "draw-shot", "--plot", "none.png")
     assert found.exit_code == 4, found.output
     assert "unsupported" in found.stdout

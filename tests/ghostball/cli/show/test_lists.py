@@ -125,7 +125,7 @@ def test_pymunk_is_some_millimetres_off_in_its_own_steps_and_right_where_contact
         ("rapier", "rapier3d"),
     ],
 )
-def test_it_is_some_millimetres_off_in_its_own_steps(name, package):
+def test_a_recipe_is_some_millimetres_off_in_its_own_steps(name, package):
     """Run a recipe in its own process, as users do: some engines allow only one connection."""
     if importlib.util.find_spec(package) is None:
         pytest.skip(f"{package} isn't installed")

@@ -51,7 +51,7 @@ class TestStrike:
     FIELDS: ClassVar = {"id": "cue", "position": (0.5, 0.25)}
     STRIKE: ClassVar = {"speed": 2.0, "direction": 0.5, "offset_left": 0.2, "elevation": 0.3}
 
-    def test_it_has_what_the_stroke_gives_where_balls_stay_on_the_cloth(self):
+    def test_a_struck_ball_has_the_velocities_of_the_stroke_on_the_cloth(self):
         ball = Ball(**self.FIELDS, strike=self.STRIKE, mass=0.16, radius=0.03)
         stroke = stroke_of(Strike(**self.STRIKE), 0.03, 0.16)
         assert stroke.velocity[2] < 0.0
@@ -75,7 +75,7 @@ class TestStrike:
             ("angular_velocity", "angular velocity", (0.0, 0.0, 1.0)),
         ],
     )
-    def test_it_has_no_velocity_beside_it(self, field, name, value):
+    def test_a_strike_with_a_velocity_is_refused(self, field, name, value):
         fields = {**self.FIELDS, "strike": self.STRIKE, field: value}
         with pytest.raises(SceneError, match=f"both a strike and its own {name}, got"):
             Ball(**fields)
@@ -84,7 +84,7 @@ class TestStrike:
         with pytest.raises(SceneError, match=r"`balls\[0\]` must not have both a strike"):
             Scene(name="a", balls=[copied])
 
-    def test_it_lies_on_the_cloth(self):
+    def test_a_struck_ball_lies_on_the_cloth(self):
         with pytest.raises(SceneError, match=r"must lie on the cloth; got 0.1 m. Remove z"):
             Ball(id="a", position=(0.0, 0.0, 0.1), strike=self.STRIKE)
         assert Ball(id="a", position=(0.0, 0.0, 0.1), radius=0.1, strike=self.STRIKE).speed > 0.0

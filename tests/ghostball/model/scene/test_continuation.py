@@ -350,7 +350,7 @@ def test_a_shot_continued_at_any_moment_comes_to_the_same_rest(name):
 
 
 class TestTheSceneOfAMoment:
-    def test_it_has_the_states_of_then(self, tmp_path):
+    def test_the_scene_has_the_states_of_its_moment(self, tmp_path):
         result = simulate(find_scene("flight-jump"), record="events")
         t = 0.3 * result.rest_time
         later, state = result.at(t), result.sample(t)

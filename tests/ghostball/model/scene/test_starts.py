@@ -33,7 +33,7 @@ def test_on_the_cloth_what_is_vertical_goes_into_the_table():
 
 
 @pytest.mark.parametrize("ball", [{}, {"sliding_friction": 0.31, "mass": 0.2, "radius": 0.03}])
-def test_where_it_may_fly_the_table_answers(ball):
+def test_a_struck_ball_that_may_fly_bounces_off_the_table(ball):
     scene = scene_with(JUMP, **ball)
     (struck,) = scene.balls
     velocity, spin, _ = stroke_of(JUMP, struck.radius, struck.mass)
