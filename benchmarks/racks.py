@@ -120,10 +120,10 @@ def timed_peer(spec: str) -> TimedEngine:
     except EngineUnavailableError as error:
         return TimedEngine(spec, "", lambda _: math.nan, str(error))  # never called
     package = PACKAGE_OF.get(engine.name, engine.name)
-    return TimedEngine(spec, versions().get(package) or "", partial(_played, engine))
+    return TimedEngine(spec, versions().get(package) or "", partial(_run_time, engine))
 
 
-def _played(engine: ReferenceEngine, scene: Scene) -> float:
+def _run_time(engine: ReferenceEngine, scene: Scene) -> float:
     """Return the time of a scene [s].
 
     If the engine doesn't support simultaneous impacts, they are resolved one after another.

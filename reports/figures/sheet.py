@@ -107,7 +107,7 @@ def draw_sheet(shot: Shot) -> Figure | None:
     axes.set_xlabel("time [s]")
     if flies:
         axes = place(TIME_LEFT, TITLE + 0.2 + 3.0 * room, TIME_WIDTH, room - 0.42)
-        draw_heights(axes, shot, lambda run, _: _thin(run, shot.drawn.index(run)))
+        draw_heights(axes, shot, lambda run, _: _curve_look(run, shot.drawn.index(run)))
         _set_title(axes, "Ball heights [mm] against time [s], until all stay on the cloth")
     return figure
 
@@ -153,7 +153,7 @@ def _draw_collisions(axes: Axes, shot: Shot) -> None:
         most = max(most, len(times))
         steps = np.concatenate(([0.0], times, [motion_of_run(run).times[-1]]))
         counts = np.minimum(np.arange(len(steps)), len(times))
-        axes.step(steps, counts, where="post", **_thin(run, order))
+        axes.step(steps, counts, where="post", **_curve_look(run, order))
     if shot.truth_counts is not None:
         true = sum(shot.truth_counts.values())
         most = max(most, true)
@@ -168,7 +168,7 @@ def _draw_energy(axes: Axes, shot: Shot) -> None:
     unit, name, highest = energy_scale(shot)
     for order, run in enumerate(shot.drawn):
         motion = motion_of_run(run)
-        axes.plot(motion.times, motion.energy / unit, **_thin(run, order))
+        axes.plot(motion.times, motion.energy / unit, **_curve_look(run, order))
     axes.set_ylim(0.0, 1.05 * highest / unit or 1.0)
     _set_title(axes, f"Total energy [{name}]")
 
@@ -182,7 +182,7 @@ def _draw_errors(axes: Axes, shot: Shot) -> None:
         axes.set_yticks([])
         return
     for order, (run, distance) in enumerate(curves):
-        axes.plot(motion_of_run(run).times, distance, **_thin(run, order))
+        axes.plot(motion_of_run(run).times, distance, **_curve_look(run, order))
     axes.set_yscale("log")
     top = min(2.0 * most, 1e3)
     axes.set_ylim(0.7 * ERROR_FLOOR, top)
@@ -254,7 +254,7 @@ def _set_title(axes: Axes, text: str) -> None:
     axes.set_title(text, y=1.0)
 
 
-def _thin(run: Run, order: int) -> dict[str, Any]:
+def _curve_look(run: Run, order: int) -> dict[str, Any]:
     """Return the style of a curve; Ghostball's is a band beneath the others."""
     return line_of(run) | {"zorder": 2 + 0.01 * order}
 

@@ -249,17 +249,17 @@ def packed_motion(
         packed([len(events)]),
         planes.tobytes(),
         events["kind"].astype(np.uint8).tobytes(),
-        packed(_steps(events["a"])),
-        packed(_steps(events["b"])),
+        packed(_differences(events["a"])),
+        packed(_differences(events["b"])),
         packed([len(used)]),
-        packed(_steps(ticks)),
+        packed(_differences(ticks)),
     ]
     for track in tracks:
         parts += [
             packed([len(track.samples)]),
-            packed(_steps(np.searchsorted(used, track.samples))),
+            packed(_differences(np.searchsorted(used, track.samples))),
             track.phases.astype(np.uint8).tobytes(),
-            *(packed(_steps(ends)) for ends in track.ends.T),
+            *(packed(_differences(ends)) for ends in track.ends.T),
             *(packed(bulges) for bulges in track.bulges.T),
             *(packed(spins) for spins in track.spins.T),
         ]
@@ -286,7 +286,7 @@ def packed(numbers: Iterable[int] | IntArray) -> bytes:
     return out.tobytes()
 
 
-def _steps(values: NDArray[np.integer]) -> IntArray:
+def _differences(values: NDArray[np.integer]) -> IntArray:
     """Return the difference of each value from the value before; the first value is unchanged."""
     whole = values.astype(np.int64)
     return whole - np.concatenate(([0], whole[:-1]))[: len(whole)]
