@@ -40,7 +40,10 @@ class IncompleteReportError(Exception):
 
 
 def attempt(part: str, make: Callable[[], T], failed: list[FailedPart]) -> T | None:
-    """Return the result of `make`; if it raises an error, add it to `failed` and return None."""
+    """Return the result of `make`; if it raises an error, add it to `failed` and return None.
+
+    A `GhostballError`, whose cause the user can fix, is raised again.
+    """
     try:
         return make()
     except GhostballError:

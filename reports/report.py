@@ -68,6 +68,9 @@ def write_report(
         earlier report that aren't drawn again are removed.
 
     Returns the path of `report.html`, which is replaced only when everything is finished.
+
+    Raises `ReportError` if there is nothing to report, or if the report can't be written. Raises
+    `IncompleteReportError` after writing, if a bug prevented some parts.
     """
     _load.cache_clear()
     results, regression = _load(Path(results_dir))

@@ -85,7 +85,7 @@ def ensemble_rows(results: Results) -> Iterator[list[str]]:
 
 
 def ensemble_words(one: EnsembleVerdict) -> str:
-    """Return the verdict on an ensemble in a sentence; "" if there is nothing to compare with."""
+    """Return the verdict on an ensemble in a sentence, without a full stop."""
     if one.label == OURS:
         return "the reference of the other engines"
     if not one.quantities:

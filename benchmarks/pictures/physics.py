@@ -249,8 +249,8 @@ def _cut_of(scene: Scene, motion: Motion, cue: int) -> Cut:
 def _direction(motion: Motion, ball: int, path: FloatArray) -> float:
     """Return the angle from `path` to a ball's final velocity, counter-clockwise [deg].
 
-    The final velocity is taken at the last stored time with a tenth of the largest speed, because a
-    ball at rest has no direction.
+    The final velocity is taken at the last stored time with at least a tenth of the largest speed,
+    because a ball at rest has no direction.
     """
     velocities = motion.velocities[:, ball, :2]
     speeds = np.hypot(velocities[:, 0], velocities[:, 1])

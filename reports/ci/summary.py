@@ -172,5 +172,5 @@ def _code(text: str) -> str:
 
 
 def _one_line(text: str) -> str:
-    """Return a text on one line, shortened for a cell, with visible control characters."""
+    """Return a text on one line, with visible control characters and escaped bars."""
     return harmless(" ".join(text.split())).replace("|", "\\|")

@@ -35,7 +35,7 @@ class Comparison:
 
 
 def comparison_of(shot: Shot, energy: Markup) -> Comparison | None:
-    """Return the comparison of a scene; None if fewer than two engines ran.
+    """Return the comparison of a scene; None if fewer than two engines ran, or without a reference.
 
     `energy`: the chart of the energy against time.
     """

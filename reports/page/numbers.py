@@ -42,7 +42,7 @@ def closed_forms_html(results: Results) -> Markup:
 
 
 def cost_html(results: Results) -> Markup:
-    """Return the chart of run time against error, with a point for every case of this run."""
+    """Return the chart of run time against error, with a point for each case with both values."""
     series, least, most = [], math.inf, 0.0
     for k, label in enumerate(results.labels):
         points = [

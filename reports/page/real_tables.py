@@ -43,7 +43,7 @@ _DIVIDED_BY_X: Final = ("banks-pool", "cushion-snooker")
 
 
 def real_tables_html(results: Results) -> Markup:
-    """Return a chart for each family of measurements, and the difference of each engine."""
+    """Return charts of the families with over two values of x, and the table of all engines."""
     found = load_agreements(results.path)
     if not found:
         return Markup()

@@ -57,7 +57,7 @@ class ScenePagePart:
     `ledger`: energy ledger of Ghostball's engine.
     `hashes`: hash of the exact events and rest positions of each engine, by label.
     `sheet`: path of the scene's picture, relative to the page.
-    `comparison`: comparison of the engines; None if fewer than two ran.
+    `comparison`: comparison of the engines; None without two engines and a reference.
     """
 
     html: Markup

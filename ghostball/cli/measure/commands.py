@@ -47,8 +47,9 @@ class RunOptions(ShotOptions):
     record: Annotated[
         RecordChoice | None,
         typer.Option(
-            help="What to record: the rest positions; also the events (--format json prints "
-            "them); or also the whole motion (default: rest; with --plot: trajectory)."
+            help="What to record. rest: the rest positions; events: also the events (--format "
+            "json prints them); trajectory: also the whole motion (default: rest; on a table with "
+            "pockets: events; with --plot: trajectory)."
         ),
     ] = None
     plot: Annotated[
@@ -171,7 +172,8 @@ class ExplainOptions(ShotOptions):
     scene: Annotated[
         str | None,
         scene_argument(
-            "SCENE", "Name of a shipped scene, or a TOML file (default: the worst of the last run)."
+            "SCENE",
+            "Name of a shipped scene, or a TOML file (default: the worst scene of the last run).",
         ),
     ] = None
     engine: Annotated[

@@ -44,10 +44,11 @@ def relations_table(cases: Sequence[CaseRecord]) -> RenderableType:
 
 
 def say_never_judged(cases: Sequence[CaseRecord], relations: Sequence[str] | None) -> ExitStatus:
-    """Print the relations that no case could judge; return NOT_JUDGED if the user named one.
+    """If too few relations were judged, print the unjudged relations and return NOT_JUDGED.
 
-    `relations`: names of the requested relations; () requests all, None requests none. If all are
-    requested, one judged relation is enough, because no scene supports every relation.
+    `relations`: names of the requested relations; () requests all, None requests none. Each named
+        relation must be judged in some case. If all are requested, one judged relation is enough,
+        because no scene supports every relation.
     """
     found = [] if relations is None else never_judged(list(cases))
     if found and (relations or found == asked_relations(cases)):

@@ -46,8 +46,8 @@ def run(asked: InitOptions) -> ExitStatus:
 
     With `--ci`, write a workflow, too, or only the workflow if the project has settings.
 
-    Raises `ConfigError` if the project has settings and no workflow is asked for, `ExistsError` if
-    a file exists.
+    Raises `ConfigError` if the project has settings, and an engine is named or no workflow is asked
+    for; `ExistsError` if a file exists.
     """
     engine, ci = asked.engine, asked.ci
     path = Path(FILE)
