@@ -33,17 +33,17 @@ def _swirl(scene: Scene, t: FloatArray, way: FloatArray) -> FloatArray:
 
 
 RULES: Mapping[str, Rule] = {
-    # Along x, a ball goes farther.
+    # Every ball is displaced towards +x.
     "rotate": _wind,
-    # A ball goes farther in a place with a large x.
+    # A ball goes farther if it starts at a large x.
     "translate": lambda scene, t, way: 1e-5 * way * np.abs(scene.positions[:, :1]),
-    # Every ball turns to the left.
+    # Every ball is displaced to the left of its way.
     "mirror": _swirl,
     # The first ball goes farther than the others.
     "renumber": lambda scene, t, way: 1e-5 * way * (np.arange(way.shape[1]) == 0)[:, np.newaxis],
     # Ways are multiples of 0.7 um.
     "scale": lambda scene, t, way: 7e-7 * np.round(way / 7e-7) - way,
-    # A fast ball goes farther.
+    # All balls go farther if one of them starts fast.
     "boost": lambda scene, t, way: 1e-5 * way * np.max(np.abs(scene.velocities)),
     # The displacement depends on the time, not only on the state of the balls.
     "split": lambda scene, t, way: 1e-4 * way * t,

@@ -74,7 +74,10 @@ def _both_sides(result, change, times):
 
 
 def directions_of(scene: Scene, count: int) -> np.ndarray:
-    """Return random changes of the moving balls; rolling balls get no change of spin."""
+    """Return random changes of the positions, and of the velocities of moving balls, (count, n, 7).
+
+    Only moving balls that don't roll get changes of the angular velocity.
+    """
     generator = np.random.default_rng(7)
     n = len(scene.balls)
     directions = np.zeros((count, n, 7))

@@ -55,7 +55,7 @@ def faults(whole, values=VALUES):
 
 
 def texts(text):
-    """Yield texts with one fault each: JSON of `whole` with faults, and texts that aren't JSON."""
+    """Yield copies of a JSON text with one fault each, other JSON, and texts that aren't JSON."""
     yield from ("", "null", "[]", "{}", "no json", DEEP, text[: len(text) // 2])
     yield from map(json.dumps, faults(json.loads(text)))
 

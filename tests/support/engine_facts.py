@@ -120,7 +120,7 @@ def to_the_wall(restitution: float = 1.0) -> Scene:
 
 
 def slide() -> Scene:
-    """Return a ball that slides for half a second, and then rolls without slowing."""
+    """Return a ball that slides for 0.29 s, and then rolls without slowing until 0.5 s."""
     ball = Ball(
         id="cue", position=(0.5, 0.5), velocity=(2.0, 0.0), angular_velocity=(0.0, 0.0, 0.0)
     )

@@ -15,7 +15,7 @@ Polynomial = list[Any]
 """Coefficients, the constant first."""
 
 CLOSE = mpf(2) ** -140
-"""Largest error of a root found by Newton's method, relative to the initial bracket."""
+"""Distance from a root at which the sign must differ, relative to the bisected bracket."""
 
 
 def first_entry(gap: Polynomial, horizon: Any) -> Any | None:

@@ -11,7 +11,7 @@ OPTIONAL = {"li", "dt", "dd", "tr", "td", "th", "thead", "tbody", "p"}
 
 
 class Reader(HTMLParser):
-    """Collect elements; raise an error if an element is closed that isn't open."""
+    """Collect elements and texts; `wrong` lists closing tags of elements that aren't open."""
 
     def __init__(self):
         super().__init__()

@@ -34,9 +34,11 @@ class Planted:
 
     `energy`, `cushion_energy`: factors on the energy of the balls at a collision.
     `rolling`: factor on the rolling friction.
-    `restitution`: restitution used in place of the scene's.
+    `restitution`: function of the scene's restitution.
     `turned` [rad]: rotation of the normal of a collision.
-    `rest`: function of the rest positions; `times` and `events`: functions of times [s].
+    `rest`: function of the rest positions.
+    `times`: factor on all times.
+    `events_late` [s]: delay of the events.
     """
 
     energy: float = 1.0

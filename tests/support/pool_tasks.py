@@ -37,7 +37,7 @@ def work(task: str) -> str:
     if word == "kill":  # the parent, such as a worker of a cluster
         os.kill(os.getppid(), signal.SIGKILL)
         time.sleep(600.0)
-    if word == "note":  # write the process ids, and take a while the first time
+    if word == "note":  # write the process ids; take 600 s the first time
         with open(rest, "a") as file:
             file.write(f"{os.getppid()} {os.getpid()}\n")
         time.sleep(0.5 if len(Path(rest).read_text().splitlines()) > 1 else 600.0)

@@ -148,7 +148,7 @@ def random_cloth_shot(seed: int, n: int | None = None) -> Scene:
 
     Balls slide or roll, with spin about any axis; a third of the balls have their own cloth
     friction. Radii are within a quarter of a pool ball's radius, so that one nose height is
-    suitable for all balls. In nine of ten shots, the first ball is aimed at another ball.
+    suitable for all balls. In three of four shots, the first ball is aimed at another ball.
     """
     chance = random.Random(f"cloth {seed}")
     n = chance.randint(2, 5) if n is None else n

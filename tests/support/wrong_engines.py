@@ -169,7 +169,7 @@ WRONG: Mapping[str, Row] = {
         ("stop",),
     ),
     "drift": Row("Energy rises by 0.01 % from start to end.", runs.gains_slowly, ("galperin-1",)),
-    "overlap": Row("Balls overlap by 5 mm for a moment.", runs.overlaps, (CUT,)),
+    "overlap": Row("Balls overlap by 5.7 mm for a moment.", runs.overlaps, (CUT,)),
     "not-finite": Row("A velocity is NaN.", runs.not_finite, (CUT,)),
     "single-precision": Row(
         "Positions are rounded to single precision.", runs.in_single_precision, (CUT,)

@@ -118,7 +118,7 @@ def with_late_events(
 
 
 def rests_late(by: float) -> Play:
-    """Report that the last ball comes to rest late [s]."""
+    """Report a late rest time, by `by` [s]; the events are right."""
 
     def play(scene: Scene) -> Result:
         result = right(scene)
@@ -141,7 +141,7 @@ def rests_late_but_the_last(by: float) -> Play:
 
 
 def rests_again(scene: Scene) -> Result:
-    """Report the rest of each ball twice: at the right time, and at the end of the run."""
+    """Report each rest before the end twice: at the right time, and at the end of the run."""
     result = right(scene)
     events = events_in(result)
     again = events[(events["kind"] == EventKind.ROLL_TO_REST) & (events["t"] < result.rest_time)]
@@ -227,7 +227,7 @@ def with_swapped_collisions(scene: Scene) -> Result:
 
 
 def with_another_count(scene: Scene) -> Result:
-    """Report one collision more in the counts than in the events."""
+    """Report one more collision of each kind in the counts than in the events."""
     result = right(scene)
     counts = {kind: count + 1 for kind, count in result.collision_counts.items()}
     return replace(result, collision_counts=counts)
@@ -417,7 +417,7 @@ def jumps(scene: Scene) -> Result:
 
 
 def overlaps(scene: Scene) -> Result:
-    """Let a ball overlap another ball by 5 mm for a moment."""
+    """Let a ball overlap another ball by a tenth of their smallest distance for a moment."""
     result = right(scene)
     positions = frames_of(result).positions.copy()
     first, second = positions[:, 0], positions[:, 1]
@@ -443,7 +443,7 @@ def in_single_precision(scene: Scene) -> Result:
 
 
 def rounded_once(scene: Scene) -> Result:
-    """Round once more: each number differs by one ulp."""
+    """Round event times and rest positions once more: each number differs by one ulp."""
     result = right(scene)
     events = events_in(result).copy()
     events["t"] = np.maximum(np.nextafter(events["t"], 0.0), 0.0)

@@ -1,7 +1,6 @@
 """A shot with renumbered balls, and mirror images of a shot: bit-identical results.
 
-The engine promises this except for simultaneous impacts with `impacts = "sequential"`, whose result
-depends on the order of the balls.
+`is_promised` and `mirrored` name the shots for which the engine doesn't promise this.
 """
 
 from __future__ import annotations
