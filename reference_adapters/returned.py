@@ -264,9 +264,10 @@ def _motion_problem(result: Result, scene: Scene, record: Record) -> str:
         wanted = record == "trajectory"
         return '`trajectory` must be given for record="trajectory", got None' if wanted else ""
     if not isinstance(motion, SampledTrajectory):
-        lacks = [name for name in ("sample", "t_end") if not hasattr(motion, name)]
-        named = " and ".join(f"`{name}`" for name in lacks)
-        return f"`trajectory` must be a `Trajectory`: {_shown(motion)} lacks {named}" * bool(lacks)
+        lacks = [f"`{name}`" for name in ("sample", "t_end") if not hasattr(motion, name)]
+        if not lacks:
+            return ""
+        return f"`trajectory` must be a `Trajectory`: {_shown(motion)} lacks {' and '.join(lacks)}"
     times = motion.times
     if not isinstance(times, np.ndarray) or times.ndim != 1 or not len(times):
         return f"`trajectory.times` must be an array (k,), got {_shown(times)}"

@@ -117,7 +117,7 @@ class ExactTrajectory:
             positions[:, i, :2] = r + displacement(v, a, s)
             velocities[:, i, :2] = speed(v, a, s)
             powers = self.powers(now)
-            count = len(powers) // PER_POWER
+            count = _powers_in_use(powers)
             if count > 0:
                 x, y, vx, vy, _, _ = tails(powers, count, s[:, 0])
                 positions[:, i, :2] += np.column_stack((x, y))
@@ -281,3 +281,12 @@ def energy_of(scene: Scene, samples: Samples) -> Energy:
         0.5 * spin2 @ inertia,
         scene.physics.gravity * (rise @ masses),
     )
+
+
+def _powers_in_use(powers: FloatArray) -> int:
+    """Return the number of powers (5 m, k) up to the last with a coefficient other than 0.
+
+    At least 1 if there are any. Most motion of a scene with flights or air needs none.
+    """
+    used = np.flatnonzero(np.any(powers, axis=1))
+    return int(used[-1]) // PER_POWER + 1 if len(used) else min(len(powers), 1)
