@@ -211,8 +211,8 @@ def test_three_balls_in_line_collapse_below_7_minus_4_root_3(approach):
     """McNamara and Young 1992: below this restitution, the collisions never end.
 
     Each approach speed is the larger root x of x^2 - (1 + e) / 2 x + e = 0 times the one before.
-    Just above it, double precision can't distinguish the end from a collapse: the speeds fall below
-    their rounding.
+    Just above the critical restitution, double precision can't distinguish the end from a collapse:
+    the speeds fall below their rounding.
     """
     critical = 7.0 - 4.0 * math.sqrt(3.0)
     assert collisions_in_line(critical - 1e-4, approach) == 200

@@ -44,7 +44,7 @@ def with_ball(scene, i, **fields):
 
 
 def heap():
-    """Ten balls at one place, all of which touch: 45 pairs, with memory for 31."""
+    """Return ten balls within 1 mm, which all touch: 45 pairs, with memory for 31."""
     balls = tuple(
         Ball(id=f"b{k}", position=(0.5 + 1e-4 * k, 0.5), velocity=(1.0 - 0.1 * k, 0.0))
         for k in range(10)
@@ -144,7 +144,7 @@ def test_each_number_of_a_scene_that_got_past_its_checks_is_refused_by_name(phys
 
 
 def far_away(velocity, **fields):
-    """Balls in a square, 1e6 m away, hardly larger than the rounding of their positions."""
+    """Return balls in a square, 1e6 m away, hardly larger than the rounding of their positions."""
     place, rows = 1e6, 6
     radius = 1.5 * 16.0 * 2.0**-52 * 2.0 * place
     balls = []

@@ -10,7 +10,7 @@ from ghostball.model import EventKind
 
 
 def test_balls_that_exchange_velocities_exchange_rest_times():
-    """Equal elastic balls in a line: each continues like the other, two radii ahead."""
+    """Equal elastic balls in a line: each continues like the other, displaced by two radii."""
     slow, fast, start = 0.2, 1.0, 0.5
     scene = scene_of(ball((start, 0.0), (slow, 0.0)), ball((0.0, 0.0), (fast, 0.0)))
     slowing = scene.physics.rolling_friction * scene.physics.gravity

@@ -26,7 +26,7 @@ H = 0.0357
 """Height of a nose of that preset [m]."""
 
 LIES = H - R + math.sqrt(R * R - (0.7 * R) ** 2)
-"""Height of this ball above the cloth [m]."""
+"""Height of the lowest point of a ball on both noses above the cloth [m]."""
 
 
 def on_noses(above: float, velocity: tuple[float, ...] = (0.0, 0.0, 0.0), **more: Any) -> Scene:
@@ -68,7 +68,7 @@ def test_a_ball_out_of_balance_is_not_held() -> None:
 
 
 def between_two(apart: float, above: float, aside: float = 0.0, **more: Any) -> tuple[Scene, float]:
-    """Return a ball dropped between two balls that two noses hold, and its largest rest height.
+    """Return a ball dropped between two balls at noses, and its rest height above theirs [m].
 
     The two balls are `apart` radii apart.
     """
@@ -96,7 +96,7 @@ def test_a_ball_in_the_wedge_between_two_rests_in_the_middle(apart, above, resti
     x, y, z = result.rest_positions[2]
     assert x == pytest.approx(0.5 * scene.table.length, abs=8.0 * CAPTURE_HEIGHT * R)
     assert y == 0.35
-    # In such a steep wedge, the two balls move the ball farther than they move themselves.
+    # In a steep wedge, the two balls move the ball farther than they move themselves.
     steep = apart * R / (2.0 * lies)
     assert z == pytest.approx(R + lies, abs=8.0 * CAPTURE_HEIGHT * R * steep)
     assert not np.any(result.final_state[1])

@@ -1,4 +1,4 @@
-"""Tests of bounces on the table, and of the positions at which low bounces end."""
+"""Tests of bounces on the table."""
 
 from __future__ import annotations
 

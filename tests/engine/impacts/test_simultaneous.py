@@ -3,9 +3,9 @@
 The stress suite tests with random scenes, including racks and corners, that no side and no
 numbering of the balls is favoured, to the bit ("renumbered", "mirrored").
 
-Two published results aren't tested here. The cradle of three Hertzian balls, -0.071, 0.076, 0.995,
-needs compliant balls, so that all three touch for a while (rigid balls have 0, 0, 1). The equation
-of state of hard discs is in `tests/validation/stress/test_gas.py`.
+Two published results have other tests: `test_compliant.py` has the cradle of three Hertzian balls,
+which touch all at once for a while, and `test_pressure_of_discs.py` the equation of state of hard
+discs.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Tests of the compiler: what it rejects, and which numba it uses."""
+"""Tests of the compiler: rejected kernels, the permitted numba, and the stack while compiling."""
 
 import re
 import tomllib

@@ -80,7 +80,7 @@ def test_a_slide_with_side_turns():
 
 
 def test_rolling_friction_that_grows_with_the_speed_is_beside_the_air():
-    """With a + b v^2 and a = mu g, a roll ends after ln(1 + b v^2 / a) / 2b; air adds 5/7 of k."""
+    """With a + b v^2, a = mu g, a roll is ln(1 + b v^2 / a) / 2b long; air adds 5/7 of k to b."""
     a, v = 0.01 * G, 2.0
     for physics, b in (
         ({"rolling_friction_quadratic": 0.0088}, 0.0088),

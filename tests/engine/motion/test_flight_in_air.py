@@ -225,7 +225,7 @@ def test_air_slows_low_bounces_too():
 
 
 def test_a_ball_in_flight_hits_a_resting_one_when_the_oracle_says():
-    """Without air, the time is 0.12445751678484287 s; see `test_flight`."""
+    """Without air, the time would be 0.12445751678484287 s."""
     scene = scene_of(ball((0, 0), (2.0, 0.0, 0.8)), ball((0.3, 0.01)), **(AIR | {"air_drag": 0.1}))
     result = simulate(scene, record="events")
     arc = Arc((0, 0, 0), (2.0, 0.0, 0.8), 0.1, G)

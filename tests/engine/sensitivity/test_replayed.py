@@ -159,7 +159,7 @@ def stacked() -> Scene:
 def test_motion_recorded_once_gives_the_changes_of_motion_simulated_for_each_time(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Breaks where the recorded motion is read at other times, or ends too early."""
+    """Fails if the recorded motion is read at other times, or ends too early."""
     found = []
     for events in (10**6, 0):
         monkeypatch.setattr(replayed, "_MOST_REPLAYED", events)
