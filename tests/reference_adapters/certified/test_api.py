@@ -29,7 +29,7 @@ NO_FORM_TO_COMPARE = {
     "push-line",
     "push-unequal",
     "wedged",
-    # Flight with drag, and slides in air, are rejected with these words.
+    # Scenes with slides or flight in air, which are rejected.
     "air-drop",
     "air-drag-sliding",
     "air-slides",

@@ -60,7 +60,7 @@ def test_a_program_that_a_worker_started_ends_with_it(tmp_path: Path) -> None:
             one.play(find_scene("stop"), "rest", 1.0)
         assert time.monotonic() - begun < 30.0
     with opened.result() as file:
-        assert read_to_end(file) == b"there"  # it ends when nobody holds the other end
+        assert read_to_end(file) == b"there"  # the pipe ends when no process holds its other end
 
 
 def test_all_that_the_workers_have_is_in_the_hash_of_the_code(
