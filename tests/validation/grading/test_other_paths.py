@@ -101,7 +101,7 @@ def test_a_displaced_exact_engine_keeps_its_limits_in_200_scenes(table: str) -> 
     assert judge_random(range(100, 140), table) > 40
 
 
-# --- worked by hand---------------------------------------------------------------------------
+# --- worked by hand ---------------------------------------------------------------------------
 
 
 def margins_of(*balls: Ball, table: Table | None = None, t_max: float | None = None) -> Margins:

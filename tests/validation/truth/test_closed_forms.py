@@ -109,8 +109,8 @@ def test_speeds_after_the_slide_are_the_published_ones(
     form = closed_form(cut_shot(cut))
     assert form is not None
     speeds = np.linalg.norm(as_array(form.final_velocities), axis=1)
-    # The collision comes after v0 t - a t^2 / 2 = 0.1 m; from 1 m/s, each ball then slides for 2
-    # |u| / (7 mu_s g).
+    # The collision comes after v0 t - a t^2 / 2 = 0.1 m. From 1 m/s, each ball then slides for
+    # 2 |u| / (7 mu_s g).
     collision = (math.sqrt(1.0 + 0.04 * 9.81 * 0.1) - 1.0) / (0.02 * 9.81)
     slip = math.cos(math.radians(cut))
     rolled = 0.7 - collision - 2 * slip / (7 * 0.2 * 9.81)
