@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 from shots import R
 
+from ghostball import find_scene
 from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
+from ghostball.reference_adapters.pymunk.steppers import JointStepper
+from ghostball.reference_adapters.pymunk.world import PymunkWorld
 
 MU_G = 0.02 * 9.81
 EXACT = 1e-8  # [m]: gaps of 1e-10 m, amplified by a cut shot
@@ -120,6 +123,42 @@ def test_impacts_of_one_instant_are_resolved_together(restitution):
     expected = [(1 - 3 * share, 0), (1.5 * share, share * math.sqrt(0.75))]
     expected.append((expected[1][0], -expected[1][1]))
     np.testing.assert_allclose(velocities[:, :2], expected, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("record", ["rest", "trajectory"])
+@pytest.mark.parametrize("name", ["half-ball-cut", "three-ball-chain", "corner-double-bounce"])
+def test_quiet_steps_change_no_bit(name, record, monkeypatch):
+    """Fails if a quiet step is too late for a contact or for a ball that stops."""
+    quiet = run(find_scene(name), record=record)
+    reads = count_reads(monkeypatch, lambda: run(find_scene(name), record=record))
+    assert reads < quiet.work["steps"]
+    monkeypatch.setattr(JointStepper, "_steps_to_stop", lambda _: 0.0)
+    read = run(find_scene(name), record=record)
+    assert count_reads(monkeypatch, lambda: run(find_scene(name), record=record)) > reads
+    assert read.work == quiet.work
+    assert read.rest_time == quiet.rest_time
+    assert read.collision_counts == quiet.collision_counts
+    assert all(map(np.array_equal, read.final_state, quiet.final_state))
+    if record == "trajectory":
+        assert np.array_equal(read.events, quiet.events)
+        times = np.linspace(0.0, quiet.rest_time, 997)
+        assert all(map(np.array_equal, read.sample(times), quiet.sample(times)))
+
+
+def count_reads(monkeypatch, call):
+    """Return how often a call reads the motion from Pymunk."""
+    count = 0
+    original = PymunkWorld.positions_and_velocities
+
+    def counted(world):
+        nonlocal count
+        count += 1
+        return original(world)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(PymunkWorld, "positions_and_velocities", counted)
+        call()
+    return count
 
 
 def test_importing_the_adapter_does_not_import_pymunk():
