@@ -79,7 +79,8 @@ class Box2dWorld(ContactWorld):
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step."""
-        for body, (x, y) in zip(self._bodies, (velocities * self._units).tolist(), strict=True):
+        in_units = velocities * self._units
+        for body, (x, y) in zip(self._bodies, in_units.tolist(), strict=True):
             body.linearVelocity = x, y
         if self._friction is not None and spins is not None:
             for body, spin in zip(self._bodies, spins[:, 2].tolist(), strict=True):
@@ -87,11 +88,13 @@ class Box2dWorld(ContactWorld):
             given = spins.copy()
             given[:, 2] = self._vertical_spins()
             self._friction.set_spins(given)
-        return self._velocities()
+        rounded: FloatArray = in_units.astype(np.float32) / np.float64(self._units)
+        return rounded
 
     def step(self, dt: float) -> None:
         """Advance Box2D by `dt` [s]: it finds contacts, solves velocities, then moves."""
         self._found = set()
+        self.touched = not self._tuned
         self._world.Step(dt, self.iterations, 3 if self._tuned else 2)
         self._note(self._found)
 
@@ -132,6 +135,7 @@ class Box2dWorld(ContactWorld):
 
     def note(self, contact: Any, impulse: float) -> None:
         """Record a contact that was solved with a normal impulse [kg units/s]."""
+        self.touched = True
         parts = self._parts(contact)
         if self._friction is not None:
             self._friction.note(parts, impulse / self._units)

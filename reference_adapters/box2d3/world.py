@@ -48,14 +48,17 @@ class Box2d3World(ContactWorld):
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Set the velocities of the balls, (n, 2) [m/s], for a step."""
-        for body, (x, y) in zip(self._balls, (velocities * self._units).tolist(), strict=True):
+        in_units = velocities * self._units
+        for body, (x, y) in zip(self._balls, in_units.tolist(), strict=True):
             body.linear_velocity = (x, y)
-        self._given = self._velocities()
+        self._given = in_units.astype(np.float32) / np.float64(self._units)
         return self._given
 
     def step(self, dt: float) -> None:
         """Advance Box2D by `dt` [s]: it finds contacts, then solves velocities and moves."""
         self._world.step(dt, self.iterations)
+        # A lasting contact has no event.
+        self.touched = bool(np.any(self._velocities() != self._given))
         events = self._world.get_contact_events().hit_events()
         self._note(
             {

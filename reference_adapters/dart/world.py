@@ -108,6 +108,7 @@ class DartWorld(ContactWorld):
                 self.on_cloth.add(parts[0][0])
             else:
                 pushing.add(collision_of(*parts))
+        self.touched = bool(pushing)
         self._note(pushing)
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:

@@ -98,6 +98,7 @@ class MujocoWorld(ContactWorld):
             if self._tuned:
                 self._set_dampers(dt)
         mujoco.mj_step(self._model, self._data)
+        self.touched = self._data.ncon > 0
         self._note(self._pushed(dt))
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:

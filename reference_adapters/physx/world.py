@@ -101,6 +101,7 @@ class PhysxWorld(ContactWorld):
                 (pushing if impulse > self._noise else near).add(collision_of(*parts))
             elif impulse > self._noise:
                 self.on_cloth.add(parts[0][0])
+        self.touched = bool(pushing) or not self._tuned
         self._note(pushing, near)
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:

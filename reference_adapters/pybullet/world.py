@@ -125,7 +125,9 @@ class PybulletWorld(ContactWorld):
         self._bullet.stepSimulation(physicsClientId=self._client)
         pushing: set[Collision] = set()
         self.on_cloth = set()
-        for point in self._bullet.getContactPoints(physicsClientId=self._client):
+        points = self._bullet.getContactPoints(physicsClientId=self._client)
+        self.touched = bool(points) or not self._tuned
+        for point in points:
             if not point[_NORMAL_FORCE] > 0.0:  # near, but without contact
                 continue
             a, b = self._parts.get(point[_BODY_A]), self._parts.get(point[_BODY_B])

@@ -71,12 +71,10 @@ class JointStepper(plane.WorldStepper):
         """Advance Pymunk by dt."""
         if self._pocketing:
             self._let_fall()
-        solved = self._world.contacts_solved
         self._world.step(self._clock.dt)
         self.t = self.seen_at = self._clock.tick()
         self.changes.clear()
-        touches = self._world.contacts_solved > solved
-        if self._quiet_steps > 0.0 and not touches:
+        if self._quiet_steps > 0.0 and not self._world.touched:
             self._quiet_steps -= 1.0
             self._is_stale = True
             self.collisions = []
@@ -105,7 +103,8 @@ class JointStepper(plane.WorldStepper):
         self._moving, self._rests = moving, not moving.any()
         if self._pocketing:
             self._pocketing.keep(self._positions)
-        self._quiet_steps = 0.0 if touches or not self._may_be_quiet else self._steps_to_stop()
+        quiet = self._may_be_quiet and not self._world.touched
+        self._quiet_steps = self._steps_to_stop() if quiet else 0.0
 
     def _read(self) -> None:
         """Read the positions and velocities from Pymunk."""

@@ -57,6 +57,7 @@ class PymunkWorld:
     `collisions`: collisions of the last step.
     `contacts_solved`: number of contacts that the solver has processed; a lasting contact counts
         once per step.
+    `touched`: as in `PlaneWorld`.
     `friction`: friction at contacts; None without friction.
     """
 
@@ -66,6 +67,7 @@ class PymunkWorld:
         self.scene = scene
         self.collisions: list[Collision] = []
         self.contacts_solved = 0
+        self.touched = True
         self._forgotten = 0
         self.tuned = settings.config == "tuned"
         # Rounding of the momentum of each ball if it had all the energy. Balls that roll on
@@ -98,7 +100,9 @@ class PymunkWorld:
     def step(self, dt: float) -> None:
         """Advance Pymunk by `dt` [s]: it moves, then finds overlaps, then solves velocities."""
         self.collisions.clear()
+        solved = self.contacts_solved
         self._space.step(dt)
+        self.touched = self.contacts_solved > solved
 
     @property
     def rubs(self) -> bool:

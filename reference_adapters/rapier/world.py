@@ -52,7 +52,7 @@ class RapierWorld(ContactWorld):
         """Set the velocities of the balls, (n, 2) [m/s], for a step."""
         for ball, (x, y) in zip(self._bodies(), velocities.tolist(), strict=True):
             ball.linvel = (x, y, 0.0)
-        self._given = self._velocities()
+        self._given = velocities.astype(np.float32).astype(np.float64)
         return self._given
 
     def step(self, dt: float) -> None:
@@ -62,11 +62,11 @@ class RapierWorld(ContactWorld):
         pushing: set[Collision] = set()
         near: set[Collision] = set()
         for pair in self._world.narrow_phase.contact_pairs():
-            collision = collision_of(self._parts[pair.collider1], self._parts[pair.collider2])
-            if pair.total_impulse_magnitude() > self._noise:
-                pushing.add(collision)
-            elif pair.has_any_active_contact:  # a pair with a half-space exists at any distance
-                near.add(collision)
+            pushes = pair.total_impulse_magnitude() > self._noise
+            if pushes or pair.has_any_active_contact:  # a half-space has pairs at any distance
+                parts = self._parts[pair.collider1], self._parts[pair.collider2]
+                (pushing if pushes else near).add(collision_of(*parts))
+        self.touched = bool(pushing) or not self._tuned
         self._note(pushing, near)
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:

@@ -28,10 +28,11 @@ class ContactWorld:
     `rubs`: whether contacts may change spins.
     `units`: units of length of the engine per metre [1/m].
 
-    `collisions`, `contacts_solved`, `rubs`: as in `PlaneWorld`.
+    `collisions`, `contacts_solved`, `touched`, `rubs`: as in `PlaneWorld`.
     """
 
     collides_first = True
+    touched = True
 
     def __init__(self, scene: Scene, *, noise: float, rubs: bool, units: float = 1.0) -> None:
         self.collisions: list[Collision] = []

@@ -67,10 +67,13 @@ class PlaneWorld(Protocol):
     `collisions`: collisions of the last step.
     `contacts_solved`: number of contacts that the solver has processed; a lasting contact counts
         once per step.
+    `touched`: whether a contact of the last step may have changed a velocity or a spin. If not, the
+        stepper doesn't read the motion.
     """
 
     collisions: list[Collision]
     contacts_solved: int
+    touched: bool
 
     @property
     def iterations(self) -> int:
@@ -236,17 +239,29 @@ class ClosedFormStepper(WorldStepper):
         cloth.warm_up()
         self._ends = ends
         self._world = world
-        self._positions, _ = world.positions_and_velocities()
+        self._known_positions: FloatArray | None = world.positions_and_velocities()[0]
+        self._rests: bool | None = None
         self._cloth = ClosedFormCloth(scene)
         self._along = tangential_restitution(scene.physics)
         self._normals = Normals(scene)
+        # Whether the positions before a step are needed in the step.
+        self._needs_positions = bool(self._pocketing or self._corners or self._along != 1.0)
         # The motion just after the last contacts, and the balls whose velocities they changed.
         self._parted, self._kicked = self._cloth, np.zeros(len(scene.balls), dtype=np.bool_)
 
     @property
     def at_rest(self) -> bool:
         """Whether no ball moves or spins."""
-        return self._cloth.at_rest
+        if self._rests is None:
+            self._rests = self._cloth.at_rest
+        return self._rests
+
+    @property
+    def _positions(self) -> FloatArray:
+        """The present centres, (n, 2) float64 [m]."""
+        if self._known_positions is None:
+            self._known_positions, _ = self._world.positions_and_velocities()
+        return self._known_positions
 
     def state(self) -> Samples:
         """Return the present state, arrays (1, n, 3)."""
@@ -270,24 +285,52 @@ class ClosedFormStepper(WorldStepper):
 
     def _advance(self, dt: float, t: float) -> None:
         """Advance by `dt` [s], to the time `t` [s]."""
-        world, before = self._world, self._positions
-        self._kicked[:] = False
+        world = self._world
         start = self._cloth.copy() if world.collides_first else None
+        before = self._positions if self._needs_positions else None
         displacements, changes = self._cloth.advance(dt)
         self.changes = list(changes)
-        if self._pocketing and not world.collides_first:
+        if before is not None and self._pocketing and not world.collides_first:
             # The balls move before they can collide, so a fallen ball has no further collisions.
             self._let_fall(before, before + displacements)
             displacements[self._pocketing.gone] = 0.0
         spins = self._cloth.angular_velocities if world.rubs else None
         given = world.start(displacements / dt, spins)
         world.step(dt)
-        self._positions, velocities = world.positions_and_velocities()
-        met_at = before if world.collides_first else self._positions
+        self._kicked[:] = False
+        if world.touched or before is not None:
+            self._known_positions, velocities = world.positions_and_velocities()
+            self._meet(dt, before, given, velocities, start)
+        else:
+            self._known_positions, self.collisions = None, world.collisions
+            self._cloth.keep(rubs=world.rubs)
+        if self.changes or self.falls:
+            self._rests = None
+        self.seen_at = self.t if world.collides_first else t
+        self.t = t
+
+    def _meet(
+        self,
+        dt: float,
+        before: FloatArray | None,
+        given: FloatArray,
+        velocities: FloatArray,
+        start: ClosedFormCloth | None,
+    ) -> None:
+        """Add the effect of contacts on the motion after a step of `dt` [s].
+
+        `before`: (n, 2) [m], the centres at the start of the step; None if nothing needs them.
+        `given`, `velocities`: (n, 2) [m/s], in the engine, before and after the step.
+        `start`: the motion at the start of the step, in an engine that collides first.
+        """
+        world = self._world
+        met_at = self._positions if before is None or start is None else before
         self._take_collisions(world.collisions, met_at)
         if self._along != 1.0:
             scale_along_cushions(velocities, met_at, self.collisions, self._normals, self._along)
         kicks, turns = velocities - given, world.turns() if world.rubs else None
+        if turns is not None or kicks.any():
+            self._rests = None
         if start is not None and kicks.any():
             # The cloth friction of half a step acts on the motion after the contacts.
             self._cloth = start
@@ -298,12 +341,10 @@ class ClosedFormStepper(WorldStepper):
             self.changes = [*first, *second]
         else:
             self._cloth.kick(kicks, turns, dt)
-        if self._pocketing:
-            if world.collides_first:
+        if before is not None and self._pocketing:
+            if start is not None:
                 self._let_fall(before, self._positions)
             self._pocketing.keep(self._positions)
-        self.seen_at = self.t if world.collides_first else t
-        self.t = t
 
     def _just_after(self, before: Samples) -> Samples:
         if self.moving is not None:

@@ -248,6 +248,11 @@ class WholeKicks(ClosedFormCloth):
         WholeKicks.early += not changes.any() and (turns is None or not turns.any())
         self._kick_all(changes, turns, dt)
 
+    def keep(self, *, rubs):
+        WholeKicks.early += 1
+        turns = np.zeros((len(self.rolling), 3)) if rubs else None
+        self._kick_all(np.zeros_like(self.velocities), turns, 1.0)
+
 
 def bits(scene: Scene, steps: str, **settings: object) -> list[bytes]:
     run = PymunkEngine(PymunkSettings(contact_steps=steps, **settings)).simulate(
@@ -283,3 +288,23 @@ def test_a_kick_without_a_collision_may_skip_the_spin(steps, monkeypatch):
     monkeypatch.setattr(WholeKicks, "early", 0)
     assert [bits(shot, steps) for shot in shots] == found
     assert WholeKicks.early > 100
+
+
+@pytest.mark.parametrize("spec", SPECS)
+def test_steps_without_contacts_that_are_not_read_change_no_bit(
+    spec: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Fails if a world misses a contact, so that its effect is dropped."""
+    found = find_scene("cradle")
+    quick = play(spec, found)
+    world: Any = engine_class(parse_spec(spec)[0])
+    always = property(lambda _: True, lambda _, __: None)
+    monkeypatch.setattr(world.world_class(), "touched", always, raising=False)
+    slow = play(spec, found)
+    assert quick.work == slow.work
+    assert quick.rest_time == slow.rest_time
+    assert quick.events is not None
+    assert slow.events is not None
+    assert np.array_equal(quick.events, slow.events)
+    times = np.linspace(0.0, slow.rest_time, 97)
+    assert all(map(np.array_equal, quick.sample(times), slow.sample(times)))
