@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from benchmarks.measurements import BenchmarkMeasurement, table_of
 from ghostball.model import Physics
 from ghostball.model.features import Feature, has_feature
 from ghostball.reference_adapters import ReferenceEngine, make_engine
-from ghostball.validation.measured.facts import facts_of
+from ghostball.validation.measured.best_settings import carom_cloth
 from ghostball.validation.measured.rebounds import rebounds as measured_rebounds
 from ghostball.validation.measured.table_agreement import ANGLES
 from ghostball.validation.results.measurement import Record
@@ -93,23 +93,18 @@ def rebounds() -> ReboundsMeasurement:
 
 
 def best_rebounds(engine: ReferenceEngine, law: str, *, falls: bool) -> BestRebounds:
-    """Return the coefficients with which a cushion law fits the measurements best.
-
-    The cloth is that of the preset `carom`. An engine without a quadratic rolling friction has the
-    rolling friction that was measured at a medium speed.
-    """
+    """Return the coefficients with which a cushion law fits the measurements best."""
     names = ["cushion_restitution"]
     names += [_LOSS] if falls else []
     names += ["cushion_friction"] if law != "restitution" else []
-    cloth: dict[str, Any] = {}
-    if not has_feature(engine.capabilities, Feature.QUADRATIC_ROLLING):
-        middle = facts_of("rolling-carom").rows[1].value
-        cloth = {"rolling_friction": middle / 9.81, "rolling_friction_quadratic": 0.0}
+    cloth = carom_cloth(engine.capabilities)
     play = partial(engine.simulate, record="trajectory")
 
     def off(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
         found = dict(zip(names, map(float, numbers), strict=True))
-        physics = Physics(preset="carom", cushion=law, **{**cloth, _LOSS: 0.0, **found})
+        physics = Physics.model_validate(
+            {"preset": "carom", "cushion": law, **cloth, _LOSS: 0.0, **found}
+        )
         return np.array(
             [
                 [one.errors_off for one in measured_rebounds(play, physics, angle)]

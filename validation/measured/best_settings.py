@@ -49,3 +49,15 @@ def best_cloth(facts: str, capabilities: Capabilities) -> dict[str, float]:
         "rolling_friction": float(best[0]) / gravity,
         "rolling_friction_quadratic": float(best[1]) if grows else 0.0,
     }
+
+
+def carom_cloth(capabilities: Capabilities) -> dict[str, float]:
+    """Return the rolling friction with which "cushion-carom" is fitted, as fields of the physics.
+
+    Empty, so that the preset `carom` applies, if the engine's rolling friction can depend on speed;
+    otherwise the rolling friction that was measured at a medium speed.
+    """
+    if has_feature(capabilities, Feature.QUADRATIC_ROLLING):
+        return {}
+    middle = facts_of("rolling-carom").rows[1].value
+    return {"rolling_friction": middle / Physics().gravity, "rolling_friction_quadratic": 0.0}

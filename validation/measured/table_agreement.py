@@ -15,7 +15,7 @@ from ghostball.model.features import Feature, check_supported, has_feature
 from ghostball.reference_adapters import ReferenceEngine, make_engine
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.measured.banks import through_points
-from ghostball.validation.measured.best_settings import best_cloth, best_cushion
+from ghostball.validation.measured.best_settings import best_cloth, best_cushion, carom_cloth
 from ghostball.validation.measured.breaks import (
     BreakCounts,
     break_physics,
@@ -134,7 +134,7 @@ def families_of(name: str, player: MeasuredEngine) -> list[FigureFamily]:
 
 def _carom_rebounds(player: MeasuredEngine, cushion: Settings, _rows: Rows) -> Figures:
     """Yield the rebounds of a match of three-cushion billiards, and their dependence on speed."""
-    cloth = best_cloth("rolling-carom", player.engine.capabilities)
+    cloth = carom_cloth(player.engine.capabilities)
     physics = Physics(preset="carom", **{**cloth, **cushion})
     ratios = [rebounds(player.play, physics, degrees) for degrees in ANGLES]
     yield chain.from_iterable(ratios)
