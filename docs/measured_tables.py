@@ -265,14 +265,14 @@ def flying_breaks() -> str:
     stored, first = measured(MadeBallsMeasurement), setups()[0].name
     rows = []
     for name, changed in zip(
-        ("balls stay on the cloth", "balls may fly", "balls may fly, without bounces"),
+        ("stay on the cloth", "may fly", "may fly, without bounces"),
         FLIGHTS,
         strict=True,
     ):
         one = stored.cell(first, "compliant", changed)
         left = percent(one.left / one.breaks, binomial_error(one.left, one.breaks))
         rows.append((name, percent(*one.share("made")), percent(*one.share("scratch")), left))
-    heads = ("", "makes a ball", "scratches", "a ball leaves the table over a cushion")
+    heads = ("balls", "makes a ball", "scratches", "a ball leaves the table over a cushion")
     return table(heads, rows)
 
 

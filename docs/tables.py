@@ -27,7 +27,8 @@ NONE = Capability("none")
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
+    """Return a table in Markdown. The first head must have a text, or no table would be shown."""
+    assert heads[0]
     lines = (heads, ["---"] * len(heads), *rows)
     return "\n".join(" | ".join(cell.replace("|", "\\|") for cell in cells) for cells in lines)
 
