@@ -308,9 +308,7 @@ def _entry_point(name: str) -> EntryPoint:
         module = name.removesuffix(".py").replace("/", ".")
         if name.endswith(".py") or (name.isidentifier() and PathFinder.find_spec(name)):
             hint = f"Name the function or class in that file, such as `{module}:simulate`. "
-        raise EngineError(
-            f"engine must be an installed one, got {name!r}. {hint}{_known_engines()}"
-        )
+        raise EngineError(f"unknown engine {name!r}. {hint}{_known_engines()}")
     if len(points) > 1:
         raise EngineError(
             f"engine `{name}` is provided by two packages: {', '.join(sorted(points))}. "

@@ -230,7 +230,7 @@ WRONG = {
         ["--ghostball", "--ghostball-time-limit=-1"],
         "`time_limit` must be a positive number of seconds, got -1.0",
     ),
-    "other": (["--ghostball", "--ghostball-as=nobody"], "engine must be an installed one"),
+    "other": (["--ghostball", "--ghostball-as=nobody"], "unknown engine 'nobody'"),
     "criteria": (["--ghostball", "--ghostball-criteria=no.toml"], "no.toml: can't read"),
     "picked metric": (["ghostball::stop::rest_error"], "there is no test `ghostball::stop::rest_e"),
     "picked scene": (["ghostball::half-ball-cur"], "Did you mean half-ball-cut"),

@@ -175,7 +175,7 @@ def _bars(values: NDArray[np.float64], most: float) -> str:
 def _agreed(explanation: Explanation) -> str:
     count = len(explanation.agreement.before)
     if not count:
-        return "No collision agrees before the first wrong one"
+        return "No right collision comes before the first wrong one"
     text = "1 collision agrees" if count == 1 else f"{count} collisions agree"
     if explanation.parting is not None:
         text = f"Before the first wrong collision, {text}"
@@ -228,8 +228,8 @@ def _wrong_collision_lines(explanation: Explanation) -> Iterator[RenderableType]
     yield Text(f"The first wrong collision, at t = {parting.t:.9g} s:", style="bold")
     table = Table(box=None, show_header=False, padding=(0, 2))
     other = explanation.label
-    table.add_row("  reference", _event_text(explanation, parting.true, f"in {other}"))
-    table.add_row(f"  {other}", _event_text(explanation, parting.other, "in the reference"))
+    table.add_row("  reference", _event_text(explanation, parting.true))
+    table.add_row(f"  {other}", _event_text(explanation, parting.other))
     yield table
     yield Text("Margins:")
     for margin in _useful_margins(explanation):
@@ -245,9 +245,9 @@ def _useful_margins(explanation: Explanation) -> list[Margin]:
     return [*smallest, *(one for one in others if one.length < ball)]
 
 
-def _event_text(explanation: Explanation, one: Event | None, where: str) -> str:
+def _event_text(explanation: Explanation, one: Event | None) -> str:
     if one is None:
-        return f"no further collision; {where} there is one"
+        return "no further collision"
     return f"{one.describe(explanation.scene)} at t = {one.t:.9g} s"
 
 
@@ -317,7 +317,7 @@ def _attribution_table(found: Attribution) -> RenderableType:
 
 def _collision_errors(one: Rung) -> str:
     """Return the largest error of the collision times in a run, and the first wrong collision."""
-    late = "no collision occurs in all runs"
+    late = "no collision is common to all runs"
     if one.late is not None:
         late = f"time errors up to {style.format_time(one.late)}"
     wrong = "no wrong collision"

@@ -20,6 +20,7 @@ from ghostball.reports.plot import ENDINGS, FILMS
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.compiling import compile_kernels, needed_kernels
 from ghostball.validation.runs.engine_runs import in_other_process
+from ghostball.validation.runs.runner import check_limits
 
 
 @contextmanager
@@ -28,8 +29,9 @@ def engine_process(engine: ReferenceEngine, time_limit: float) -> Iterator[Refer
 
     What the engine prints is shown on stderr; repeated text is shown once.
 
-    `time_limit` [s]: time limit for each shot.
+    `time_limit` [s]: time limit for each shot; must be positive, for Ghostball's engine, too.
     """
+    check_limits(1, time_limit)
     said_once = cache(partial(say_printed, engine.name))
     with in_other_process(engine, time_limit, said_once) as found:
         yield found

@@ -113,4 +113,4 @@ def _scenes() -> Iterator[CheckedItem]:
     if not names:
         yield "scenes", BROKEN, f"none in {library.FOLDER}. Install ghostball again"
     elif not broken:
-        yield "scenes", GOOD, f"{len(names)} shipped, all readable"
+        yield "scenes", GOOD, f"{len(names)} shipped, with those of the board; all readable"

@@ -101,7 +101,7 @@ BAD_USAGE = [
     (f"{FIT} --nose-height 36", "must be from a ball's radius, 0.028575, to below"),
     (f"{FIT} --nose-height nan", "must be from a ball's radius, 0.028575, to below"),
     (f"{FIT} --nose-height 0.036 --fields cushion_height", "Remove one"),
-    (f"{FIT} --engine nobody", "engine must be an installed one"),
+    (f"{FIT} --engine nobody", "unknown engine 'nobody'"),
     (f"{FIT} --out nowhere/table.toml", "can't write the file of `--out`"),
     (FIT, "tracks.csv:1: expected the header shot,ball,t,x,y, found 'a,b'"),  # see test_tracks.py
     (f"fit few.csv {TABLE}", "few.csv: not enough data for a fit: 0 stretches"),
@@ -111,6 +111,7 @@ BAD_USAGE = [
     (f"stress {SHOT} --jobs 0", "--jobs"),
     (f"stress {SHOT} --count 0", "--count"),
     (f"stress {SHOT} --time-limit 0", "`time_limit`"),
+    ("run stop --time-limit -3", "`time_limit`"),
     (f"stress {SHOT} --time-limit soon", "--time-limit"),
     (f"stress {SHOT} --out .", "not a Ghostball results folder"),
     ("regress none-such", "none-such"),
