@@ -161,8 +161,8 @@ QUOTED = {
     ),
     "rebounds": (
         "README.md",
-        r"Ghostball's engine reproduces .* to ([\d.]+) standard errors \(root mean square\), pymunk "
-        r"to ([\d.]+) and pybullet to ([\d.]+)\.",
+        r"Ghostball's engine reproduces .* to ([\d.]+) standard errors \(root mean square\), "
+        r"pymunk to ([\d.]+) and pybullet to ([\d.]+)\.",
         of_rebounds,
     ),
     "uneven racks": (
