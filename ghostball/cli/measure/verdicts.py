@@ -73,6 +73,8 @@ def verdict_tables(results: Results, console: Console) -> RenderableType:
 def _key(results: Results) -> str:
     """Return the meaning of each accuracy class and mark in the results."""
     classes = [f"{CLASSES[k].short}: {CLASSES[k].meaning}" for k in kinds_of(results.cases)]
+    if any(tally(results, label).compared_with for label in results.labels):
+        classes.append("reference: used as the reference for the other engines")
     seen = {verdict_of(case) for case in results.cases}
     marks = [f"{MARKS[one]} {MEANINGS[one]}" for one in MARKS if one in seen]
     if seen & {Verdict.NOT_REPRESENTABLE, Verdict.UNAVAILABLE}:
@@ -157,7 +159,8 @@ def _engines(results: Results, *, broken: bool = False) -> Table:
     heads = [f"[{CLASSES[k].terminal}]{_stacked(CLASSES[k].short)}[/]" for k in kinds]
     found = [tally(results, label) for label in results.labels]
     unable, crashed = any(one.unable for one in found), any(one.crashed for one in found)
-    heads += ["not\nrun"] * unable + ["did not\nfinish"] * crashed
+    own = any(one.compared_with for one in found)
+    heads += ["reference"] * own + ["not\nrun"] * unable + ["did not\nfinish"] * crashed
     heads += [
         "median\nerror",
         "median\ntime",
@@ -169,6 +172,7 @@ def _engines(results: Results, *, broken: bool = False) -> Table:
             (
                 escape(_broken(one.label) if broken else one.label),
                 *(_count(one.counts.get(kind, 0), CLASSES[kind].terminal) for kind in kinds),
+                *([_count(one.compared_with, "default")] * own),
                 *([str(one.unable)] * unable),
                 *([_alarming(one.crashed)] * crashed),
                 one.typical_text,

@@ -81,6 +81,14 @@ def test_validate_writes_results_verdicts_and_junit(cli_with_processes, tmp_path
 
 
 @pytest.mark.usefixtures("without_run_figures")
+def test_the_engines_table_counts_scenes_in_which_ghostball_is_the_reference(cli, tmp_path):
+    scenes = ("stop", "cushion-mathavan")
+    result = cli("validate", *scenes, "-e", "ghostball", "--no-report", "--out", tmp_path / "out")
+    assert re.search(r"engine +exact +reference +error", result.stdout)
+    assert re.search(r"ghostball +1 +1 +rounding", result.stdout)
+    assert "reference: used as the reference for the other engines" in result.stdout
+
+
 def test_a_second_run_reuses_unchanged_cases_and_says_so(cli, tmp_path):
     command = ("validate", "stop", "-e", "ghostball", "-e", "paper-discrete", "--out", tmp_path)
     first = cli(*command)
