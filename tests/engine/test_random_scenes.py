@@ -69,6 +69,7 @@ FOUND = {
     ),
     "a rail and the jaw at its end push as one": (757, {"table": "pockets"}),
     "the same at another rail": (2959, {"table": "pockets"}),
+    "balls that push each other 160 m away from an open table": (7797, {}),
 }
 """Mistakes found in random scenes, with the number and the options of the scene."""
 

@@ -69,6 +69,7 @@ import numpy as np
 
 from ghostball.model import COLLISION_KINDS, EventKind, Scene, first_energy
 from ghostball.model.rounding import CONTACT_TOLERANCE, FLIGHT_CONTACT_TOLERANCE
+from ghostball.model.scene.sides import CUSHIONS
 from ghostball.reference_adapters.base import (
     ReferenceEngine,
     resolution_of,
@@ -374,8 +375,8 @@ def touching(scene: Scene, truth: Truth) -> float:
     """Return the gap below which an exact engine may treat balls as touching [m].
 
     The gap is 1e-12 m for pool balls on their table. It grows with the size of the balls, with the
-    largest coordinate, and with the distance that a ball with all of the energy moves in a rounding
-    of time.
+    largest coordinate that a ball can reach, and with the distance that a ball with all of the
+    energy moves in a rounding of time.
 
     `truth`: the reference of this scene, which gives the end of the shot.
     """
@@ -385,7 +386,21 @@ def touching(scene: Scene, truth: Truth) -> float:
     energy = first_energy(scene)
     fastest = math.sqrt(2.0 * energy / float(np.min(scene.masses)))
     clock = _CLOCK_ROUNDINGS * EPS * until * fastest
-    return part * diameter + _TOUCHING_ROUNDINGS * EPS * extent_of(scene) + clock
+    extent = extent_of(scene) + _beyond_the_table(scene, energy, fastest)
+    return part * diameter + _TOUCHING_ROUNDINGS * EPS * extent + clock
+
+
+def _beyond_the_table(scene: Scene, energy: float, fastest: float) -> float:
+    """Return how far a ball with all of the energy [J] can roll where no cushion stops it [m].
+
+    `fastest` [m/s]: the speed of such a ball, for a cloth without rolling friction.
+    """
+    table = scene.table
+    if table is not None and (not table.is_rectangle or len(table.cushions) == len(CUSHIONS)):
+        return 0.0
+    braking = float(np.min(scene.masses * scene.rolling_frictions)) * scene.physics.gravity
+    until_rest = energy / braking if braking > 0.0 else math.inf
+    return min(until_rest, fastest * scene.t_max) if scene.t_max is not None else until_rest
 
 
 def travel(engine: ReferenceEngine, scene: Scene) -> float:
