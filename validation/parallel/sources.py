@@ -199,7 +199,8 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
     relative to the folder of import; and the names of the distributions of installed imports.
     """
     installed_in = [Path(sysconfig.get_path(one)).resolve() for one in ("purelib", "platlib")]
-    owners = _owners(tuple(sys.path))
+    # Folders without metadata, such as the current one, change from run to run.
+    owners = _owners(tuple(one for one in sys.path if any(Path(one).glob("*-info"))))
     files: dict[str, Path] = {}
     distributions: set[str] = set()
     names = [module]
@@ -216,7 +217,8 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
         if is_installed and name != module:
             continue
         files |= own
-        imported = {one for path in own.values() for one in _imports(path)}
+        code = [path for path in own.values() if path.suffix == ".py"]
+        imported = {one for path in code for one in _imports(path.read_bytes())}
         names += sorted(imported.difference(names))
     return files, distributions
 
@@ -236,19 +238,20 @@ def _files_of(name: str) -> Iterator[tuple[str, Path]]:
         yield Path(spec.origin).name, Path(spec.origin)
 
 
-def _imports(path: Path) -> Iterator[str]:
-    """Yield the top-level names that a Python file imports, anywhere in it."""
-    if path.suffix != ".py":
-        return
+@cache  # a process asks for the code of an engine several times
+def _imports(code: bytes) -> frozenset[str]:
+    """Return the top-level names that Python code imports, anywhere in it."""
     try:
-        tree = ast.parse(path.read_bytes())
+        tree = ast.parse(code)
     except (SyntaxError, ValueError):  # running the file will report it
-        return
+        return frozenset()
+    found: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (one.name.partition(".")[0] for one in node.names)
+            found.update(one.name.partition(".")[0] for one in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module.partition(".")[0]
+            found.add(node.module.partition(".")[0])
+    return frozenset(found)
 
 
 @cache  # reads the file lists of all distributions, which takes 0.2 s
