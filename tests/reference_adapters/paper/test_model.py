@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import strategies as st
 
 from ghostball.model import Ball, Scene, Table
 from ghostball.reference_adapters.paper.model import PaperBalls
@@ -60,9 +59,6 @@ def test_the_formula_tests_nothing_so_separating_balls_are_turned_round():
     balls.collide(0, 1)
     assert balls.vx == [0.0, -1.0]
     assert balls.approaching(0, 1)
-
-
-speed = st.tuples(st.floats(-5, 5), st.floats(-5, 5))
 
 
 def test_cushion_overlaps_and_times():
