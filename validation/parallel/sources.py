@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import os
 import platform
 import re
 import sys
@@ -99,11 +100,13 @@ def hash_sources(folders: Iterable[Path]) -> str:
 
 def code_files(folder: Path) -> list[Path]:
     """Return the files of code below a folder, sorted."""
-    return sorted(
-        path
-        for path in folder.rglob("*")
-        if path.suffix in CODE_ENDINGS or path.name == CAPABILITIES
-    )
+    found = [
+        os.path.join(inside, name)  # ten times as fast as `Path.rglob`
+        for inside, _, names in os.walk(folder)
+        for name in names
+        if name.endswith(CODE_ENDINGS) or name == CAPABILITIES
+    ]
+    return [Path(path) for path in sorted(found)]
 
 
 def versions() -> dict[str, str | None]:

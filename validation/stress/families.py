@@ -9,6 +9,7 @@ from __future__ import annotations
 import fnmatch
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Final
 
 from ghostball.validation.stress import (
@@ -87,5 +88,10 @@ def _candidates(size: StressSize, only: Sequence[str]) -> Iterator[tuple[StressF
     families = [pattern.partition("/")[0] for pattern in only]
     for family in FAMILIES.values():
         if not only or any(fnmatch.fnmatchcase(family.name, one) for one in families):
-            for shot in family.shots(size):
+            for shot in _shots(family, size):
                 yield family, shot
+
+
+@cache  # shots are looked up again, by other patterns or by another command of the same process
+def _shots(family: StressFamily, size: StressSize) -> tuple[StressShot, ...]:
+    return tuple(family.shots(size))
