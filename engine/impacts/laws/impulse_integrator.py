@@ -1,8 +1,8 @@
 """Integration, over the normal impulse, of an impact with friction at two contacts.
 
-The equations are in `two_contacts`. The shorter a slip, the faster it turns, and a slip that is
-held by friction is stiff. Therefore the method is implicit; steps become short automatically when a
-contact starts or stops to slip.
+The equations are in `two_contacts`. While both contacts slip, steps are those of `smooth_slips`.
+The shorter a slip, the faster it turns, and a slip that is held by friction is stiff. There the
+method is implicit; steps become short automatically when a contact starts or stops to slip.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 from ghostball.engine.core.kernel import kernel
+from ghostball.engine.impacts.laws.smooth_slips import Step, begun, is_smooth, smooth_step
 from ghostball.engine.impacts.laws.two_contacts import (
     TURNS,
     Held,
@@ -39,13 +40,14 @@ _STEP_ERROR = 1e-10  # estimated error of the slips in one step, if one of them 
 _LONG = 16.0  # factor on _STEP_ERROR per length of the shorter slip, if neither is near its end
 _ROUNDING = 2.0**-44  # relative to the sum of all speeds: added to `STILL` and `_STEP_ERROR`
 _TURNED = 1e-8  # speed below which compression ends; the error of the work is its square
-_RETURNED = 1e-9  # part of the work to be returned that may be missing
+_RETURNED = 1e-8  # part of the work to be returned that one step at constant rates may return
 _WORK_ROUNDING = 1e-15  # relative to the stored work; it corresponds to a speed of 3e-8
-_FIRST_STEP = 1e-3
+_FIRST_STEP = 0.25
 _STANDS = 1e-2  # rate of the approach speed that counts as 0 if both contacts hold
-# Most impacts take 20 to 200 steps. A contact at the limit of what it can hold may alternately slip
-# and be held; then the limit `STILL` is raised. After the last step the result is NaN, and the run
-# fails.
+_SMOOTH_STEPS = 128  # number of steps after which all are stiff: enough for any smooth impact
+# Most impacts take 15 to 25 steps, and up to 400 if a slip ends. A contact at the limit of what it
+# can hold may alternately slip and be held; then the limit `STILL` is raised. After the last step
+# the result is NaN, and the run fails.
 _WIDEN_AFTER = 500
 _MOST_STEPS = 10_000
 
@@ -224,6 +226,19 @@ def _until_still(change: Slips, held: Held, model: Model) -> float:
 
 
 @kernel
+def _stiff_step(change: Slips, p: float, held: Held, allowed: float, model: Model) -> Step:
+    """Return the slips after an impulse p, with an estimated error up to `allowed`."""
+    end, error = _step(change, p, held, model)
+    growth = 0.8 * math.sqrt(math.sqrt(allowed / max(error, 1e-3 * allowed)))
+    missed = _missed(change, end, p, held, model)
+    is_right = error <= allowed and missed <= held.still
+    if not is_right:
+        least = 0.5 * held.still / max(missed, 1e-3 * held.still)
+        growth = max(0.1 * growth, min(growth, least))
+    return Step(end, p, growth, is_right)
+
+
+@kernel
 def integrate(model: Model, speeds: float) -> Outcome:
     """Return the impulses of an impact.
 
@@ -241,7 +256,8 @@ def integrate(model: Model, speeds: float) -> Outcome:
     """
     rounding = _ROUNDING * speeds
     still, allowed = STILL + rounding, _STEP_ERROR + rounding
-    change = Slips(0.0, 0.0, 0.0, 0.0, 0.0)
+    start = begun(model.start, rounding, model)
+    change = plus(start, -1.0, model.start)
     p, speed, work, rounding = 0.0, 1.0, 0.0, 0.0
     rebound, drift = False, drift_of(model)
     held = held_of(change, still, model)
@@ -250,15 +266,18 @@ def integrate(model: Model, speeds: float) -> Outcome:
     for step in range(1, _MOST_STEPS):
         if step % _WIDEN_AFTER == 0:
             still *= 2.0
-        until = min(_until_still(change, held, model), _reach(speed, rate, work, rebound))
-        h = min(free, until)
-        end, error = _step(change, h, held, model)
-        growth = 0.8 * math.sqrt(math.sqrt(allowed / max(error, 1e-3 * allowed)))
-        missed = _missed(change, end, h, held, model)
-        if not (error <= allowed and missed <= still):
-            free = h * max(0.1 * growth, min(growth, 0.5 * still / max(missed, 1e-3 * still)))
+            held = held_of(change, still, model)
+        until = _reach(speed, rate, work, rebound)
+        if step < _SMOOTH_STEPS and is_smooth(plus(model.start, 1.0, change), model):
+            h = min(free, until)
+            end, dp, growth, is_right = smooth_step(change, h, allowed, model)
+        else:
+            h = min(free, until, _until_still(change, held, model))
+            end, dp, growth, is_right = _stiff_step(change, h, held, allowed, model)
+        if not is_right:
+            free = h * growth
             continue
-        now = 1.0 + drift * (p + h) + speed_of(end, model)
+        now = 1.0 + drift * (p + dp) + speed_of(end, model)
         if rebound and now > _TURNED and speed >= -_TURNED:
             return outcome_of(change, p, speed, model)
         if (now > _TURNED) if rebound else (now < -_TURNED):
@@ -266,24 +285,26 @@ def integrate(model: Model, speeds: float) -> Outcome:
             continue
         held_then = held_of(end, still, model)
         then = speed_rate_of(end, held_then, model)
-        done = h * (1.0 + drift * (p + 0.5 * h)) + (end.work - change.work)
+        done = dp * (1.0 + drift * (p + 0.5 * dp)) + (end.work - change.work)
         if rebound and work + done < -rounding:
             free = h * (work / -done)
             continue
         free = max(h * growth, free if h < free else 0.0)
-        change, p, speed, work, rate = end, p + h, now, work + done, then
+        change, p, speed, work, rate = end, p + dp, now, work + done, then
         held = held_then
         if speed <= _TURNED and not rebound:
             rebound = True
             rounding = _WORK_ROUNDING * (1.0 + work)
             work *= model.restitution * model.restitution
             rounding += _RETURNED * work
+        if rebound and work <= rounding:
+            if work != 0.0:
+                left = _reach(speed, rate, work, rebound)
+                change = plus(change, left, rates_of(change, held, model))
+                p, speed = p + left, speed + left * rate
+            return outcome_of(change, p, speed, model)
         driven_back = rebound and speed >= -_TURNED and rate >= 0.0
-        if (
-            (rebound and work <= rounding)
-            or driven_back
-            or (held.contact and held.cloth and rate > -_STANDS)
-        ):
+        if driven_back or (held.contact and held.cloth and rate > -_STANDS):
             return outcome_of(change, p, speed, model)
     return Outcome(math.nan, math.nan, Slips(math.nan, math.nan, math.nan, math.nan, math.nan))
 
