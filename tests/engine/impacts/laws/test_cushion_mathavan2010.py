@@ -259,8 +259,9 @@ def test_a_rolling_ball_that_slips_throughout():
     ],
 )
 def test_slips_that_turn_follow_the_published_equations(impact, cushion):
+    # No slip ends, so the law is more accurate than it states: as long as all its steps are smooth.
     expected = followed(impact, cushion)
-    assert outcome(mathavan2010(impact, cushion)) == pytest.approx(expected, abs=ACCURACY)
+    assert outcome(mathavan2010(impact, cushion)) == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.compiled
