@@ -83,6 +83,7 @@ class Recorder:
         final_state: Samples,
         rest_time: float,
         work: Mapping[str, int],
+        engine_time: float | None = None,
         reason: str = "",
     ) -> Result:
         """Stop the clock and return the result of the run; `final_state` is its last frame."""
@@ -106,6 +107,7 @@ class Recorder:
             collision_counts=self._counts,
             work=work,
             wall_time=wall_time,
+            engine_time=None if engine_time is None else min(engine_time, wall_time),
             events=events,
             trajectory=trajectory,
             reason=reason,

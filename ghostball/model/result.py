@@ -56,6 +56,9 @@ class Result:
         Machine-independent counters: events, bounds, steps ...
     wall_time : float [s]
         Run time of the simulation, without building the world or compiling.
+    engine_time : float [s] or None
+        The part of `wall_time` in a time-stepping engine's own steps; the adapter takes the rest.
+        None if it was not measured.
     events : structured array (`EVENT_DTYPE`) in order of time, or None
         None if `record="rest"`.
     trajectory : Trajectory or None
@@ -77,6 +80,7 @@ class Result:
     events: Events | None = None
     trajectory: Trajectory | None = field(default=None, repr=False)
     reason: str = ""
+    engine_time: float | None = None
 
     def __repr__(self) -> str:
         """Return the most important values of the result in a few lines, without arrays."""
@@ -319,6 +323,7 @@ class Result:
             "work": dict(self.work),
             "hash": None if self.events is None else bits_hash(self.events, self.rest_positions),
             "wall_time": self.wall_time,
+            "engine_time": self.engine_time,
         }
 
     def to_json(self) -> str:

@@ -11,16 +11,19 @@ metres, time steps of 1/60 s, no bullets.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
 from ghostball.model import Scene
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
+from ghostball.reference_adapters.stepping.joints import JointStepper
 from ghostball.reference_adapters.stepping.laws import fastest
+from ghostball.reference_adapters.stepping.plane import WorldStepper
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
-from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.run_end import end_of
+from ghostball.reference_adapters.stepping.settings import OwnClothSettings
 from ghostball.reference_adapters.stepping.step_ends import SINGLE_PRECISION_STEPS, ExactSteps
 
 MAX_TRANSLATION = 2.0
@@ -29,12 +32,18 @@ MAX_TRANSLATION = 2.0
 MAX_SCALE = 200.0
 """Largest default of `scale`, if the time step allows it [1/m]."""
 
+JOINT_ROUNDING = 1e-4
+"""Speed of a ball that a joint has stopped, relative to the joint's effect per step [1]."""
+
 SLOP = 0.005
 """Overlap that Box2D tolerates: `b2_linearSlop` [units]."""
 
 
-class Box2dSettings(SteppingSettings):
+class Box2dSettings(OwnClothSettings):
     """Settings of the Box2D adapter.
+
+    `cloth`: with "own", Box2D's friction joints slow balls, which only roll; see
+        `OwnClothSettings`.
 
     `dt`: 1e-3 s tuned; 1/60 s naive, as in Box2D's manual; with exact steps, 0.02 s or the longest
         step that the scale allows.
@@ -92,6 +101,14 @@ class Box2dEngine(PlaneEngine):
                 f"steps of {self.step(scene):g} s (Box2D moves a body at most 2 units per time "
                 f"step; the energy in this scene allows speeds up to {fastest(scene):.3g} m/s)"
             )
+
+    def stepper(self, scene: Scene, world: Any) -> WorldStepper:
+        """Return the stepper of a world: with its own cloth, one with Box2D's joints."""
+        if self.settings.cloth == "closed-form":
+            return super().stepper(scene, world)
+        t_end = end_of(scene, self.settings)
+        dt = self.step(scene)
+        return JointStepper(scene, world, dt, t_end, leapfrog=False, rounding=JOINT_ROUNDING)
 
     def resolution(self, scene: Scene) -> float:
         """Return the distance that a ball moves in a step [m], or the gap at which steps end.

@@ -79,9 +79,7 @@ class Box2dWorld(ContactWorld):
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step."""
-        in_units = velocities * self._units
-        for body, (x, y) in zip(self._bodies, in_units.tolist(), strict=True):
-            body.linearVelocity = x, y
+        in_units = self.set_velocities(velocities)
         if self._friction is not None and spins is not None:
             for body, spin in zip(self._bodies, spins[:, 2].tolist(), strict=True):
                 body.angularVelocity = spin
@@ -91,11 +89,30 @@ class Box2dWorld(ContactWorld):
         rounded: FloatArray = in_units.astype(np.float32) / np.float64(self._units)
         return rounded
 
-    def step(self, dt: float) -> None:
+    def set_velocities(self, velocities: FloatArray) -> FloatArray:
+        """Set the velocities, (n, 2) [m/s]; return them in Box2D's unit of length."""
+        in_units = velocities * self._units
+        for body, (x, y) in zip(self._bodies, in_units.tolist(), strict=True):
+            body.linearVelocity = x, y
+        return in_units
+
+    def add_rolling_joints(self) -> None:
+        """Slow every ball by mu g with a friction joint, Box2D's friction of the top view."""
+        scene, table = self._scene, self._world.CreateStaticBody()
+        forces = scene.rolling_frictions * scene.physics.gravity * scene.masses * self._units
+        for body, force in zip(self._bodies, forces.tolist(), strict=True):
+            self._world.CreateFrictionJoint(
+                bodyA=table, bodyB=body, localAnchorB=(0, 0), maxForce=force, maxTorque=0.0
+            )
+
+    def advance(self, dt: float) -> None:
         """Advance Box2D by `dt` [s]: it finds contacts, solves velocities, then moves."""
         self._found = set()
         self.touched = not self._tuned
         self._world.Step(dt, self.iterations, 3 if self._tuned else 2)
+
+    def read_contacts(self, dt: float) -> None:  # noqa: ARG002
+        """Store the collisions of the last step, of `dt` [s]."""
         self._note(self._found)
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:

@@ -54,9 +54,12 @@ class Box2d3World(ContactWorld):
         self._given = in_units.astype(np.float32) / np.float64(self._units)
         return self._given
 
-    def step(self, dt: float) -> None:
+    def advance(self, dt: float) -> None:
         """Advance Box2D by `dt` [s]: it finds contacts, then solves velocities and moves."""
         self._world.step(dt, self.iterations)
+
+    def read_contacts(self, dt: float) -> None:  # noqa: ARG002
+        """Store the collisions of the last step, of `dt` [s]."""
         # A lasting contact has no event.
         self.touched = bool(np.any(self._velocities() != self._given))
         events = self._world.get_contact_events().hit_events()

@@ -93,11 +93,14 @@ class DartWorld(ContactWorld):
         self._set_motion(centres, spatial, spins)
         return velocities
 
-    def step(self, dt: float) -> None:
+    def advance(self, dt: float) -> None:
         """Advance DART by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._world.getTimeStep():
             self._world.setTimeStep(dt)
         self._world.step()
+
+    def read_contacts(self, dt: float) -> None:
+        """Store the collisions of the last step, of `dt` [s]."""
         pushing: set[Collision] = set()
         self.on_cloth = set()
         for contact in self._world.getLastCollisionResult().getContacts():

@@ -91,13 +91,16 @@ class MujocoWorld(ContactWorld):
             self._start = spins
         return velocities
 
-    def step(self, dt: float) -> None:
+    def advance(self, dt: float) -> None:
         """Advance MuJoCo by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._dt:
             self._model.opt.timestep = self._dt = dt
             if self._tuned:
                 self._set_dampers(dt)
         mujoco.mj_step(self._model, self._data)
+
+    def read_contacts(self, dt: float) -> None:
+        """Store the collisions of the last step, of `dt` [s]."""
         self.touched = self._data.ncon > 0
         self._note(self._pushed(dt))
 

@@ -119,7 +119,7 @@ class NewtonWorld(ContactWorld):
         self._start = self._spins()
         return self._given
 
-    def step(self, dt: float) -> None:
+    def advance(self, dt: float) -> None:
         """Advance Newton by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if self._replays and dt != self._graph_dt:
             self._graph, self._graph_dt = self._record(dt), dt
@@ -127,7 +127,6 @@ class NewtonWorld(ContactWorld):
             warp.capture_launch(self._graph)
         else:
             self._launch(dt)
-        self._find_collisions(dt)
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
         """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
@@ -185,8 +184,8 @@ class NewtonWorld(ContactWorld):
         for name in _ARRAYS:
             warp.copy(getattr(self._now, name), getattr(self._next, name))
 
-    def _find_collisions(self, dt: float) -> None:
-        """Store the contacts of a step of `dt` [s] and which of them pushed."""
+    def read_contacts(self, dt: float) -> None:
+        """Store the collisions of the last step, of `dt` [s]."""
         pushing: set[Collision] = set()
         near: set[Collision] = set()
         self.on_cloth = set()

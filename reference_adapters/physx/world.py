@@ -84,12 +84,15 @@ class PhysxWorld(ContactWorld):
             self._start = self._angular()
         return self._given
 
-    def step(self, dt: float) -> None:
+    def advance(self, dt: float) -> None:
         """Advance PhysX by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._dt:
             self._scene_of.set_timestep(dt)
             self._dt = dt
         self._scene_of.step()
+
+    def read_contacts(self, dt: float) -> None:  # noqa: ARG002
+        """Store the collisions of the last step, of `dt` [s]."""
         pushing: set[Collision] = set()
         near: set[Collision] = set()
         self.on_cloth = set()

@@ -29,9 +29,9 @@ from ghostball.reference_adapters.base import EngineSettings, lacking_sequence
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.pybullet import loading
 from ghostball.reference_adapters.stepping.laws import largest_momenta
-from ghostball.reference_adapters.stepping.plane import WorldStepper, run
-from ghostball.reference_adapters.stepping.run_end import end_of
-from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.plane import WorldStepper
+from ghostball.reference_adapters.stepping.run_end import end_of, run
+from ghostball.reference_adapters.stepping.settings import OwnClothSettings
 from ghostball.reference_adapters.stepping.space import OwnClothStepper, SpaceEngine
 from ghostball.reference_adapters.stepping.step_ends import ExactSteps
 
@@ -42,8 +42,12 @@ MAX_IMPULSE = 1e10
 """Limit of Bullet's solver on the impulse of a contact per step [N s]."""
 
 
-class PybulletSettings(SteppingSettings):
+class PybulletSettings(OwnClothSettings):
     """Settings of the pybullet adapter.
+
+    `cloth`: where balls slide, Bullet has the sliding friction. With "closed-form", the adapter
+        slows rolling and spinning balls between the steps. With "own", Bullet's rolling and
+        spinning friction do.
 
     `dt`: 1e-3 s tuned; 1/240 s naive, pybullet's default; 0.02 s with exact steps.
     `iterations`: 50, pybullet's default.
@@ -53,6 +57,11 @@ class PybulletSettings(SteppingSettings):
     EXACT_IF_NAIVE: ClassVar[bool] = False
 
     iterations: Annotated[int, Field(ge=1)] = 50
+
+    @property
+    def bullet_slows(self) -> bool:
+        """Whether Bullet applies rolling and spinning friction, instead of the adapter."""
+        return self.config == "naive" or self.cloth == "own"
 
 
 class PybulletEngine(SpaceEngine):
@@ -107,9 +116,9 @@ class PybulletEngine(SpaceEngine):
         return scene.physics.motion == "sliding"
 
     def on_cloth(self, scene: Scene, world: Any) -> WorldStepper:
-        """Return the stepper of balls that may slide; naive, Bullet applies rolling friction."""
-        t_end, tuned = end_of(scene, self.settings), self.settings.config == "tuned"
-        return OwnClothStepper(scene, world, self.step(scene), t_end, slows=tuned)
+        """Return the stepper of balls that may slide."""
+        t_end, slows = end_of(scene, self.settings), not self.settings.bullet_slows
+        return OwnClothStepper(scene, world, self.step(scene), t_end, slows=slows)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Simulate the scene; see `ReferenceEngine.simulate`."""

@@ -67,6 +67,7 @@ class PybulletWorld(ContactWorld):
         self.on_cloth: set[int] = set()
         self._config = settings.config
         self._tuned = settings.config == "tuned"
+        self._bullet_slows = settings.bullet_slows
         self._bullet = load()
         self._dt = math.nan
         self._balls: list[int] = []
@@ -117,12 +118,15 @@ class PybulletWorld(ContactWorld):
         self._given = self._in_plane = velocities
         return velocities
 
-    def step(self, dt: float) -> None:
+    def advance(self, dt: float) -> None:
         """Advance Bullet by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._dt:
             self._bullet.setTimeStep(dt, physicsClientId=self._client)
             self._dt = dt
         self._bullet.stepSimulation(physicsClientId=self._client)
+
+    def read_contacts(self, dt: float) -> None:  # noqa: ARG002
+        """Store the collisions of the last step, of `dt` [s]."""
         pushing: set[Collision] = set()
         self.on_cloth = set()
         points = self._bullet.getContactPoints(physicsClientId=self._client)
@@ -256,7 +260,7 @@ class PybulletWorld(ContactWorld):
         )
         if self._tuned:
             self._change(body, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=MAX_SPEED)
-        else:  # rolling friction that also slows sliding balls; if tuned, the adapter slows balls
+        if self._bullet_slows:  # this rolling friction also slows sliding balls
             self._change(
                 body,
                 rollingFriction=float(factors.rolling_friction[i]),

@@ -15,15 +15,19 @@ from typing import Any, ClassVar
 from ghostball.model import Scene
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
-from ghostball.reference_adapters.pymunk.steppers import JointStepper
+from ghostball.reference_adapters.stepping.joints import JointStepper
 from ghostball.reference_adapters.stepping.plane import WorldStepper
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.run_end import end_of
-from ghostball.reference_adapters.stepping.settings import SteppingSettings
+from ghostball.reference_adapters.stepping.settings import OwnClothSettings
 
 
-class PymunkSettings(SteppingSettings):
+class PymunkSettings(OwnClothSettings):
     """Settings of the Pymunk adapter.
+
+    `cloth`: Pymunk's joints slow balls that only roll. With "closed-form", the adapter also shifts
+        the velocities by half a time step, and simulates balls that slide. With "own", it adds
+        nothing to Pymunk's steps.
 
     `dt`: 1e-3 s tuned; 1/60 s naive, as in Pymunk's examples; 0.02 s with exact steps.
     `iterations`: 30 tuned; 10 naive, Chipmunk's default.
@@ -48,5 +52,12 @@ class PymunkEngine(PlaneEngine):
     def stepper(self, scene: Scene, world: Any) -> WorldStepper:
         """Return the stepper of a world: for balls that only roll, one with Pymunk's joints."""
         if self.settings.contact_steps == "fixed" and scene.physics.motion == "rolling":
-            return JointStepper(scene, world, self.step(scene), end_of(scene, self.settings))
+            return JointStepper(
+                scene,
+                world,
+                self.step(scene),
+                end_of(scene, self.settings),
+                joints=self.settings.config == "tuned",
+                leapfrog=self.settings.cloth == "closed-form",
+            )
         return super().stepper(scene, world)

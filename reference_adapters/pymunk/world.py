@@ -68,12 +68,16 @@ class PymunkWorld:
         self.collisions: list[Collision] = []
         self.contacts_solved = 0
         self.touched = True
+        self._solved = 0
+        self._found: list[Collision] = []
         self._forgotten = 0
         self.tuned = settings.config == "tuned"
         # Rounding of the momentum of each ball if it had all the energy. Balls that roll on
         # together exchange impulses of this size without colliding.
         self._impulse_rounding = 16.0 * np.finfo(np.float64).eps * largest_momenta(scene)
         self._space = pymunk.Space()
+        # Pymunk moves, then finds overlaps, then solves velocities.
+        self.advance = self._space.step
         self._index: dict[pymunk.Shape, int] = {}
         self._bodies: list[pymunk.Body] = []
         self._persistence = self._space.collision_persistence
@@ -97,12 +101,11 @@ class PymunkWorld:
         for other in (_BALL, _CUSHION):
             self._space.on_collision(_BALL, other, post_solve=self._note)
 
-    def step(self, dt: float) -> None:
-        """Advance Pymunk by `dt` [s]: it moves, then finds overlaps, then solves velocities."""
-        self.collisions.clear()
-        solved = self.contacts_solved
-        self._space.step(dt)
-        self.touched = self.contacts_solved > solved
+    def read_contacts(self, dt: float) -> None:  # noqa: ARG002
+        """Store the collisions of the last step, of `dt` [s]."""
+        self.touched = self.contacts_solved > self._solved
+        self._solved = self.contacts_solved
+        self.collisions, self._found = self._found, []
 
     @property
     def rubs(self) -> bool:
@@ -175,6 +178,7 @@ class PymunkWorld:
         self._space.step(_FORGETTING_STEP)
         self._space.collision_persistence = self._persistence
         self.contacts_solved = solved
+        self._found = []
 
     def _tune(self) -> None:
         space = self._space
@@ -266,5 +270,5 @@ class PymunkWorld:
         noise = min(self._impulse_rounding[contact.balls])
         # The callback also fires for separating discs that overlap: no impulse, no collision.
         # Contact with two parts of one cushion at once is one collision.
-        if impulse.length > noise and contact not in self.collisions:
-            self.collisions.append(contact)
+        if impulse.length > noise and contact not in self._found:
+            self._found.append(contact)

@@ -7,9 +7,9 @@ from collections.abc import Set
 import numpy as np
 
 from ghostball.model import Scene
-from ghostball.model.arrays import FloatArray
+from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.stepping.laws import largest_momenta
-from ghostball.reference_adapters.stepping.plane import Collision, untouched
+from ghostball.reference_adapters.stepping.plane import Collision
 
 WorldBody = tuple[int, bool]
 """A ball or a cushion of a world: its index, and True for a cushion."""
@@ -71,6 +71,18 @@ class ContactWorld:
         turns = spins - self._start
         turns[untouched(len(turns), self._pushing)] = 0.0
         return turns
+
+
+def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
+    """Return which of n balls have no active contact, (n,) bool.
+
+    The velocities of these balls may still change by rounding, if the engine uses other frames of
+    reference. Such a change isn't a collision.
+    """
+    free = np.ones(n, dtype=bool)
+    for contact in pushing:
+        free[contact.balls] = False
+    return free
 
 
 def collision_of(one: WorldBody, other: WorldBody) -> Collision:

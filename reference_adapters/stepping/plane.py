@@ -10,19 +10,18 @@ steps are determined in `stepping.step_ends`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Set
-from typing import Any, NamedTuple, Protocol
+from statistics import fmean
+from time import perf_counter
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from ghostball.model import (
     EventKind,
-    Record,
-    Result,
     Samples,
     Scene,
 )
-from ghostball.model.arrays import BoolArray, FloatArray
+from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.recording import Recorder
 from ghostball.reference_adapters.stepping import cloth
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
@@ -33,10 +32,11 @@ from ghostball.reference_adapters.stepping.pocketing import (
     instant_of,
     states_at_falls,
 )
-from ghostball.reference_adapters.stepping.run_end import end_of, ending_of
-from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import CornerNames, Normals
 from ghostball.reference_adapters.stepping.step_ends import BallMotion, StepEnds
+
+TIMED_STEPS = 16
+"""One in this number of steps is timed: to time each step takes 4 % of a run of Pymunk."""
 
 
 class Collision(NamedTuple):
@@ -101,8 +101,12 @@ class PlaneWorld(Protocol):
         """
         ...
 
-    def step(self, dt: float) -> None:
-        """Advance the engine by `dt` [s]."""
+    def advance(self, dt: float) -> None:
+        """Let the engine take its own step of `dt` [s]; only this call counts as `engine_time`."""
+        ...
+
+    def read_contacts(self, dt: float) -> None:
+        """Store the collisions and contacts of the last step, of `dt` [s]."""
         ...
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
@@ -119,18 +123,6 @@ class PlaneWorld(Protocol):
         Its velocity is still set, to 0, and it is still listed; the listed values don't matter.
         """
         ...
-
-
-def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
-    """Return which of n balls have no active contact, (n,) bool.
-
-    The velocities of these balls may still change by rounding, if the engine uses other frames of
-    reference. Such a change isn't a collision.
-    """
-    free = np.ones(n, dtype=bool)
-    for contact in pushing:
-        free[contact.balls] = False
-    return free
 
 
 class WorldStepper(ABC):
@@ -156,6 +148,8 @@ class WorldStepper(ABC):
         self.moving: Samples | None = None
         self.states_at_falls: list[tuple[Fall, Samples]] = []
         self.recorded = self.keep_frame = False
+        self._timed: list[float] = []
+        self._until_timed = 1
         self._radii = scene.radii
         self._pocketing = Pocketing(scene)
         self._corners = CornerNames(scene)
@@ -172,6 +166,22 @@ class WorldStepper(ABC):
     @abstractmethod
     def step(self) -> None:
         """Advance by one step."""
+
+    def _step_world(self, world: PlaneWorld, dt: float) -> None:
+        """Advance a world by `dt` [s]; one of `TIMED_STEPS` steps of the engine is timed."""
+        self._until_timed -= 1
+        if self._until_timed:
+            world.advance(dt)
+        else:
+            self._until_timed = TIMED_STEPS
+            started = perf_counter()
+            world.advance(dt)
+            self._timed.append(perf_counter() - started)
+        world.read_contacts(dt)
+
+    def engine_time(self, steps: int) -> float:
+        """Return the time in the engine's own steps [s], from the mean of the timed ones."""
+        return steps * fmean(self._timed) if self._timed else 0.0
 
     def tell(self, recorder: Recorder, started: float, before: Samples | None) -> None:
         """Pass the events of the last step to a recorder.
@@ -296,7 +306,7 @@ class ClosedFormStepper(WorldStepper):
             displacements[self._pocketing.gone] = 0.0
         spins = self._cloth.angular_velocities if world.rubs else None
         given = world.start(displacements / dt, spins)
-        world.step(dt)
+        self._step_world(world, dt)
         self._kicked[:] = False
         if world.touched or before is not None:
             self._known_positions, velocities = world.positions_and_velocities()
@@ -364,49 +374,6 @@ class ClosedFormStepper(WorldStepper):
             self._world.remove(ball)
             self._cloth.stop(ball)
         self.changes = [change for change in self.changes if change[1] not in fallen]
-
-
-def run(
-    scene: Scene,
-    record: Record,
-    engine: str,
-    settings: SteppingSettings,
-    world: PlaneWorld,
-    stepper: WorldStepper,
-) -> Result:
-    """Run until all balls rest, to `t_max`, or to a limit of the settings; return the result.
-
-    `engine`: name of the engine in the result.
-    """
-    t_end = end_of(scene, settings)
-    recorder = Recorder(scene, record)
-    steps = 0
-    stepper.recorded = record == "trajectory"
-    jumps = stepper.recorded and world.collides_first
-
-    recorder.start()
-    stepper.record(recorder)
-    while not stepper.at_rest and stepper.t < t_end and steps < settings.max_steps:
-        before, started = stepper.state() if jumps else None, stepper.t
-        stepper.step()
-        steps += 1
-        stepper.tell(recorder, started, before)
-    state = stepper.state()
-    status, reason = ending_of(scene, settings, stepper.t, state, at_rest=stepper.at_rest)
-    return recorder.result(
-        engine=engine,
-        settings=settings_as_used(settings, world),
-        status=status,
-        final_state=state,
-        rest_time=stepper.t,
-        work={"steps": steps, "contacts_solved": world.contacts_solved},
-        reason=reason,
-    )
-
-
-def settings_as_used(settings: SteppingSettings, world: PlaneWorld) -> dict[str, Any]:
-    """Return the settings with the values used in place of None."""
-    return settings.model_dump() | {"dt": settings.step, "iterations": world.iterations}
 
 
 def scale_along_cushions(

@@ -15,9 +15,8 @@ from ghostball.reference_adapters.stepping.plane import (
     ClosedFormStepper,
     PlaneWorld,
     WorldStepper,
-    run,
 )
-from ghostball.reference_adapters.stepping.run_end import end_of
+from ghostball.reference_adapters.stepping.run_end import end_of, run
 from ghostball.reference_adapters.stepping.step_ends import (
     Clock,
     ExactSteps,
@@ -56,7 +55,7 @@ class PlaneEngine(EngineBase):
     @property
     def capabilities(self) -> Capabilities:
         """How each feature of a scene is supported with these settings."""
-        represented: Capabilities = self.CAPABILITIES[self.settings.config]
+        represented: Capabilities = self.CAPABILITIES[self.settings.capability_name]
         return represented
 
     def _lacking(self, scene: Scene) -> Iterator[str]:

@@ -1,13 +1,60 @@
-"""The status of a finished run of a time-stepping engine, and the reason for an early end."""
+"""A run of a time-stepping engine: its steps, its status, and the reason for an early end."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
-from ghostball.model import Samples, Scene, Status
+from ghostball.model import Record, Result, Samples, Scene, Status
+from ghostball.reference_adapters.recording import Recorder
+from ghostball.reference_adapters.stepping.plane import PlaneWorld, WorldStepper
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
+
+
+def run(
+    scene: Scene,
+    record: Record,
+    engine: str,
+    settings: SteppingSettings,
+    world: PlaneWorld,
+    stepper: WorldStepper,
+) -> Result:
+    """Run until all balls rest, to `t_max`, or to a limit of the settings; return the result.
+
+    `engine`: name of the engine in the result.
+    """
+    t_end = end_of(scene, settings)
+    recorder = Recorder(scene, record)
+    steps = 0
+    stepper.recorded = record == "trajectory"
+    jumps = stepper.recorded and world.collides_first
+
+    recorder.start()
+    stepper.record(recorder)
+    while not stepper.at_rest and stepper.t < t_end and steps < settings.max_steps:
+        before, started = stepper.state() if jumps else None, stepper.t
+        stepper.step()
+        steps += 1
+        stepper.tell(recorder, started, before)
+    state = stepper.state()
+    status, reason = ending_of(scene, settings, stepper.t, state, at_rest=stepper.at_rest)
+    return recorder.result(
+        engine=engine,
+        settings=settings_as_used(settings, world),
+        status=status,
+        final_state=state,
+        rest_time=stepper.t,
+        work={"steps": steps, "contacts_solved": world.contacts_solved},
+        engine_time=stepper.engine_time(steps),
+        reason=reason,
+    )
+
+
+def settings_as_used(settings: SteppingSettings, world: PlaneWorld) -> dict[str, Any]:
+    """Return the settings with the values used in place of None."""
+    return settings.model_dump() | {"dt": settings.step, "iterations": world.iterations}
 
 
 def end_of(scene: Scene, settings: SteppingSettings) -> float:

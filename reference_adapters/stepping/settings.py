@@ -51,6 +51,11 @@ class SteppingSettings(EngineSettings):
         times = ("contact times",) if self.contact_steps == "exact" else ()
         return (*times, "cloth between steps") if self.CLOTH_BETWEEN_STEPS else times
 
+    @property
+    def capability_name(self) -> str:
+        """Name of the configuration in `capabilities.toml`."""
+        return self.config
+
     @model_validator(mode="after")
     def _contacts_end_within_a_step(self) -> Self:
         if (self.contact_steps, self.config) == ("exact", "naive") and not self.EXACT_IF_NAIVE:
@@ -71,19 +76,25 @@ class SteppingSettings(EngineSettings):
 
 
 class OwnClothSettings(SteppingSettings):
-    """Settings of a 3D engine that may use its own cloth.
+    """Settings of an engine that may use its own cloth.
 
-    `cloth`: in scenes with sliding, the adapter applies the cloth friction between the steps
-        ("closed-form"), or balls lie on a plane under gravity with the engine's friction ("own").
+    `cloth`: the adapter applies the cloth friction between the steps ("closed-form"), or the engine
+        has a cloth ("own"). In a 3D engine, balls that slide then lie on a plane under gravity,
+        with the engine's friction.
     """
 
     cloth: Literal["closed-form", "own"] = "closed-form"
+
+    @property
+    def capability_name(self) -> str:
+        """Name of the configuration in `capabilities.toml`."""
+        return "own-cloth" if self.cloth == "own" else super().capability_name
 
     @model_validator(mode="after")
     def _own_cloth_is_native(self) -> Self:
         if self.cloth == "own" and (self.contact_steps, self.config) != ("fixed", "tuned"):
             raise ValueError(
-                "`cloth` = own needs `contact_steps` = fixed and `config` = tuned, because a plane "
-                "under gravity needs equal time steps. Change one of them"
+                "`cloth` = own needs `contact_steps` = fixed and `config` = tuned, because the "
+                "friction of an engine needs equal time steps. Change one of them"
             )
         return self

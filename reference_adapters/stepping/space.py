@@ -16,7 +16,6 @@ import numpy as np
 
 from ghostball.model import EventKind, Samples, Scene
 from ghostball.model.arrays import BoolArray, FloatArray
-from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.stepping.laws import slips_of, tangential_restitution
 from ghostball.reference_adapters.stepping.plane import (
     Change,
@@ -142,7 +141,7 @@ class OwnClothStepper(WorldStepper):
         """Advance the engine by dt; return the balls that landed."""
         falls, before = -self._velocities[:, 2], self._centres[:, :2]
         self.seen_at = self.t
-        self._world.step(self._clock.dt)
+        self._step_world(self._world, self._clock.dt)
         self.t = self._clock.tick()
         self._centres, self._velocities, self._spins = self._world.motion()
         self._take_collisions(self._world.collisions, before)
@@ -256,12 +255,6 @@ class OwnClothEngine(SpaceEngine):
 
     TITLE: ClassVar[str]
     """Name of the engine for display."""
-
-    @property
-    def capabilities(self) -> Capabilities:
-        """How each feature of a scene is supported with these settings."""
-        own = self.settings.cloth == "own"
-        return self.CAPABILITIES["own-cloth"] if own else super().capabilities
 
     def _lacking(self, scene: Scene) -> Iterator[str]:
         yield from super()._lacking(scene)

@@ -11,8 +11,8 @@ from shots import R
 from ghostball import find_scene
 from ghostball.model import Ball, EventKind, Physics, Scene, Status, Table
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
-from ghostball.reference_adapters.pymunk.steppers import JointStepper
 from ghostball.reference_adapters.pymunk.world import PymunkWorld
+from ghostball.reference_adapters.stepping.joints import JointStepper
 
 MU_G = 0.02 * 9.81
 EXACT = 1e-8  # [m]: gaps of 1e-10 m, amplified by a cut shot

@@ -195,6 +195,7 @@ def _kept(record: CaseRecord) -> CaseRecord:
         related={},
         printed="",
         wall_time=None,
+        engine_time=None,
         measured="",
         reused=False,
         metrics={name: value for name, value in metrics.items() if value is not None},

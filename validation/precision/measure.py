@@ -130,8 +130,9 @@ def ladder_of(family: str, engine: ReferenceEngine, duration: float) -> Iterator
 class PlannedPoint:
     """One point to be measured; each sample starts the shot at another phase of the time step.
 
-    `samples`: for each sample, the least time of a whole call [s], the least time inside the engine
-        [s], the largest error [m], and whether the events were right.
+    `samples`: for each sample, the least time of a whole call [s], the least time that the engine
+        reports [s], that in the engine's own steps [s] or None, the largest error [m], and whether
+        the events were right.
     `why_not`: the error of a failed run; then there is no point.
     """
 
@@ -139,7 +140,7 @@ class PlannedPoint:
     truth: Truth
     at_step: EngineAtStep
     level: int
-    samples: list[tuple[float, float, float, bool]] = field(default_factory=list)
+    samples: list[tuple[float, float, float | None, float, bool]] = field(default_factory=list)
     why_not: str = ""
 
     def task(self) -> Task:
@@ -168,9 +169,11 @@ class PlannedPoint:
             runs.append(run)
         call_seconds = min(seconds for _, seconds in runs)
         inside = min(result.wall_time for result, _ in runs)
+        steps = [result.engine_time for result, _ in runs if result.engine_time is not None]
         first, _ = runs[0]
         error = float(np.max(RunAndTruth(first, self.truth).ball_errors))
-        self.samples.append((call_seconds, inside, error, _has_same_events(first, self.truth)))
+        same_events = _has_same_events(first, self.truth)
+        self.samples.append((call_seconds, inside, min(steps, default=None), error, same_events))
         return {"seconds": call_seconds}
 
     def _run(self, scene: Scene) -> tuple[Result, float] | None:
@@ -194,7 +197,7 @@ class PlannedPoint:
             return LeftOut(
                 scene=self.scene.name, engine=at_step.family, why=self.why_not, step=at_step.step
             )
-        calls, inside, errors, all_same = zip(*self.samples, strict=True)
+        calls, inside, steps, errors, all_same = zip(*self.samples, strict=True)
         return PrecisionPoint(
             scene=self.scene.name,
             title=self.scene.title,
@@ -209,6 +212,7 @@ class PlannedPoint:
             error_low=min(errors),
             error_high=max(errors),
             same_events=all(all_same),
+            engine_seconds=min((one for one in steps if one is not None), default=None),
         )
 
 

@@ -28,6 +28,8 @@ class PrecisionPoint(Record):
     `call_seconds` [s]: duration of a whole call of `simulate`, as a user experiences it: the least
         of all samples. Costs are compared by this time.
     `seconds` [s]: the part of the call that the engine itself reports as its run time.
+    `engine_seconds` [s]: the part in the engine's own steps, without the adapter; None if it was
+        not measured.
     `error`, `error_low`, `error_high` [m]: the largest distance of a ball from its reference
         position: median, least and greatest over the samples, each with another phase of the step.
     `same_events`: whether the same bodies collided as in the reference, for every phase.
@@ -46,6 +48,7 @@ class PrecisionPoint(Record):
     error_low: float
     error_high: float
     same_events: bool = True
+    engine_seconds: float | None = None
 
 
 class LeftOut(Record):

@@ -224,7 +224,7 @@ class CaseRecord:
     `collision_counts`: by kind: "ball-ball", "ball-cushion".
     `energy_initial`, `energy_final` [J].
     `work`: machine-independent counters.
-    `wall_time` [s].
+    `wall_time`, `engine_time` [s]: as in `Result`.
     `metrics`: by name; None if a metric can't be computed, and `notes` says why.
     `notes`: by metric.
     `left_out`: metrics with limits that weren't judged, because the run didn't ask for these
@@ -272,6 +272,7 @@ class CaseRecord:
     energy_final: float | None = None
     work: dict[str, int] = field(default_factory=dict)
     wall_time: float | None = None
+    engine_time: float | None = None
     metrics: dict[str, int | float | None] = field(default_factory=dict)
     notes: dict[str, str] = field(default_factory=dict)
     checks: tuple[Check, ...] = ()

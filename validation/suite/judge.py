@@ -101,6 +101,7 @@ def judge(
         energy_final=float(end.total[0]),
         work=_integers(result.work),
         wall_time=float(result.wall_time),
+        engine_time=result.engine_time,
         metrics=measured.values,
         notes=measured.notes,
         related=measured.related,

@@ -124,7 +124,7 @@ def _outcome(result: Result) -> dict[str, str]:
         "collisions": _pairs(result.collision_counts),
         "energy": f"{energy['initial']:.6g} J at the start, {energy['final']:.6g} J at the end",
         "work": _pairs({name: count for name, count in result.work.items() if count}),
-        "run time": f"{result.wall_time * 1e3:.3f} ms",
+        "run time": _run_time(result),
     }
     if result.events is not None:
         if pocketed := _pocketed(result):
@@ -132,6 +132,13 @@ def _outcome(result: Result) -> dict[str, str]:
         rows["events"] = f"{len(result.events)} recorded; `--format json` prints them"
         rows["hash"] = result.to_dict()["hash"]
     return rows
+
+
+def _run_time(result: Result) -> str:
+    if result.engine_time is None:
+        return f"{result.wall_time * 1e3:.3f} ms"
+    inside = f"{result.engine_time * 1e3:.3f} ms in the engine's own steps"
+    return f"{result.wall_time * 1e3:.3f} ms, {inside}"
 
 
 def _pocketed(result: Result) -> str:

@@ -7,6 +7,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
+import pymunk
 import pytest
 from shots import R, ball, random_cloth_shot, scene_of
 from side_pocket import into_side_pocket
@@ -16,6 +17,7 @@ from ghostball.model import EventKind, Result, Scene, Status, Table, event_dict
 from ghostball.model.features import missing_features
 from ghostball.reference_adapters import engine_class, make_engine, parse_spec
 from ghostball.reference_adapters.pymunk.engine import PymunkEngine, PymunkSettings
+from ghostball.reference_adapters.pymunk.world import PymunkWorld
 from ghostball.reference_adapters.stepping import plane
 from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
 from ghostball.validation.scenes.library import find_scene
@@ -308,3 +310,35 @@ def test_steps_without_contacts_that_are_not_read_change_no_bit(
     assert np.array_equal(quick.events, slow.events)
     times = np.linspace(0.0, slow.rest_time, 97)
     assert all(map(np.array_equal, quick.sample(times), slow.sample(times)))
+
+
+def test_only_the_steps_of_the_engine_count_as_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fails if the time of the adapter counts, or if the untimed steps are left out."""
+    now = 0.0
+
+    def slower(owner: Any, name: str, seconds: float) -> None:
+        call = getattr(owner, name)
+
+        def timed(*arguments: Any) -> Any:
+            nonlocal now
+            now += seconds
+            return call(*arguments)
+
+        monkeypatch.setattr(owner, name, timed)
+
+    slower(pymunk.Space, "step", 3.0)
+    slower(PymunkWorld, "read_contacts", 50.0)
+    slower(PymunkWorld, "positions_and_velocities", 70.0)
+    monkeypatch.setattr(plane, "perf_counter", lambda: now)
+    engine, scene = PymunkEngine(), find_scene("half-ball-cut")
+    stepper = engine.stepper(scene, engine.world(scene))
+    for _ in range(100):
+        stepper.step()
+    assert stepper.engine_time(100) == 300.0
+
+
+@pytest.mark.parametrize("spec", SPECS)
+def test_an_engine_s_own_time_is_a_part_of_the_run_time(spec: str) -> None:
+    result = play(spec, find_scene("frozen-line"))
+    assert result.engine_time is not None
+    assert 0.0 < result.engine_time <= result.wall_time

@@ -29,6 +29,12 @@ def test_bad_settings_are_refused(settings):
         PymunkSettings(**settings)
 
 
+@pytest.mark.parametrize("settings", [{"contact_steps": "exact"}, {"config": "naive"}])
+def test_an_own_cloth_needs_fixed_steps_and_the_tuned_configuration(settings):
+    with pytest.raises(ValidationError, match="`cloth` = own needs `contact_steps` = fixed"):
+        PymunkSettings(cloth="own", **settings)
+
+
 def test_steps_to_contacts_need_the_tuned_configuration():
     with pytest.raises(ValidationError, match="`contact_steps` = exact needs `config` = tuned"):
         PybulletSettings(contact_steps="exact", config="naive")

@@ -12,12 +12,17 @@ from ghostball.model import EventKind, Scene, Table, UnsupportedSceneError
 from ghostball.validation.scenes.library import find_scene
 
 NAMES = [pytest.param(name, marks=needs(name)) for name in ("dart", "mujoco", "physx")]
-SLIDING = [*NAMES, pytest.param("newton", marks=needs("newton"))]
+SLIDING = [
+    *NAMES,
+    *(pytest.param(name, marks=needs(name)) for name in ("newton", "rapier")),
+]
 SHORT = {
     "dart": (2.85e-3, 2.87e-4, 2.87e-5),
     "mujoco": (3.66e-3, 4.55e-4, 4.31e-5),
     "newton": (2.85e-3, 2.76e-4),
     "physx": (2.84e-3, 2.7e-4),
+    "pybullet": (2.85e-3, 2.86e-4, 2.86e-5),
+    "rapier": (2.77e-3, 2.7e-4),
 }
 """Missing length of a slide with steps of 10 ms, 1 ms ... [m]."""
 SHOTS = {
@@ -25,6 +30,9 @@ SHOTS = {
     "mujoco": {"sliding-stun": 0.05, "draw-shot": 0.2},
     "newton": {"sliding-stun": 1e-3, "draw-shot": 0.01, "side-spin": 1e-3},
     "physx": {"sliding-stun": 0.1, "draw-shot": 0.1},
+    # Bullet's rolling friction also slows balls that slide.
+    "pybullet": {"sliding-stun": 0.2, "draw-shot": 0.2, "side-spin": 1e-3},
+    "rapier": {"sliding-stun": 0.02, "draw-shot": 0.02, "side-spin": 1e-3},
 }
 IN_FLIGHT = {
     "dart:cloth=own": 0.1,
@@ -35,7 +43,7 @@ IN_FLIGHT = {
 """Limits on rest position errors [m]."""
 
 
-@pytest.mark.parametrize("name", SLIDING)
+@pytest.mark.parametrize("name", [*SLIDING, pytest.param("pybullet", marks=needs("pybullet"))])
 def test_a_cloth_of_its_own_is_of_first_order(name: str) -> None:
     scene = slide()
     end = simulate(scene).final_state

@@ -1,9 +1,9 @@
-"""The stepper of a Pymunk world in which Pymunk's joints slow rolling balls."""
+"""The stepper of a world in which the engine's own joints slow rolling balls."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -15,12 +15,25 @@ from ghostball.reference_adapters.stepping.laws import tangential_restitution
 from ghostball.reference_adapters.stepping.sides import Normals
 from ghostball.reference_adapters.stepping.step_ends import Clock
 
-if TYPE_CHECKING:
-    from ghostball.reference_adapters.pymunk.world import PymunkWorld
+
+class JointWorld(plane.PlaneWorld, Protocol):
+    """A world with joints that slow balls."""
+
+    def add_rolling_joints(self) -> None:
+        """Slow every ball by mu g with a joint of limited force to the table."""
+        ...
+
+    def set_velocities(self, velocities: FloatArray) -> None:
+        """Set the velocities, (n, 2) float64 [m/s]."""
+        ...
 
 
 class JointStepper(plane.WorldStepper):
-    """Fixed steps in which Pymunk's own joints slow rolling balls.
+    """Fixed steps in which the engine's own joints slow rolling balls.
+
+    `joints`: whether the world has joints; without, the adapter slows the balls after each step.
+    `leapfrog`: whether the velocities belong to the middle of a step, for an engine like Pymunk.
+    `rounding`: rounding of a speed that a joint has stopped, relative to its effect per step [1].
 
     Chipmunk moves a ball before it changes its velocity. The tuned joint reduces the speed by
     exactly mu g dt in each step. Half of this before the first step makes the method a leapfrog:
@@ -28,10 +41,20 @@ class JointStepper(plane.WorldStepper):
     / (2 mu g). Without this half, the ball rolls v dt / 2 too far. `state` adds the half back.
 
     Steps in which nothing touches and no ball can stop are quiet: the stepper reads the motion from
-    Pymunk only when it is needed, so that such a step costs little more than Pymunk's own.
+    the engine only when it is needed, so that such a step costs little more than the engine's own.
     """
 
-    def __init__(self, scene: Scene, world: PymunkWorld, dt: float, t_end: float) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        world: JointWorld,
+        dt: float,
+        t_end: float,
+        *,
+        joints: bool = True,
+        leapfrog: bool = True,
+        rounding: float = 1e-9,
+    ) -> None:
         super().__init__(scene)
         self._world = world
         self._positions, _ = world.positions_and_velocities()
@@ -40,17 +63,18 @@ class JointStepper(plane.WorldStepper):
         self._clock = Clock(dt, t_end)
         self._kick = scene.rolling_frictions * scene.physics.gravity * self._clock.dt
         self._half_kick = np.zeros_like(self._kick)
-        # Rounding of a speed that the joint has stopped, relative to its effect per step.
-        self._rounding = 1e-9 * self._kick
-        if world.tuned:
+        self._rounding = rounding * self._kick
+        self._joints = joints
+        if joints and leapfrog:
             self._half_kick = 0.5 * self._kick
+        if joints:
             world.add_rolling_joints()
         velocities = scene.velocities[:, :2]
         self._moving = np.any(velocities != 0.0, axis=1)
         self._velocities = _faster(velocities, -self._half_kick)
         world.set_velocities(self._velocities)
         self._rests = not self._moving.any()
-        self._may_be_quiet = world.tuned and not self._pocketing
+        self._may_be_quiet = joints and not self._pocketing
         self._quiet_steps = 0.0
         self._is_stale = False
 
@@ -68,11 +92,12 @@ class JointStepper(plane.WorldStepper):
         return rolling_state(self._positions[np.newaxis], velocities[np.newaxis], self._radii)
 
     def step(self) -> None:
-        """Advance Pymunk by dt."""
+        """Advance the engine by dt."""
         if self._pocketing:
             self._let_fall()
-        self._world.step(self._clock.dt)
-        self.t = self.seen_at = self._clock.tick()
+        self._step_world(self._world, self._clock.dt)
+        started, self.t = self.t, self._clock.tick()
+        self.seen_at = started if self._world.collides_first else self.t
         self.changes.clear()
         if self._quiet_steps > 0.0 and not self._world.touched:
             self._quiet_steps -= 1.0
@@ -90,7 +115,7 @@ class JointStepper(plane.WorldStepper):
                 self._along,
             )
             self._world.set_velocities(self._velocities)
-        if not self._world.tuned:
+        if not self._joints:
             self._velocities = _faster(self._velocities, -self._kick)
             self._world.set_velocities(self._velocities)
         moving = np.hypot(self._velocities[:, 0], self._velocities[:, 1]) > self._rounding
@@ -107,7 +132,7 @@ class JointStepper(plane.WorldStepper):
         self._quiet_steps = self._steps_to_stop() if quiet else 0.0
 
     def _read(self) -> None:
-        """Read the positions and velocities from Pymunk."""
+        """Read the positions and velocities from the engine."""
         self._positions, self._velocities = self._world.positions_and_velocities()
         self._is_stale = False
 
@@ -122,7 +147,7 @@ class JointStepper(plane.WorldStepper):
     def _let_fall(self) -> None:
         """Remove the balls that fall in the coming step, before they can collide.
 
-        Pymunk moves a ball by its present velocity, in a straight line.
+        A ball moves in a straight line by its present velocity.
         """
         after = self._positions + self._velocities * self._clock.dt
         self.falls = self._pocketing.take(self._positions, after)
