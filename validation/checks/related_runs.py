@@ -67,7 +67,9 @@ def compare_runs(
         (`relative_error`); None if it is unknown.
     """
     ends = (result.rest_time, second.rest_time / related.clock + related.start)
-    looks = np.union1d(growth.times, ends)
+    until = growth.horizon(error or 0.0)
+    last = max(math.nextafter(min(until, *ends), 0.0), 0.0)  # few times may come before
+    looks = np.union1d(growth.times, [*ends, last])
     looks = looks[looks >= related.start]
     positions, expected = _both(result, related, second, looks)
     distances = np.linalg.norm(expected - positions, axis=2)
@@ -89,7 +91,6 @@ def compare_runs(
     allowed = _RUNS * error * _sizes(growth, looks)
     allowed += _between_frames(result, looks)
     allowed += _between_frames(second, related.times(looks)) / related.unit
-    until = growth.horizon(error)
     radius = float(np.min(result.scene.radii))
     counts = (looks < until) & (allowed < radius) & (looks > related.start)
     shares = np.where(counts, off / allowed, 0.0)

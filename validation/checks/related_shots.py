@@ -25,7 +25,7 @@ from ghostball.model.impact_laws import CUSHION_LAWS
 from ghostball.model.scene.pockets import Pocket, Pockets
 from ghostball.model.scene.sides import INWARD
 from ghostball.validation.checks.metric import NotMeasuredError
-from ghostball.validation.grading.horizon import extent_of
+from ghostball.validation.grading.horizon import extent_of, first_balance
 from ghostball.validation.grading.tolerances import LOWEST_BOUNCE
 from ghostball.validation.runs.sampling import events_of, frames_of
 
@@ -118,9 +118,11 @@ def mirror(result: Result) -> RelatedShot:
     if _has_side_pockets(scene):
         return _seen_from(scene, "mirror", _FLIP, exact=False)
     # Forces of contacts that last are found one after another, in an order that depends on places,
-    # and a mirrored polygon has its vertices in reverse order.
+    # and a mirrored polygon has its vertices in reverse order. A ball that balances on another falls
+    # in some direction.
     table = scene.table
     exact = not result.work.get("contact_steps") and (table is None or not table.vertices)
+    exact = exact and first_balance(result) == math.inf
     return _seen_from(scene, "mirror", _SWAP, exact=exact)
 
 

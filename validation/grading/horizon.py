@@ -30,6 +30,7 @@ from ghostball.validation.grading.certified_growth import CertifiedGrowth, growt
 from ghostball.validation.grading.certified_widths import FlightGrowth, is_differentiated
 from ghostball.validation.grading.event_logs import events_in
 from ghostball.validation.grading.tolerances import (
+    BALANCED_SLOPE,
     CONTACT_STEP,
     INTEGRATED_IMPACT,
     ROUNDINGS,
@@ -212,7 +213,7 @@ def sampled_growth(growth: Growth, result: Result) -> SampledGrowth:
         INTEGRATED_IMPACT if _has_integrated_law(result.scene) else 0.0,
     )
     events = np.searchsorted(growth.times, times, side="right")
-    known_until = min(known_until, _first_tie(result))
+    known_until = min(known_until, _first_tie(result), first_balance(result))
     log = events_of(result)[:_MOST_TIMES]
     places = result.sample(log["t"]).positions[np.arange(len(log)), log["a"], :2]
     coordinate = math.sqrt(float(np.mean(places**2))) if len(log) else extent
@@ -241,6 +242,23 @@ def _first_tie(result: Result) -> float:
             if partner != before and one.t - t <= TIE * one.t:
                 return t
             last[ball] = one.t, partner
+    return math.inf
+
+
+def first_balance(result: Result) -> float:
+    """Return the first collision of a ball with another exactly below it [s]; inf: none.
+
+    The direction in which it falls then depends on less than the roundness of a real ball.
+    """
+    log = events_of(result)
+    log = log[(log["kind"] == EventKind.BALL_BALL) & result.scene.physics.airborne]
+    for start in range(0, len(log), _CHUNK):
+        some = log[start : start + _CHUNK]
+        places, k = result.sample(some["t"]).positions, np.arange(len(some))
+        x, y, z = (places[k, some["a"]] - places[k, some["b"]]).T
+        balanced = np.flatnonzero(np.hypot(x, y) <= BALANCED_SLOPE * np.abs(z))
+        if len(balanced):
+            return float(some["t"][balanced[0]])
     return math.inf
 
 

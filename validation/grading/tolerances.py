@@ -39,6 +39,14 @@ Slower slips count as held by friction. Ghostball's engine uses the same toleran
 `engine.impacts.laws.impulse_integrator`); change both together.
 """
 
+BALANCED_SLOPE = 2.0**-20
+"""Slope of the line to the ball below, against the vertical, at which a ball balances on it (1e-6).
+
+Real balls are less round than that. Ghostball's engine lets a ball that is nearer to the top fall
+as from this slope, and along x from the top itself (`_ASIDE` in `engine.impacts.slow_impacts`);
+change both together.
+"""
+
 TIE = 2.0**-40
 """Relative difference of times that count as simultaneous (1e-12).
 

@@ -258,6 +258,25 @@ def test_positions_between_frames_may_be_off_by_the_interpolation_and_no_more(fr
     assert "scale" in broken(related(scene, Slower(OURS.settings)))
 
 
+def test_a_ball_that_balances_on_another_falls_in_no_direction_that_is_judged() -> None:
+    """Breaks where a ball that falls off along x, seen from any side, counts as an error."""
+    low = Ball(id="low", position=(1.0, 0.5), radius=0.03)
+    top = Ball(id="top", position=(1.0, 0.5, 0.083), radius=0.0225)
+    rolls = Ball(id="rolls", position=(0.2, 0.2), velocity=(0.5, 0.1))
+    scene = cut(
+        physics=Physics(preset="pool", airborne=True),
+        table=Table(length=2.0, width=1.0),
+        balls=[low, top, rolls],
+        t_max=0.03,
+    )
+    found = related(scene)
+    assert broken(found) == set()
+    assert found.values["mirror_bits"] is None
+    first = simulate(scene, record="trajectory").events["t"][0]
+    assert f"compared up to t = {first:.4g} s" in found.said["mirror_factor"]
+    assert "mirror" in broken(related(scene, Biased(BiasedSettings(way="mirror"))))
+
+
 def test_contacts_whose_order_is_rounding_end_the_comparison() -> None:
     """Fails if a ball in a corner that another ball hits counts as a broken relation."""
     found = related(random_scene(400))
