@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -48,12 +49,18 @@ class GhostballEngine(EngineBase):
     def resolution(self, scene: Scene) -> float:
         """Return 0, because only rounding causes errors, or the error of slides in air [m]."""
         physics = scene.physics
-        slides = physics.motion == "sliding" and bool(np.any(scene.sliding_frictions > 0.0))
-        if not slides or physics.air_drag == 0.0:
+        sliding = physics.gravity * scene.sliding_frictions[scene.sliding_frictions > 0.0]
+        if physics.motion != "sliding" or physics.air_drag == 0.0 or not len(sliding):
             return 0.0
         slowing = physics.gravity * float(np.min(scene.rolling_frictions))
         fastest = resolution_of_step(1.0, scene)
-        return slide_resolution(fastest, slowing, physics.air_drag, scene.t_max)
+        # The slip of a ball is at most its speed plus R w; friction ends it at 7/2 of its own rate.
+        surface = scene.radii * np.linalg.norm(scene.angular_velocities, axis=1)
+        slip = np.max(np.linalg.norm(scene.velocities, axis=1) + surface)
+        slid = math.sqrt(2.0) * fastest * float(slip / (3.5 * np.min(sliding)))
+        place = float(np.max(np.abs(scene.positions[:, :2]).sum(axis=1) + scene.radii)) + slid
+        drag, most = physics.air_drag, float(np.max(sliding))
+        return slide_resolution(fastest, slowing, most, drag, place, scene.t_max)
 
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Simulate the scene; see `engine.simulate`."""

@@ -149,20 +149,37 @@ With all four values, the speed of a ball along a cushion is exact to 1e-6 at th
 """
 
 
-def slide_resolution(fastest: float, slowing: float, drag: float, t_max: float | None) -> float:
+def slide_resolution(
+    fastest: float, slowing: float, sliding: float, drag: float, place: float, t_max: float | None
+) -> float:
     """Return a bound on the position errors of balls that have slid in air and then roll [m].
 
-    An error of the velocity persists while the ball rolls. The bound is therefore `SLIDE_ERROR`
-    times the distance that the fastest ball can roll, ln(1 + b v^2 / a) / 2b. Errors of a slide
-    never grow (friction and drag are gradients of convex functions of the velocity), and the error
-    of a piece is smaller than the allowed error.
+    An error of the velocity persists while the ball rolls. The pieces of a slide give at most
+    `SLIDE_ERROR` times the distance that the fastest ball can roll, ln(1 + b v^2 / a) / 2b. Errors
+    of a slide never grow (friction and drag are gradients of convex functions of the velocity), and
+    the error of a piece is smaller than the allowed error.
+
+    The last piece gives a position error of at most e = `SLIDE_ERROR` times `place`, by its turn
+    (`motion.drag`). Air takes 5/7 of the integral of k |v| v from its velocity, over the remaining
+    time t = 2 u / 7 c, with the slip u and c = `sliding`. The midpoint rule computes this integral
+    with an error of at most k t (2 u / 7)^2 / 8, because no second derivative of |v| v exceeds 3.
+    The last piece begins when 2 k w^2 t^2 <= 7 e, where w is at least the speed and at least 2 u /
+    7. So the error of the velocity is at most 5/16 e c / s, where s^4 = 7/2 e c^2 / k. It decreases
+    as 1 / w^3 for a speed w above s, so a ball rolls no farther off than one that starts with s.
 
     `fastest` [m/s]: speed of the fastest ball, until balls collide.
     `slowing` [m/s^2]: a, the smallest deceleration of a rolling ball; 0: it rolls until `t_max`
         [s].
-    `drag` [1/m]: drag coefficient of the air.
+    `sliding` [m/s^2]: the largest deceleration of a sliding ball.
+    `drag` [1/m]: k, the drag coefficient of the air.
+    `place` [m]: largest sum of the coordinates of a ball, or a radius, while it slides.
     """
+    turned = SLIDE_ERROR * place
+    slow = (3.5 * turned * sliding * sliding / drag) ** 0.25
     if slowing == 0.0:
-        return SLIDE_ERROR * fastest * (t_max or 0.0)
-    b = 5.0 / 7.0 * drag
-    return SLIDE_ERROR * math.log1p(b * fastest * fastest / slowing) / (2.0 * b)
+        rolls, lasts = fastest * (t_max or 0.0), t_max or 0.0
+    else:
+        b = 5.0 / 7.0 * drag
+        rolls = math.log1p(b * fastest * fastest / slowing) / (2.0 * b)
+        lasts = slow / slowing
+    return SLIDE_ERROR * rolls + turned * (1.0 + 0.3125 * sliding / slow * lasts)

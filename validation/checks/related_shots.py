@@ -118,8 +118,8 @@ def mirror(result: Result) -> RelatedShot:
     if _has_side_pockets(scene):
         return _seen_from(scene, "mirror", _FLIP, exact=False)
     # Forces of contacts that last are found one after another, in an order that depends on places,
-    # and a mirrored polygon has its vertices in reverse order. A ball that balances on another falls
-    # in some direction.
+    # and a mirrored polygon has its vertices in reverse order. A ball that balances on another
+    # falls in some direction.
     table = scene.table
     exact = not result.work.get("contact_steps") and (table is None or not table.vertices)
     exact = exact and first_balance(result) == math.inf

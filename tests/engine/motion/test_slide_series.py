@@ -115,3 +115,26 @@ def test_a_slide_ends_where_its_integration_says_after_few_pieces(seed):
             assert error <= GhostballEngine().resolution(scene)
             assert error <= 1e-11
     assert np.sum(result.trajectory.segments[0][:, 0] < end) <= 24
+
+
+@pytest.mark.parametrize(("speed", "place"), [(0.005, 1.0), (0.3, 80.0), (2.0, 1.0)])
+def test_a_slide_far_from_the_origin_ends_within_the_resolution(speed: float, place: float) -> None:
+    """Fails if the resolution leaves out the last piece, whose error is relative to the place."""
+    v, spin = (0.8 * speed, 0.6 * speed), (0.9 * speed / R, 0.4 * speed / R)
+    scene = scene_of(
+        ball((place, 0.5 * place), v, angular_velocity=(*spin, 0.0)),
+        preset="pool", air_drag=K, gravity=9.81, sliding_friction=0.2,
+    )  # fmt: skip
+    result = simulate(scene, record="trajectory")
+    end = float(result.events["t"][0])
+    state = result.sample([end])
+    slide = exact_slide(v, (v[0] - R * spin[1], v[1] + R * spin[0]))
+    with working_precision(BITS):
+        moved = zip(state.positions[0, 0, :2], scene.positions[0, :2], slide.end, strict=True)
+        off = [float(arb(float(a)) - arb(float(b)) - exact) for a, b, exact in moved]
+        found = zip(state.velocities[0, 0, :2], slide.final_velocity, strict=True)
+        faster = [float(arb(float(a)) - exact) for a, exact in found]
+    rolls = speed / (9.81 * float(scene.rolling_frictions[0]))
+    error = math.hypot(*off) + math.hypot(*faster) * rolls
+    rounding = 4.0 * EPS * place
+    assert error <= GhostballEngine().resolution(scene) + rounding

@@ -281,4 +281,4 @@ def test_contacts_whose_order_is_rounding_end_the_comparison() -> None:
     """Fails if a ball in a corner that another ball hits counts as a broken relation."""
     found = related(random_scene(400))
     assert broken(found) == set()
-    assert "compared up to t = 0.06802 s of" in found.said["rotate_factor"]
+    assert "compared up to t = 0.08159 s of" in found.said["rotate_factor"]
