@@ -78,7 +78,7 @@ def page_text(
     before = [
         section(
             "verdict",
-            "Verdict",
+            "Result",
             "Result and changes",
             Part(lambda: verdict_html(results, regression)),
             Part(lambda: changes_html(results, regression)),
@@ -86,11 +86,13 @@ def page_text(
         ),
         section(
             "comparison",
-            "Comparison",
+            "Differences",
             "Where engines differ most",
             Part(lambda: most_different(scenes)),
         ),
-        section("matrix", "Matrix", "Engines by scene", Part(lambda: matrix_html(results))),
+        section(
+            "matrix", "Engines by scene", "Engines by scene", Part(lambda: matrix_html(results))
+        ),
     ]
     after = [
         section(
@@ -107,7 +109,7 @@ def page_text(
         ),
         section(
             "numbers",
-            "Numbers",
+            "Totals",
             "Totals over all scenes",
             Part(lambda: cost_html(results), "cost", "Run time against error", opened=True),
             Part(
