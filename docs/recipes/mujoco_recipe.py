@@ -1,4 +1,4 @@
-"""Billiards with MuJoCo 3: the best settings, and the effect of each.
+"""Billiards with MuJoCo 4: the best settings, and the effect of each.
 
 In metres, seconds and kilograms. Run it: it simulates a half-ball cut, whose exact rest positions
 are 1.098066916, 0.350843120 and 1.766745641, 1.077680802.
