@@ -137,9 +137,7 @@ class Agreement:
     @property
     def leading(self) -> int:
         """Number of pairs before the first event that only one log has."""
-        first_missing = min(self.missing, default=math.inf)
-        first_invented = min(self.invented, default=math.inf)
-        return sum(i < first_missing and j < first_invented for i, j in self.index_pairs)
+        return len(self.before)
 
     def parts_at(self, *, timed: bool = True) -> float | None:
         """Return the time of the first difference [s]; inf: none; None if no log states the time.
@@ -154,11 +152,14 @@ class Agreement:
 
     @property
     def before(self) -> tuple[tuple[Event, Event], ...]:
-        """The pairs before the first difference; all pairs if there is none."""
-        if self.parting is None:
-            return self.pairs
-        t = self.parting.t
-        return tuple((a, b) for a, b in self.pairs if min(a.t, b.t) <= t)
+        """The pairs that come, in both logs, before every event that only one log has."""
+        first_missing = min(self.missing, default=math.inf)
+        first_invented = min(self.invented, default=math.inf)
+        return tuple(
+            pair
+            for pair, (i, j) in zip(self.pairs, self.index_pairs, strict=True)
+            if i < first_missing and j < first_invented
+        )
 
 
 def events_in(events: Events, kinds: Collection[EventKind] = COLLISION_KINDS) -> list[Event]:

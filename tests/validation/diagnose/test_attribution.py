@@ -101,7 +101,7 @@ def test_runs_with_wrong_collisions_are_compared_by_the_times_of_those_they_shar
     found = attribute(find_scene("break-7"), make_engine(label))
     assert found.outcome == "step"
     assert found.difference is None
-    assert found.shared == 6
+    assert found.shared == 4
     assert found.late == found.ladder[0].late > 1e-3
     assert found.ladder[-1].late < 0.1 * found.late
     assert found.instant == min(one.wrong_from for one in found.ladder if one.wrong_from)
