@@ -29,6 +29,7 @@ class BoardCase(Record):
     `kind`: accuracy class; None if there is none, for the reason in `note`.
     `error` [m]: rest position error, or None.
     `seconds` [s]: run time; None if it was not measured.
+    `engine_seconds` [s]: the part of it in the engine's own steps; None if it was not measured.
     """
 
     scene: str
@@ -36,6 +37,7 @@ class BoardCase(Record):
     kind: AccuracyKind | None
     error: float | None = None
     seconds: float | None = None
+    engine_seconds: float | None = None
     note: str = ""
 
     @property
@@ -70,24 +72,35 @@ class BoardMeasurement(BenchmarkMeasurement):
 
     @property
     def table(self) -> RenderableType:
-        """Table with a row for each engine of this run: counts by class, median error and time."""
-        return table_of(HEADS, self.rows(), title="The board")
+        """Table with a row for each engine of this run: counts by class, median error and times."""
+        rows = ((" and ".join(labels), *cells) for labels, cells in self.rows())
+        return table_of(HEADS, rows, title="The board")
 
-    def rows(self) -> Iterator[Sequence[str]]:
-        """Yield the cells of a row for each engine of this run; see `HEADS`."""
+    def rows(self) -> Iterator[tuple[Sequence[str], Sequence[str]]]:
+        """Yield the engines of this run, and the cells of their row; see `HEADS`.
+
+        Engines with the same counts and the same median error share a row.
+        """
+        rows: dict[tuple[str, ...], list[str]] = {}
         for label in self.labels:
-            if label in self.earlier:
-                continue
-            cases = self.of(label).values()
-            counts = Counter(one.kind for one in cases)
-            error, is_exact = median_error((one.error, one.kind) for one in cases if one.kind)
-            times = [one.seconds for one in cases if one.kind and one.seconds is not None]
-            yield (
-                label,
-                *(str(counts[kind]) for kind in (*CLASSES, None)),
-                median_text(error, is_exact=is_exact),
-                format_time(median(times) if times else None),
-            )
+            if label not in self.earlier:
+                rows.setdefault(self._counts_and_error(label), []).append(label)
+        for numbers, labels in rows.items():
+            cases = [one for label in labels for one in self.of(label).values() if one.kind]
+            times = _median_time([one.seconds for one in cases])
+            yield labels, (*numbers, times, _median_time([one.engine_seconds for one in cases]))
+
+    def _counts_and_error(self, label: str) -> tuple[str, ...]:
+        cases = self.of(label).values()
+        counts = Counter(one.kind for one in cases)
+        error, is_exact = median_error((one.error, one.kind) for one in cases if one.kind)
+        found = (str(counts[kind]) for kind in (*CLASSES, None))
+        return (*found, median_text(error, is_exact=is_exact))
+
+
+def _median_time(times: Sequence[float | None]) -> str:
+    known = [one for one in times if one is not None]
+    return format_time(median(known) if known else None)
 
 
 HEADS: Final = (
@@ -96,6 +109,7 @@ HEADS: Final = (
     "no class",
     "median error",
     "median time",
+    "in the engine's own steps",
 )
 
 
@@ -133,6 +147,7 @@ def board_of(results: Results) -> BoardMeasurement:
                         kind=None if found is None else found.kind,
                         error=None if found is None else found.error,
                         seconds=case.wall_time,
+                        engine_seconds=case.engine_time,
                         note=case.reason,
                     )
                 )

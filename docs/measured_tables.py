@@ -6,12 +6,13 @@ import math
 from collections.abc import Sequence
 from functools import cache
 from statistics import median
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 import pymunk
 
-from benchmarks.board import HEADS, BoardMeasurement
+from benchmarks.board import HEADS, BoardCase, BoardMeasurement
 from benchmarks.fits import FitsMeasurement
 from benchmarks.made_balls import FLIGHTS, GAPS, MadeBallsMeasurement, percent
 from benchmarks.measurements import measured
@@ -19,7 +20,10 @@ from benchmarks.rebounds import ReboundsMeasurement
 from docs.recipes import pymunk_recipe
 from docs.tables import table
 from ghostball import find_scene, simulate
+from ghostball.model import Scene
 from ghostball.model.arrays import FloatArray
+from ghostball.model.features import Feature
+from ghostball.reference_adapters import engine_class
 from ghostball.reports.accuracy import median_error, median_text
 from ghostball.reports.precision import is_finest
 from ghostball.reports.style import format_length, format_time
@@ -59,7 +63,7 @@ ASKED = ("half-ball-1", "slide-to-rest", "throw")
 def board() -> str:
     """Return a table of the engines that the last run measured: scenes by class, error and time."""
     stored = measured(BoardMeasurement)
-    rows = ((_linked(label), *cells) for label, *cells in stored.rows())
+    rows = ((", ".join(map(_linked, labels)), *cells) for labels, cells in stored.rows())
     said = [
         f"{len(select([BOARD]))} scenes, measured on {stored.where}:",
         f'<div class="sortable" markdown="1">\n\n{table(HEADS, rows)}\n\n</div>',
@@ -71,6 +75,42 @@ def board() -> str:
             f"{', '.join(earlier)}."
         )
     return "\n\n".join(said)
+
+
+def own_cloths() -> str:
+    """Return the rest errors with the cloth of the adapter and of the engine, by scene."""
+    stored = measured(BoardMeasurement)
+    scenes = [
+        one.name for one in select([BOARD]) if np.any(one.rolling_frictions) and not _holes(one)
+    ]
+    rows = []
+    for label in stored.labels:
+        name, _, settings = label.partition(":")
+        if settings == "cloth=own":
+            adapter, own = stored.of(name), stored.of(label)
+            cells = (f"{_error_in(adapter.get(one))} → {_error_in(own.get(one))}" for one in scenes)
+            rows.append((_linked(name), *cells, _own_cloth_of(name)))
+    heads = ("engine", *(f"`{one}`" for one in scenes), "the engine's own cloth")
+    return table(heads, rows)
+
+
+def _holes(scene: Scene) -> bool:
+    return scene.table is not None and bool(scene.table.holes)
+
+
+def _error_in(case: BoardCase | None) -> str:
+    if case is None or case.kind is None:
+        return "–"
+    return case.model_copy(update={"seconds": None}).text
+
+
+def _own_cloth_of(engine: str) -> str:
+    """Return how an engine supports sliding, or else rolling, on its own cloth."""
+    known: Any = engine_class(engine)
+    able = known.CAPABILITIES["own-cloth"]
+    one = able[Feature.SLIDING]
+    how: str = one.how if one.support != "none" else able[Feature.ROLLING].how
+    return how
 
 
 def _linked(label: str) -> str:
@@ -167,6 +207,7 @@ def steps() -> str:
         "error at the longest step",
         "error near 1 ms",
         "run time near 1 ms",
+        "of which in the engine's own steps",
         "error at the shortest step",
         "recommended step",
     )
@@ -197,6 +238,7 @@ def _steps_of(points: Sequence[PrecisionPoint]) -> tuple[str, ...]:
         longest,
         middle,
         format_time(near.call_seconds),
+        format_time(near.engine_seconds),
         shortest,
         step,
     )

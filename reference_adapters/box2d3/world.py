@@ -61,7 +61,10 @@ class Box2d3World(ContactWorld):
     def read_contacts(self, dt: float) -> None:  # noqa: ARG002
         """Store the collisions of the last step, of `dt` [s]."""
         # A lasting contact has no event.
-        self.touched = bool(np.any(self._velocities() != self._given))
+        self.touched = self._velocities().tobytes() != self._given.tobytes()
+        if not self.touched:
+            self._note(set())
+            return
         events = self._world.get_contact_events().hit_events()
         self._note(
             {

@@ -7,7 +7,10 @@ applies the cloth friction between the steps.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -49,6 +52,10 @@ class ClosedFormCloth:
         # rest.
         self._angular_velocities = scene.angular_velocities
         self.rolling = scene.rolls
+        # The kernel of the last step, bound to its arrays, and the duration of the step.
+        self._again: Callable[[], Any] | None = None
+        self._last_dt = math.nan
+        self._displacements: FloatArray = np.empty(0)
 
     @property
     def _motion(self) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
@@ -75,6 +82,7 @@ class ClosedFormCloth:
         other.velocities = self.velocities.copy()
         other._angular_velocities = self._angular_velocities.copy()
         other.rolling = self.rolling.copy()
+        other._again = None
         return other
 
     def accelerations(self) -> FloatArray:
@@ -90,20 +98,19 @@ class ClosedFormCloth:
     def advance(self, dt: float) -> tuple[FloatArray, list[tuple[EventKind, int]]]:
         """Advance by `dt` without contacts.
 
-        Returns the displacements, (n, 2) float64 [m], and the balls that started to roll or came to
-        rest, in order of time.
+        Returns the displacements, (n, 2) float64 [m], valid until the next call, and the balls that
+        started to roll or came to rest, in order of time.
         """
-        displacements = np.zeros(self.velocities.shape)
         changes: list[tuple[EventKind, int]] = []
-        if advance_within_phases(
-            dt,
-            *self._motion,
-            self._rolls_by,
-            self._slides_by,
-            self._spins_by,
-            self._may_slide,
-            displacements,
-        ):
+        if self._again is not None and dt == self._last_dt and self._again():
+            return self._displacements, changes
+        displacements = np.zeros(self.velocities.shape)
+        by = self._rolls_by, self._slides_by, self._spins_by
+        arguments = dt, *self._motion, *by, self._may_slide, displacements
+        if advance_within_phases(*arguments):
+            self._displacements = displacements
+            self._again = advance_within_phases.bind(*arguments) if dt == self._last_dt else None
+            self._last_dt = dt
             return displacements, changes
         left = dt
         while left > 0.0:
@@ -131,12 +138,12 @@ class ClosedFormCloth:
         # Without a collision, `_kick_all` would only write the spins determined by the velocities
         # into those of rolling balls, which nothing reads before a collision has written them.
         # Adding 0 turns a velocity or spin of -0 into 0.
-        self.velocities = self.velocities + 0.0
+        self.velocities += 0.0
         if rubs and self._may_slide:
             self._angular_velocities += 0.0
 
     def _kick_all(self, changes: FloatArray, turns: FloatArray | None, dt: float) -> None:
-        before = self.velocities
+        before, self._again = self.velocities, None
         self.velocities = before + changes
         collided = np.any(changes != 0.0, axis=1)
         # A ball that transfers all its speed stops; the remainder of the cancellation is rounding.

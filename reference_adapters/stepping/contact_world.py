@@ -54,6 +54,9 @@ class ContactWorld:
 
         A contact that is inactive during one step, but stays `near`, is still the same collision.
         """
+        if not pushing and not self._lasting:
+            self._pushing, self.collisions = pushing, []
+            return
         self.contacts_solved += len(pushing)
         self.collisions = sorted(pushing - self._lasting)
         self._lasting = pushing | (self._lasting & near)

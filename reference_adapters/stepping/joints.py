@@ -93,6 +93,7 @@ class JointStepper(plane.WorldStepper):
 
     def step(self) -> None:
         """Advance the engine by dt."""
+        self.before = self.state() if self.recorded and self._world.collides_first else None
         if self._pocketing:
             self._let_fall()
         self._step_world(self._world, self._clock.dt)

@@ -136,6 +136,9 @@ class WorldStepper(ABC):
     `moving`: state at the end of that step without the falls, arrays (1, n, 3), or None.
     `states_at_falls`: states just before and just after each fall.
     `recorded`: whether the motion is recorded.
+    `before`: if it is recorded, and the engine collides first: state at the start of the last step
+        with collisions, arrays (1, n, 3); without it, a ball would change its direction one step
+        late.
     `keep_frame`: whether the present state must be recorded, whatever the interval of frames.
     """
 
@@ -148,6 +151,7 @@ class WorldStepper(ABC):
         self.moving: Samples | None = None
         self.states_at_falls: list[tuple[Fall, Samples]] = []
         self.recorded = self.keep_frame = False
+        self.before: Samples | None = None
         self._timed: list[float] = []
         self._until_timed = 1
         self._radii = scene.radii
@@ -183,13 +187,9 @@ class WorldStepper(ABC):
         """Return the time in the engine's own steps [s], from the mean of the timed ones."""
         return steps * fmean(self._timed) if self._timed else 0.0
 
-    def tell(self, recorder: Recorder, started: float, before: Samples | None) -> None:
-        """Pass the events of the last step to a recorder.
-
-        `started`: start time of the step [s].
-        `before`: Samples, arrays (1, n, 3), the state at the start of the step; without it, a
-            recorded ball would change its direction one step late. None if not needed.
-        """
+    def tell(self, recorder: Recorder, started: float) -> None:
+        """Pass the events of the last step, which started at `started` [s], to a recorder."""
+        before = self.before
         if before is not None and self.collisions:
             recorder.frame(self.seen_at, before, force=True)
             # If `keep_frame`, a contact is active in this step, and a frame would have the velocity
@@ -298,6 +298,7 @@ class ClosedFormStepper(WorldStepper):
         world = self._world
         start = self._cloth.copy() if world.collides_first else None
         before = self._positions if self._needs_positions else None
+        at_start = self._positions if self.recorded and start is not None else None
         displacements, changes = self._cloth.advance(dt)
         self.changes = list(changes)
         if before is not None and self._pocketing and not world.collides_first:
@@ -309,6 +310,8 @@ class ClosedFormStepper(WorldStepper):
         self._step_world(world, dt)
         self._kicked[:] = False
         if world.touched or before is not None:
+            if at_start is not None and start is not None and world.collisions:
+                self.before = start.state(at_start)
             self._known_positions, velocities = world.positions_and_velocities()
             self._meet(dt, before, given, velocities, start)
         else:

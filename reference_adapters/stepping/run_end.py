@@ -29,15 +29,14 @@ def run(
     recorder = Recorder(scene, record)
     steps = 0
     stepper.recorded = record == "trajectory"
-    jumps = stepper.recorded and world.collides_first
 
     recorder.start()
     stepper.record(recorder)
     while not stepper.at_rest and stepper.t < t_end and steps < settings.max_steps:
-        before, started = stepper.state() if jumps else None, stepper.t
+        started = stepper.t
         stepper.step()
         steps += 1
-        stepper.tell(recorder, started, before)
+        stepper.tell(recorder, started)
     state = stepper.state()
     status, reason = ending_of(scene, settings, stepper.t, state, at_rest=stepper.at_rest)
     return recorder.result(

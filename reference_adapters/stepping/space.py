@@ -116,6 +116,7 @@ class OwnClothStepper(WorldStepper):
 
     def step(self) -> None:
         """Advance the engine by dt; slow rolling balls, one half before and one half after."""
+        self.before = self.state() if self.recorded and self._world.collides_first else None
         had_stopped, before = self._stopped, self._centres[:, :2]
         if self._slows:
             self._slow(self._rolling)

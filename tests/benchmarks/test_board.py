@@ -35,11 +35,23 @@ def test_a_board_has_the_cases_of_a_run_and_committed_cases_of_other_engines(res
     assert (ours.kind, ours.error) == (case.accuracy.kind, case.accuracy.error)
     assert ours.seconds == case.wall_time
     assert found.of("mujoco")["stop"].text == "2 µm"
-    rows = {row[0]: row[1:] for row in found.rows()}
+    rows = {label: cells for labels, cells in found.rows() for label in labels}
     assert set(rows) == set(results.labels)
-    assert all(sum(map(int, row[:-2])) == 1 for row in rows.values())
-    assert rows["ghostball"][-2] == "rounding"
+    assert all(sum(map(int, cells[:-3])) == 1 for cells in rows.values())
+    assert rows["ghostball"][-3] == "rounding"
     assert "command" not in found.environment
+
+
+def test_engines_with_the_same_numbers_share_a_row():
+    """Fails if the run times keep rows apart, or if a different error doesn't."""
+    case = BoardCase(
+        scene="stop", label="a", kind="micrometres", error=2e-6, seconds=2.0, engine_seconds=1.0
+    )
+    others = [{"label": "b", "seconds": 4.0, "engine_seconds": None}, {"label": "c", "error": 3e-6}]
+    cases = (case, *(case.model_copy(update=one) for one in others))
+    rows = list(BoardMeasurement(environment={}, cases=cases).rows())
+    assert [labels for labels, _ in rows] == [["a", "b"], ["c"]]
+    assert [cells[-3:] for _, cells in rows] == [("2 µm", "3 s", "1 s"), ("3 µm", "2 s", "1 s")]
 
 
 def test_a_run_that_lacks_a_scene_is_refused(results):

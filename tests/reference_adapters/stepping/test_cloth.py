@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -129,14 +130,23 @@ def test_one_call_of_a_kernel_gives_the_bits_of_many(seed, physics, dt, monkeypa
     one, many = ClosedFormCloth(scene), ClosedFormCloth(scene)
     in_one_call = 0
 
-    def counted(*arguments: object) -> bool:
-        nonlocal in_one_call
-        done: bool = advance_within_phases(*arguments)
-        in_one_call += done
-        return done
+    class Counted:
+        def __call__(self, *arguments: object) -> bool:
+            return self.bind(*arguments)()
+
+        def bind(self, *arguments: object) -> Callable[[], bool]:
+            call = advance_within_phases.bind(*arguments)
+
+            def done() -> bool:
+                nonlocal in_one_call
+                found: bool = call()
+                in_one_call += found
+                return found
+
+            return done
 
     for _ in range(int(3.0 / dt)):
-        monkeypatch.setattr(cloth_module, "advance_within_phases", counted)
+        monkeypatch.setattr(cloth_module, "advance_within_phases", Counted())
         at_once, ended = one.advance(dt)
         monkeypatch.setattr(cloth_module, "advance_within_phases", lambda *_: False)
         by_parts, ended_too = many.advance(dt)
