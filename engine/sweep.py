@@ -99,7 +99,7 @@ def _cue_motions(
     if over_cloth == 0.0:
         raise GhostballError(
             f"ball \"{shot.id}\" spins but doesn't move, so its spin can't be turned with the "
-            "direction. Give it a velocity, or leave out its angular velocity"
+            "direction. Give it a velocity, or remove its angular velocity"
         )
     factor = speed / over_cloth
     # Cosine and sine of the angle from the ball's direction in the scene to its new direction.

@@ -31,7 +31,7 @@ def kernel(function: Any = None, *, inline: bool = False, entry: bool = False) -
         kernels.
     `entry`: whether Python calls the compiled kernel. The annotation gives the type of its result.
 
-    If Python calls a kernel that is no entry, it runs as ordinary Python.
+    A kernel that is no entry runs as ordinary Python if Python calls it.
     """
     if function is None:
         return partial(kernel, inline=inline, entry=entry)

@@ -71,10 +71,10 @@ third of them with a second ball), and 3.3e-12 m in 24 other shots of up to 10 m
 2^-40, 2^-42, 2^-44 and 2^-48 the largest errors of the 42 shots are 1.4e-10, 6.8e-12, 1.8e-12,
 2.1e-12 and 1.0e-13 m.
 
-An earlier method found pieces with rounding errors only, from their values at nodes. The 19 shots
-that took longer with that method take 0.84 times as long in total with 2^-42, and no turning slide
-takes longer; with 2^-44 they take 0.96 times as long, and some take longer. Straight motion in air
-and flight have rounding errors only.
+An earlier method computed pieces from their values at nodes, with rounding errors only. With that
+method, 19 of the shots took longer. They take 0.84 times as long in total with 2^-42, and no
+turning slide takes longer; with 2^-44 they take 0.96 times as long, and some take longer. Straight
+motion in air and flight have rounding errors only.
 
 The engine's resolution in air follows from this value (`slide_resolution`).
 """
@@ -92,7 +92,7 @@ AT_THE_FRAME = 2.0**-26
 """Relative difference below which two times count as equal, or two positions (relative to radius).
 
 The square root of a rounding error. If a ball meets the middle of a cushion, all other obstacles
-are farther away than this by much more than rounding. If something is nearer, all obstacles are
+are farther away than this by much more than rounding. If an obstacle is nearer, all obstacles are
 checked; see `motion.frame`.
 """
 
@@ -111,8 +111,8 @@ brought to rest by the end of its step, unless something pushes it. To wait for 
 steps of microseconds, in which forces can't be distinguished from rounding: the balls of a frozen
 line then moved back and forth indefinitely.
 
-Also, where balls may leave the cloth, the height to which an impact must let a ball rebound to
-count as an impact in space: see `impacts.in_space`.
+Also, if balls may leave the cloth, the lowest rebound after which an impact counts as an impact in
+space: see `impacts.in_space`.
 """
 
 LOWEST_BOUNCE = 2.0**-24
@@ -130,7 +130,7 @@ an impact.
 """
 
 STOP_DISTANCE = 2.0**-28
-"""Distance, in diameters, within which the cloth can end a slip in contact that counts as ended.
+"""A slip in contact counts as ended if the cloth can end it within this distance, in diameters.
 
 2e-10 m for pool balls, for a deceleration of mu g; the deceleration of a slip is 7/2 times that.
 Slower slip requires steps so short that the force of a contact is undetermined within the tolerance

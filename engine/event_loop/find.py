@@ -22,7 +22,7 @@ _BALLS_A_UNIT = 8
 """Number of balls searched per unit of work, if all balls are searched."""
 
 _WORK_BY_CELLS = 128
-"""Most units of work per event if cells give the balls nearby, for any number of balls."""
+"""Largest work per event if cells give the balls nearby, for any number of balls."""
 
 
 @kernel(inline=True)

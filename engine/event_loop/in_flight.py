@@ -52,7 +52,7 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
         return False
     hole = hole_at(laws, balls.state[i].x, balls.state[i].y) if kind == st.OWN_LAND else -1
     if hole >= 0:
-        height[i, st.RISE] = 0.0  # as at a landing: the rest is rounding
+        height[i, st.RISE] = 0.0  # as at a landing, because the computed height is rounding
         fall_into(height, world, i, hole, t)
     elif kind in (st.OWN_LAND, st.OWN_BOUNCES_END):
         note_event(BALL_CLOTH_EVENT, i, -1, t, log)
@@ -147,7 +147,7 @@ def is_slow_impact(height: FloatArray | None, balls: Balls, laws: Laws, t: float
 
 @kernel(inline=True)
 def list_below(height: FloatArray | None, world: World, t: float) -> int:
-    """List in `balls.touching` contacts that its first pair's bounce closes; return the number."""
+    """List in `balls.touching` the contacts closed by its first pair's bounce; count them."""
     balls = world.balls
     if height is None:
         return 0
@@ -171,7 +171,7 @@ def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -
 
 @kernel(inline=True)
 def note_held(height: FloatArray | None, world: World, count: int, t: float) -> None:
-    """Log which balls of the first `count` pairs of `balls.touching` came to rest on others."""
+    """Log which balls of the first `count` touching pairs came to rest on other balls."""
     if height is not None:
         for c in range(count):
             for end in (st.FIRST, st.SECOND):
@@ -180,6 +180,6 @@ def note_held(height: FloatArray | None, world: World, count: int, t: float) -> 
 
 @kernel(inline=True)
 def _note_held(height: FloatArray, world: World, i: int, t: float) -> None:
-    """If ball i is held on other balls, log that the ball came to rest."""
+    """If ball i is held on other balls, log that ball i came to rest."""
     if world.balls.state[i].phase == st.FLYING and height[i, st.HELD] == 1.0:
         note_rest(world, i, t)

@@ -26,7 +26,7 @@ def is_full(log: Log, n: int) -> bool:
     """Return whether the events of the next time might not fit in the log.
 
     Any ball may change its motion, start to roll and stop, and hit every ball that it touches:
-    fewer than 3 n pairs in the plane. Or one ball bounces many times in a corner.
+    fewer than 3 n pairs in the plane. Besides, one ball may bounce many times in a corner.
     """
     if len(log.time) == 0:
         return False

@@ -159,7 +159,7 @@ def _least_slip(laws: Laws, speed: float) -> float:
 
 @kernel
 def _take_step(world: World, members: int, pushed: int, active: int, h: float, slip: float) -> None:
-    """Set the state to that h seconds after the start of the step.
+    """Set the state to the state h seconds after the start of the step.
 
     Only the first `pushed` members are in one of the first `active` contacts.
     """

@@ -50,7 +50,8 @@ _NULL = 2.0**-40
 """Curvature, relative to the largest of a single contact, that counts as rounding.
 
 If more contacts push than needed, as for balls between two cushions, some combinations of impulses
-have no effect. Steps along these made them, and then all impulses, arbitrarily large.
+have no effect. Without this limit, steps along such combinations made all impulses arbitrarily
+large.
 """
 
 _UNSOLVED = 2.0**-30
@@ -193,7 +194,8 @@ def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) 
     """Compute in FORCE the impulses that cancel the RATE of the active contacts.
 
     A part of the rates up to `noise` stays. In a row between two cushions no impulses can cancel
-    the part that all contacts have in common; impulses that tried became arbitrarily large.
+    the part that all contacts have in common; attempts to cancel it made the impulses arbitrarily
+    large.
 
     Conjugate gradients (Hestenes and Stiefel 1952), scaled with each contact's own mass, so that
     few steps are enough for any masses.
@@ -240,7 +242,7 @@ def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) 
 
 @kernel
 def _apply(contacts: Contacts, count: int, column: int, result: int) -> None:
-    """Put the change of each contact's rate by the impulses in `column` into `result`."""
+    """Store in `result` the change of each contact's rate that the impulses in `column` cause."""
     spread(contacts, count, column)
     for c in range(count):
         a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]

@@ -38,7 +38,7 @@ impacts, which lose no energy, always separate bodies.
 """
 
 _MOST_WITHOUT_FRICTION = 24
-"""The same limit if nothing slows balls.
+"""The limit in place of `_MOST_REBOUNDS` if nothing slows balls.
 
 Balls that lie together then collapse again after each impact on one of them: 400 balls with
 restitution 0.2 took more than 1e7 events with a limit of 128 impacts, and 4e6 with 24.

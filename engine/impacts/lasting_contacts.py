@@ -113,9 +113,9 @@ def list_contact(world: World, count: int, a: int, b: int, apart: float) -> int:
 
 @kernel
 def put_apart_last(world: World, count: int) -> int:
-    """Move the contacts that are APART behind all others; return the number of the others.
+    """Move the contacts that are APART to the end; return how many precede them.
 
-    A leg ends where a contact begins. So during a leg, only the others have forces.
+    A leg ends where a contact begins. So during a leg, only the contacts before them have forces.
     """
     columns, ends = world.contacts.columns, world.contacts.ends
     others = 0
@@ -132,7 +132,7 @@ def put_apart_last(world: World, count: int) -> int:
 
 @kernel
 def put_free_last(world: World, members: int, active: int) -> int:
-    """Move the members in no active contact behind all others; return the number of the others.
+    """Move the members without an active contact to the end; return how many precede them.
 
     Without a contact, a ball moves straight during a leg.
     """

@@ -109,7 +109,7 @@ def list_touching(world: World, k: int, t: float, count: int, closing: bool) -> 
 
 @kernel
 def is_held(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> bool:
-    """Hold the flying ones of two balls if both balls are still; return whether both are."""
+    """Hold each flying ball of a pair if both balls are still; return whether both are still."""
     reach = balls.state[i].radius + balls.state[j].radius
     first, second = balls.state[i].phase == st.FLYING, balls.state[j].phase == st.FLYING
     still_i = lies_still(height, balls, i, laws, reach) if first else at_rest(balls, i)
@@ -156,7 +156,7 @@ def bounces_on(height: FloatArray, balls: Balls, k: int, laws: Laws) -> bool:
 
 @kernel
 def settle(height: FloatArray, balls: Balls, i: int, j: int, laws: Laws) -> bool:
-    """Hold the flying ones of two balls if each is wedged; return whether they are held.
+    """Hold each flying ball of a pair if all of them are wedged; return whether they are held.
 
     A ball on the cloth that supports the other ball is stopped: it would roll less than `_STILL`.
     """
@@ -275,7 +275,7 @@ def _stays(balls: Balls, i: int) -> bool:
 
 @kernel
 def let_go_above(height: FloatArray, balls: Balls, laws: Laws, t: float) -> None:
-    """Stop holding balls that lie on moving balls after the event at t [s], and balls on those."""
+    """Release held balls on moving balls after an event at t [s], and the held balls on these."""
     m = 1
     while m <= balls.touched[0] and balls.counters[st.ALOFT] > 0:  # each ball is touched once
         i = int(balls.touched[m])

@@ -20,7 +20,7 @@ from ghostball.model.cache_folder import cache_folder
 logger = logging.getLogger("ghostball.engine")
 
 KEPT = 400
-"""Number of libraries kept, of about 0.1 MB each: a dozen versions of sources or of flags."""
+"""Number of libraries kept: those of a dozen versions of sources or of flags, 0.1 MB each."""
 
 UNUSED = 86_400.0
 """Time [s] after its last use during which no library is removed: a day."""

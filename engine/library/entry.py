@@ -25,7 +25,7 @@ from ghostball.engine.library.table import (
 )
 
 COMPILED: bool = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
-"""Whether kernels are compiled. If not, they run as ordinary Python."""
+"""Whether kernels are compiled; otherwise kernels run as ordinary Python."""
 
 # Where the machine code writes two values that are not used: numba's return value (results are in
 # the table), and an exception.

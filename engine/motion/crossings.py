@@ -16,7 +16,7 @@ def first_crossing(gap: float, rate: float, acceleration: float) -> float:
     moved it past its time, and a contact that was just resolved is not found again.
 
     Each case adds numbers of the same sign, so no digits cancel (Bannerman, Strobl, Formella and
-    Poeschel 2014 give the rule for touching balls). Written without branches, so that the compiler
+    Poeschel 2014 give the rule for touching balls). The code has no branches, so that the compiler
     turns a row of pairs into vector instructions.
     """
     gap = gap if gap > 0.0 else 0.0

@@ -57,7 +57,7 @@ _STRAIGHT = 4.0 * EPS
 _PART_OF_SERIES = 0.5
 """Longest piece of a slide, in units of an estimate of the series' radius of convergence.
 
-n powers take n^2 products, and shorter pieces need fewer powers: at 0.75, the value for flight,
+n powers take n^2 products, and shorter pieces need fewer powers. With the limit for flight, 0.75,
 slides take 5 % more time. The last coefficients decide how long the piece may be."""
 
 # Rows of `Balls.series`, each by power of the time: velocity, slip, size and direction of the slip,

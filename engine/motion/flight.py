@@ -144,7 +144,7 @@ def is_near(height: FloatArray, balls: Balls, i: int, j: int, t: float) -> bool:
 def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
     """Start ball i's flight and set its own next event: landing, a nose, or leaving the table.
 
-    A ball that is held still on others has no next event.
+    A ball that is held still on other balls has no next event.
     """
     ball = balls.state[i]
     ball.ax, ball.ay, ball.bx, ball.by, ball.bz = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -369,14 +369,14 @@ def time_to_impact(
 
     An approach that is fast enough to bounce is an impact now. A ball that moves away as fast has
     its impact when it comes back. A slower ball may overlap by `LOWEST_BOUNCE` first, because a
-    ball pulled over that distance is fast enough. If it already overlaps by this distance, it may
-    move on by a quarter of it; if by twice this distance, any approach is an impact.
+    ball pulled over that distance is fast enough. A ball that already overlaps by this distance may
+    move on by a quarter of it. If the overlap is twice this distance, any approach is an impact.
 
     `pull` [m/s^2] is the acceleration along the normal, which changes by up to `bent` a second
     [m/s^3] for `left` seconds. `opening` [m/s^2] is the acceleration of the gap, which includes the
     turning of the normal: a ball that touches the top of another at high speed isn't pulled towards
-    it, however slowly it approaches. An `opening` near 0 counts as a part of gravity, so that a
-    rate that is only rounding is no bounce.
+    it, however slowly it approaches. If `opening` is near 0, a small part of gravity replaces it:
+    otherwise a rate that is only rounding would be a bounce.
     """
     sink = 2.0 * LOWEST_BOUNCE * radius
     lowest = 0.5 * sink * max(-opening, 2.0**-10 * gravity)

@@ -103,7 +103,7 @@ def _is_still(contacts: Contacts, count: int, rubs: bool) -> bool:
 
     If no acceleration has changed in two rounds either, every later round gives the same forces.
     (One round isn't enough, because its friction was computed with earlier accelerations.) Mixing a
-    round without changes with others gives that round (`extrapolate`), except for an ulp of
+    round without changes with other rounds gives that round (`extrapolate`), except for an ulp of
     friction at its limit. No force closes the remaining gaps then. This happens in most steps that
     are tried while balls bounce on each other.
     """

@@ -91,8 +91,8 @@ def links_of(motion: SegmentedMotion, events: Events) -> Links:
     """Return the segments that each event ends and starts.
 
     No first-order change exists if a ball has two collisions at one time, because any change
-    decides their order. Nor does it exist if a segment starts without an event: the segment then
-    comes from a resting contact, whose forces aren't recorded.
+    decides their order. No first-order change exists either if a segment starts without an event:
+    the segment then comes from a resting contact, whose forces aren't recorded.
     """
     at, last = motion.first[:-1].tolist(), (motion.first[1:] - 1).tolist()
     epochs = motion.segments[:, st.EPOCH].tolist()
@@ -224,10 +224,10 @@ class _Crossing:
     def left(self, changed: FloatArray, later: FloatArray) -> Passages:
         """Return the effect of the events, from changes just after the changed events.
 
-        The changes are moved back to the time of the unchanged events, - f+ dtau. A ball that has
-        no slip after an impact rolls immediately. A changed ball slides first, for a time of the
-        order of the change, in which the cloth takes 2/7 of the slip. Likewise, a ball at rest
-        after an impact stops again immediately if the cloth slows it.
+        The changes are moved back to the time of the unchanged events, which subtracts f+ dtau. A
+        ball that has no slip after an impact rolls immediately. A changed ball slides first, for a
+        time of the order of the change, in which the cloth takes 2/7 of the slip. Likewise, a ball
+        at rest after an impact stops again immediately if the cloth slows it.
 
         `changed` (m, count, PARTS, d).
         `later` (m, d).

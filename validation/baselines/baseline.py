@@ -181,7 +181,7 @@ _REQUIRED = {
 
 
 def _kept(record: CaseRecord) -> CaseRecord:
-    """Return a record without fields that judge the run, or that equal runs may differ in."""
+    """Return a record without the fields that judge the run or differ between equal runs."""
     metrics = {name: value for name, value in record.metrics.items() if name != "wall_time"}
     return replace(
         record,

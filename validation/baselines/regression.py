@@ -33,7 +33,7 @@ Change = Literal[Answer, "no-baseline", "not-comparable", "not-deterministic"]
 """The change of a scene: an answer of `compare`, or why there is none."""
 
 UNCOMPARED: Final = ("no-baseline", "not-comparable")
-"""The changes that mean: there is no baseline, or the baseline can't be compared."""
+"""The changes of scenes without a baseline, or with a baseline that can't be compared."""
 
 FailOn = Literal["changed", "worse", "limits"]
 """Changes that count as failures, the strictest choice first.

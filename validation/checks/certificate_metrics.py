@@ -99,7 +99,7 @@ def _event_time_error(run: RunAndTruth) -> float:
     "phase_time_error",
     "s",
     "largest time error of the ends of slides and rolls up to the horizon, for a time-stepping "
-    "engine that reports them; a missing end is taken at its ball's nearest collision",
+    "engine that reports them; for a missing end, its ball's nearest collision counts",
     "certificate",
 )
 def _phase_time_error(run: RunAndTruth) -> float:

@@ -134,7 +134,7 @@ def _energy_rise(run: RunAndTruth) -> float:
 @MOTION.metric(
     "overlap_max",
     "m",
-    "largest overlap of two balls in the recorded motion; with impacts that last, beyond the "
+    "largest overlap of two balls in the recorded motion; with impacts that last, minus the "
     "overlap at which a contact would have all of the energy",
 )
 def _overlap_max(run: RunAndTruth) -> float:

@@ -16,8 +16,8 @@ derivative: by d / depth, where d is the displacement and depth the displacement
 them miss. Each such collision multiplies the errors that it passes on (`Margins.amplified`). A
 collision shortly before the balls would stop multiplies them, too: a displacement by a part x of
 the remaining path multiplies them by up to 1 / sqrt(1 - x). The motion between contacts adds r
-once: v dt for a time-stepping engine, and for an engine that detects contacts without delay but
-drifts. So
+once; r is v dt for a time-stepping engine, and for an engine that detects contacts without delay
+but drifts. So
 
     rest error <= r + prod_m (1 + d_m / depth_m) / sqrt(1 - x_m) sum_k |dX / d delay_k| delay_k.
 
@@ -38,13 +38,14 @@ ends earlier or later by the whole change. The energy that a collision dissipate
 the engine detects the collision (`energy_curve`). dE is the error that remains afterwards: friction
 has acted on the old motion for longer, and the balls separate along another line. In a step, a
 solver may compute a collision with velocities from before the step (without the friction in this
-step), with surface speeds from before the step, or with both. So each sum includes the delay and
-velocities and surface speeds that are as old as the delay. An engine that drifts detects a
-collision late or early, by v dt over the approach speed. F is the largest energy that friction
-dissipates in all balls while the fastest ball moves one metre: a rolling ball loses 7/5 mu_r m g; a
-sliding ball loses mu_s m g times its slip. The slip is the velocity of a ball minus the velocity of
-its surface. It is at most the speed of the fastest ball plus that of the fastest surface. A surface
-is as fast as the fastest ball at most or, with draw or spin alone, as the fastest surface at first.
+step), with surface speeds from before the step, or with both. So each sum includes the effect of
+the delay, and the effects of velocities and of surface speeds that are as old as the delay. An
+engine that drifts detects a collision late or early, by v dt over the approach speed. F is the
+largest energy that friction dissipates in all balls while the fastest ball moves one metre: a
+rolling ball loses 7/5 mu_r m g; a sliding ball loses mu_s m g times its slip. The slip is the
+velocity of a ball minus the velocity of its surface. It is at most the speed of the fastest ball
+plus that of the fastest surface. A surface is as fast as the fastest ball at most or, with draw or
+spin alone, as the fastest surface at first.
 
 An engine with larger errors violates a physical law, or its time step is longer than it states.
 

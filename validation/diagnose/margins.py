@@ -177,7 +177,7 @@ def margins_of(
 ) -> tuple[Margin, ...]:
     """Return the margins of the two collisions that differ, in both runs; the smallest first."""
     pairs = agreement.before
-    # The largest time difference of shared collisions: a closer collision may be the same one.
+    # The largest time difference of shared collisions: two collisions closer in time may be one.
     late = max((abs(a.t - b.t) for a, b in pairs), default=0.0)
     sides: tuple[tuple[Side, Result, list[Event], Event | None, Event | None], ...]
     sides = (

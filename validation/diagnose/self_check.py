@@ -3,8 +3,8 @@
     >>> contradiction_in(result, known)
     '`events` says that "cue" hits "object" at t = 0.2 s, but in its samples ...'
 
-A comparison with a reference means nothing if a result contradicts itself. That a run ends where
-its samples end is checked for every result when it is received.
+A comparison with a reference means nothing if a result contradicts itself. Every received result is
+already checked to end where its samples end.
 """
 
 from __future__ import annotations

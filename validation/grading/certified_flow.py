@@ -258,9 +258,10 @@ class CertifiedBall:
         return flow
 
     def _turn(self, k: int) -> tuple[slice, FloatArray | None, bool]:
-        """Return what the acceleration depends on, its derivative, and whether the ball slides.
+        """Return the part d that the acceleration depends on, a derivative, and if the ball slides.
 
-        The derivative is -(c / |d|) (1 - d^ d^T); None if the acceleration is constant.
+        d is the slip of a sliding ball, otherwise the velocity. The derivative of the acceleration
+        by d is -(c / |d|) (1 - d^ d^T) with d^ = d / |d|; None if the acceleration is constant.
         """
         slips = self.slides(k)
         of, slowing = (SLIP, self.slides_by) if slips else (VELOCITY, self.rolls_by)
@@ -293,7 +294,8 @@ class CertifiedBall:
         pull = np.array(self._rows[last][5:7])
         later[of] = -pull / (slowing * np.hypot(*pull))
         flow = self.flow(k, s)
-        # Changes across the direction don't matter, and without air those along it stay constant.
+        # Only changes along the direction shift the end; without air, they stay constant until
+        # then.
         return flow, later if self._form(last) == "parabola" else later @ flow
 
     def end_shifted(self, k: int, changes: FloatArray) -> FloatArray:

@@ -230,9 +230,9 @@ def sampled_growth(growth: Growth, result: Result) -> SampledGrowth:
 
 
 def _first_tie(result: Result) -> float:
-    """Return the first collision whose order after another of the same ball is rounding [s].
+    """Return the time from which rounding decides the order of two collisions of a ball [s].
 
-    For example, a ball is pushed into a corner whose two cushions it almost touches. inf: none.
+    For example, a ball is pushed into a corner whose two cushions it almost touches. inf: never.
     """
     last: dict[int, tuple[float, int]] = {}
     for one in events_in(events_of(result)):
@@ -246,9 +246,9 @@ def _first_tie(result: Result) -> float:
 
 
 def first_balance(result: Result) -> float:
-    """Return the first collision of a ball with another exactly below it [s]; inf: none.
+    """Return the time of the first collision of a ball with a ball exactly below it [s]; inf: none.
 
-    The direction in which it falls then depends on less than the roundness of a real ball.
+    The direction in which the ball falls then depends on less than the roundness of a real ball.
     """
     log = events_of(result)
     log = log[(log["kind"] == EventKind.BALL_BALL) & result.scene.physics.airborne]
@@ -315,7 +315,8 @@ def meetings_of(growth: Growth, result: Result) -> Meetings:
     times, instant = np.unique(events["t"], return_inverse=True)
     largest = np.zeros(len(times))
     if len(times):
-        # In a flight the times themselves are uncertain; a derivative is taken just before.
+        # Bounds in flight include the event at that time; a derivative is taken just before the
+        # event.
         flies = isinstance(growth, FlightGrowth)
         sizes = growth.sizes(times if flies else np.nextafter(times, 0.0))
         for k, one, reach in zip(instant.tolist(), events, reaches.tolist(), strict=True):

@@ -35,7 +35,7 @@ _TOUCHING_GAP = 2.0**-25
 """Gap below which a ball touches the obstacle of an event, in units of the smallest radius."""
 
 _SAME_NORMAL = 1e-9
-"""Two normals count as equal up to this; the value is half the square of their angle."""
+"""Half the square of the largest angle between two normals that count as equal."""
 
 _GAP_ROUNDINGS = 256.0
 """Change of a gap between two samples that rounding explains, in roundings of a coordinate."""

@@ -44,9 +44,9 @@ class Margins:
     `widths` (m,) float64 [m]: displacement above which the path is different.
     `moved` (m, events) float64 [m/s]: displacement per second of delay of each event.
     `turns` (m,) bool: whether the width is the displacement by which a ball would miss a round
-        body. There, smaller displacements are amplified by more than the derivative.
+        body. Smaller displacements are then amplified by more than the derivative.
     `slows` (m,) bool: whether the width is the displacement by which a decelerating ball would stop
-        before its target. There, too, the amplification exceeds the derivative.
+        before its target. The amplification then exceeds the derivative, too.
     `balls`: the displaced balls, one or two.
     `since` (m,) float64 [s]: time at which the bodies came near, so that the different path may
         begin.
@@ -73,10 +73,10 @@ class Margins:
         `n`: number of balls in the scene.
         `drift` [m]: additional displacement of balls.
 
-        The line of centres turns by d (asin b / rho) for a miss distance b. Because this is convex,
-        a finite displacement d is amplified by at most 1 + d / depth times the derivative, from a
-        full hit to a graze, where depth = rho - b. A contact that is detected late has a smaller
-        rho, which turns the line as much as a larger b.
+        For a miss distance b, the angle of the line of centres is asin(b / rho). Because this
+        function is convex, a finite displacement d is amplified by at most 1 + d / depth times the
+        derivative, from a full hit to a graze, where depth = rho - b. A contact that is detected
+        late has a smaller rho, which turns the line as much as a larger b.
 
         A ball that would stop at s = v^2 / 2 a beyond its target, and is x s behind, arrives with v
         sqrt(1 - x). The change of its speed, to first order -v x / 2, is 2 / (1 + sqrt(1 - x))
@@ -230,7 +230,8 @@ class _Rows:
             later = np.abs(along)
             later[e] += event.approach
             found.append((event.approach * (self._stopped_at - event.t), later, False, False))
-        # The last row of an event, because it changes the amplification from here on.
+        # This row must be the last of its event, because it changes the amplification of later
+        # rows.
         across = np.array([-meets.parting[1], meets.parting[0]]) / np.hypot(*meets.parting)
         moved = np.abs(across @ between)
         moved[e] += event.approach

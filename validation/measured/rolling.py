@@ -53,8 +53,8 @@ def rolling_windows(
 ) -> list[Rolling]:
     """Return the windows of one shot in which a ball rolled freely, ball by ball, in order.
 
-    They follow each other without overlap, starting at a time `after` behind each contact of the
-    ball.
+    The windows follow each other without overlap; the first one starts `after` seconds after a
+    contact of the ball.
     """
     windows = windows or RollingWindows()
     found = []

@@ -337,7 +337,7 @@ def _breaks(
     check_supported(engine.name, engine.capabilities, scene)
     if engine.name != OURS:
         raise OperatorError(
-            f"{BREAKS} breaks take an engine that simulates one after another too long; "
+            f"{BREAKS} breaks, one after another, would take this engine too long; "
             "`python -m benchmarks made-balls` counts fewer"
         )
     figures = []

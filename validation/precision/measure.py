@@ -44,7 +44,7 @@ DEFAULT_SCENES = (
     "cradle",
     "half-ball-rolling",
 )
-"""Each has a closed form. Balls slide only in the last one, which some engines don't support."""
+"""Scenes with a closed form. Balls slide only in the last, which some engines don't support."""
 
 PRECISION_ENGINES = (*DEFAULT_ENGINES, "pymunk:iterations=1", "certified")
 """The validated engines, a solver with one iteration, and the certified engine."""
@@ -146,7 +146,7 @@ class PlannedPoint:
     def task(self) -> Task:
         """Return the measurement task; the first step of each engine is run once before."""
         step, duration = self.at_step.step, self.truth.rest_time
-        assert duration is not None  # every independent reference has it
+        assert duration is not None  # every independent reference has a rest time
         slow = step is not None and duration > MANY_STEPS * step
 
         def prepare() -> Sampler:
@@ -256,7 +256,7 @@ def measure_precision(
             elif why:
                 left_out.append(LeftOut(scene=scene.name, engine=label, why=why))
             else:
-                assert truth.rest_time is not None  # every independent reference has it
+                assert truth.rest_time is not None  # every independent reference has a rest time
                 level = 0
                 for at_step in ladder_of(label, engine, truth.rest_time):
                     horizon = truth.horizon_of(resolution_of(at_step.engine, scene))

@@ -62,8 +62,8 @@ class RecordStore(Generic[W, R]):
     `adapter`: reads and writes a record as JSON.
     `what`: name of the records in messages about damaged ones.
     `document`: name of the document with the options and the state of a run; None: no document.
-    `others_stay`: whether records of the same code that this run isn't asked for belong to its
-        results.
+    `others_stay`: whether the results of this run also contain stored records of the same code that
+        this run doesn't make.
 
     Raises `ResultsError` if the path isn't a folder, can't be created or written, or holds other
     files.

@@ -22,7 +22,7 @@ FULL = "full"
 """Argument in place of names and tags that selects all shipped scenes except those of the board."""
 
 BOARD = "board"
-"""The tag, and the folder in `FOLDER`, of scenes that show how engines differ."""
+"""Tag of the scenes that show how engines differ, and name of their folder in `FOLDER`."""
 
 
 @cache  # a run calls it hundreds of times

@@ -28,7 +28,7 @@ KINDS = {
 }
 
 EVENTS_PER_BALL = 28
-"""Three times the largest number in any row or rack of the full size: 9.3, in a row of 8."""
+"""Largest number of events per ball: three times that of any row or rack, 9.3 in a row of 8."""
 
 INTEGRATION = 6e-6
 """Relative error of the energy for each impact of a chain of impacts.

@@ -58,11 +58,11 @@ SKEW_OF_RACK = 1e-2
 """
 
 EVENTS_PER_BALL = 36
-"""Three times the largest number in any row, rack or wedge of the full size: 12, in a row of 15.
+"""Largest number of events per ball: three times that of any row, rack or wedge, 12 in a row of 15.
 A test checks this for all of them; a stuck ball needs thousands."""
 
 STEPS_PER_BALL = 51
-"""The same for contact steps: 17, in a row of 8.
+"""Largest number of contact steps per ball: three times that of any shot, 17 in a row of 8.
 Without friction, no force keeps balls in contact, and no contact step is allowed."""
 
 SQUARE = Table(length=1.0, width=1.0)
@@ -169,7 +169,7 @@ def _limits(scene: Scene, kind: str, skew: float | None) -> tuple[Criterion, ...
 
 
 def _cradles(size: StressSize) -> Iterator[StressShot]:
-    """Yield balls that roll into a row: as many leave the row, and the others stay.
+    """Yield balls that roll into a row: equally many balls leave the row, and the others stay.
 
     Equal masses exchange velocities, so `k` balls pass through `n` balls in n k collisions.
     """

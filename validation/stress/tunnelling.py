@@ -129,7 +129,7 @@ FAMILY = StressFamily(
     "Fast balls and time steps",
     "No ball passes through another ball, at any phase of the time step: "
     f"{PHASES} phases for each speed of a pool game, 0.5 to 10 m/s, and each depth of impact, 0.5 "
-    f"to 0.01 diameters, and for speeds up to 160 m/s, {DEPTH:g} diameters deep; and the energy is "
-    "right in an elastic break of frozen balls and of a ball that bounces back and forth.",
+    f"to 0.01 diameters, and for speeds up to 160 m/s, {DEPTH:g} diameters deep. The energy is "
+    "right in an elastic break of frozen balls, and for a ball that bounces back and forth.",
     _shots,
 )

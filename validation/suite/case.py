@@ -71,7 +71,7 @@ def cases_of(planned: SuitePlan, pairs: Sequence[Name]) -> Iterator[Case]:
     computed = USUAL if planned.metrics is None else planned.metrics
     parts = frozenset(part for name in computed if (part := METRICS[name].compares) is not None)
     if "accuracy" in computed or any(planned.asked[pair].rule is not None for pair in pairs):
-        parts |= {"certificate"}  # limits of a time step are computed along the certified motion
+        parts |= {"certificate"}  # limits from the time step need the certified motion
     if "accuracy" in computed:
         parts |= {"events", "conditioning"}
     for scene in planned.scenes_of(pairs):
@@ -190,7 +190,7 @@ def _without_truth(metrics: Collection[str], asked: Requirements) -> tuple[str, 
     """Return the metrics that a perturbed initial state has without a reference result.
 
     The accuracy class is kept, because it shows unphysical results, except for engines with limits
-    of a time step: these limits need a reference result.
+    from their time step: these limits need a reference result.
     """
     kept = (
         name

@@ -28,7 +28,7 @@ change places with its neighbour.
 """
 
 SWEEPS = 256
-"""Number of moves tried for each confined ball: 16 times as many open gaps only 5 % wider."""
+"""Number of moves tried for each confined ball; with 16 times as many, gaps are only 5 % wider."""
 
 FINEST = 8
 """Number of step sizes for confined balls, each half the one before: gaps deep in a rack are small.
@@ -202,7 +202,7 @@ def _motion_of(ball: Ball, rolls: bool, drawn: NDArray[np.float64]) -> dict[str,
     if ball.angular_velocity is None:
         return {"velocity": velocity}
     spin = turned(ball.angular_velocity)
-    if rolls:  # exactly: the rounding errors of a rotation would be slip
+    if rolls:  # exact, because rounding errors of the rotation would be slip
         spin = rolling_spin(velocity, ball.radius, spin[2])
     return {"velocity": velocity, "angular_velocity": spin}
 

@@ -138,10 +138,10 @@ class Truth:
 
         `resolution` [m]: of the engine; see `reference_adapters.base.resolution_of`.
 
-        With a closed form, every engine is compared to the end, because the shot can be solved
-        exactly, simultaneous collisions included. An engine that certifies its results is also
-        compared to the end. An engine that states no resolution is compared as long as rounding
-        leaves the shot predictable: an engine gains nothing by stating no resolution.
+        With a closed form, every engine is compared up to the end, because the shot can be solved
+        exactly, simultaneous collisions included. So is an engine that certifies its results. An
+        engine that states no resolution is compared as long as rounding leaves the shot
+        predictable: an engine gains nothing by stating no resolution.
         """
         if self.kind == CLOSED_FORM or self.meetings is None or resolution == "proved":
             return math.inf
@@ -256,7 +256,7 @@ def truth_of(
             f'scene "{scene.name}": its criteria say `truth` = "integration", but it can\'t be '
             f'integrated: {no_integration or "it is certified"}. Write `truth` = "engine"'
         )
-    # The motion of the whole shot that doesn't depend on Ghostball's engine.
+    # The whole motion, certified or integrated, without Ghostball's engine; None if there is none.
     known = certified
     if integration is not None:
         known = result_of(scene, integration.shot, CertifiedSettings(), "trajectory")

@@ -44,7 +44,7 @@ _RETURNED = 1e-8  # part of the work to be returned that one step at constant ra
 _WORK_ROUNDING = 1e-15  # relative to the stored work; it corresponds to a speed of 3e-8
 _FIRST_STEP = 0.25
 _STANDS = 1e-2  # rate of the approach speed that counts as 0 if both contacts hold
-_SMOOTH_STEPS = 128  # number of steps after which all are stiff: enough for any smooth impact
+_SMOOTH_STEPS = 128  # number of steps after which all are implicit; any smooth impact needs fewer
 # Most impacts take 15 to 25 steps, and up to 400 if a slip ends. A contact at the limit of what it
 # can hold may alternately slip and be held; then the limit `STILL` is raised. After the last step
 # the result is NaN, and the run fails.

@@ -72,7 +72,7 @@ class EventSimulator:
         self._step, self._done = step, self._done + 1
 
     def predict(self, physics: Physics, played: Sequence[StartedEvent]) -> list[FloatArray]:
-        """Return the values that would be seen of events.
+        """Return the simulated `seen` values of each event.
 
         An engine with rounding errors only simulates many events in one scene, in a sixth of the
         time. For other engines, a large table or many balls may change the results.

@@ -163,7 +163,7 @@ def _is_covered(scene: Scene) -> bool:
         (physics.motion == "sliding" or not rubs)
         and (physics.ball_impact == "frictional" or len(scene.balls) == 1)
         and (physics.cushion != "mathavan2010" or not cushions)
-        # impacts that last are those of two balls with a third one near
+        # impacts that last differ from rigid impacts only if a third ball is near
         and (physics.impacts != "compliant" or len(scene.balls) <= 2)
     )
 

@@ -56,7 +56,7 @@ class _End(NamedTuple):
 def _alone(setup: Setup, end_of: Callable[[Setup, int], _End]) -> FormResult:
     """Return the result for balls that never meet, each computed separately."""
     if setup.cushions or setup.t_max is not None:
-        raise OrderError("needs an unbounded cloth, and no end but rest")
+        raise OrderError("needs an unbounded cloth, and no `t_max`")
     ends = [end_of(setup, ball) for ball in range(len(setup.positions))]
     if setup.verify:
         make_sure_apart([end.hull for end in ends], setup.radii)

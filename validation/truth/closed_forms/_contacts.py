@@ -108,13 +108,13 @@ def _make_sure_symmetric(setup: Setup) -> None:
     if setup.slides or setup.cushions or len(targets) != 2:
         raise OrderError("needs three balls that roll on an unbounded cloth")
     if velocity[1] != 0 or velocity[0] <= 0 or any(v != 0 for w in others for v in w):
-        raise OrderError("the first ball must come along +x, at two that rest")
+        raise OrderError("the first ball must move along +x, and two balls must rest")
     if targets[0][0] != targets[1][0] or targets[0][1] + targets[1][1] != 2 * cue[1]:
-        raise OrderError("the balls that it hits must be mirror images in its path")
+        raise OrderError("the other balls must be mirror images in the path of the first")
     if len(set(setup.masses)) > 1 or len(set(setup.radii)) > 1:
         raise OrderError("the balls must be equal")
     if len(set(setup.rolling_frictions)) > 1:
-        raise OrderError("the balls must roll alike")
+        raise OrderError("the balls must have the same rolling friction")
 
 
 def _make_sure_touching(setup: Setup) -> None:
@@ -128,6 +128,6 @@ def _make_sure_touching(setup: Setup) -> None:
     if any(part != 0 for velocity in setup.velocities for part in velocity):
         raise OrderError("the balls must be at rest")
     if any(setup.spins[0][::2]) or any(setup.spins[1]):
-        raise OrderError("the first ball must spin about y, and nothing else spin")
+        raise OrderError("only the first ball may spin, and only about y")
     if any(len(set(of)) > 1 for of in (setup.rolling_frictions, setup.sliding_frictions)):
-        raise OrderError("the cloth must slow both balls alike")
+        raise OrderError("the balls must have the same friction with the cloth")

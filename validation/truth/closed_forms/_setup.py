@@ -131,8 +131,8 @@ class FormResult:
 def numbers_of(scene: Scene) -> dict[Key, mpf]:
     """Return every number of the scene on which its result may depend, exactly.
 
-    A number that several balls share is one number; a ball's own coefficient is another. The
-    horizontal spin of a rolling ball isn't a number, because its velocity determines it. Nor is
+    A number that several balls share is one number; a ball's own coefficient is a separate number.
+    The horizontal spin of a rolling ball isn't a number, because its velocity determines it. Nor is
     `t_max`, which doesn't affect the motion.
     """
     physics, table = scene.physics, scene.table

@@ -87,7 +87,7 @@ class OrderedShot:
         found.sort(key=lambda pair: pair[0])
         instants = [mp.mpf(0), *(when for when, _ in found[:2])]
         if any(b - a <= LEAST_DIFFERENCE for a, b in pairwise(instants)):
-            raise OrderError(f"{found[0][1]} comes at once, or together with another")
+            raise OrderError(f"{found[0][1]} comes immediately, or together with another collision")
         return found[0][1]
 
     def end(self) -> FormResult:
