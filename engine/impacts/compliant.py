@@ -214,13 +214,15 @@ def _next_stage(world: World, pushed: int, h: float) -> None:
 def _until_contact(world: World, count: int, duration: float) -> float:
     """Return the step [s] to the first contact that begins, or `duration` if none does.
 
-    A step that ends with an overlap of at most four times LYING ends where the contact begins. The
-    gap between both ends of a step is the cubic with the same values and rates.
+    A step that ends with an overlap of at most four times LYING ends where the contact begins; this
+    also holds for balls that lie against each other. The gap between both ends of a step is the
+    cubic with the same values and rates.
     """
     shortest = duration
     for c in range(count):
         gap, rate = gap_of(world, c, NOW_X)
-        if world.contacts.columns[c, CONTACT] != APART or gap >= -4.0 * LYING:
+        contact = world.contacts.columns[c, CONTACT]
+        if contact not in (APART, LIES) or gap >= -4.0 * LYING:
             continue
         before, rate_before = gap_of(world, c, FROM)
         low, high = 0.0, 1.0

@@ -298,6 +298,16 @@ def test_the_recorded_motion_is_continuous_and_contacts_begin_where_balls_touch(
     assert not np.any(result.phases(np.array([0.29])) == Phase.COMPRESSED)
 
 
+def test_balls_that_lie_against_each_other_begin_to_push_where_they_touch():
+    result = simulate(break_of(0.0, rows=3), record="trajectory")
+    events = result.events[result.events["kind"] == EventKind.BALL_BALL]
+    assert len(events) >= 6
+    for event in events:
+        x = result.sample([event["t"]]).positions[0]
+        apart = np.linalg.norm(x[event["a"]] - x[event["b"]]) - 2.0 * R
+        assert abs(apart) < 5e-12
+
+
 ALONG_CUSHION = {
     "into the cushion": [((0.5, 0.5), (0.0, -5.0)), ((0.5 - R, R), None), ((0.5 + R, R), None)],
     "near the cushion": [
