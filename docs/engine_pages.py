@@ -58,12 +58,17 @@ def _on_board(name: str) -> Iterator[str]:
     )
     said = "; ".join(stored.earlier.get(label, stored.where) for label in labels)
     where = dict.fromkeys(said.split("; "))
-    blanks = "" if all(len(cases) == len(scenes) for cases in found) else "; empty: not measured"
+    blanks = (
+        ""
+        if all(len(cases) == len(scenes) for cases in found)
+        else "; an empty cell for a scene that was not measured"
+    )
     heads = ("scene", *(f"`{label}`" for label in labels))
     yield (
         "## Results on the board\n\nRest error, or accuracy class, and run time in each scene of "
         f"[the board](../leaderboard.md), measured on {'; '.join(where)}. "
         f"`ghostball validate board -e {name}` measures them again. "
-        f"–: unsupported, unfinished, or no independent reference{blanks}.\n\n"
+        "A dash stands for a scene that the engine doesn't support or did not finish, or that has "
+        f"no independent reference{blanks}.\n\n"
         f'<div class="sortable" markdown="1">\n\n{table(heads, rows)}\n\n</div>'
     )

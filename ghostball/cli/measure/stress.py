@@ -159,6 +159,6 @@ def _failures(found: dict[tuple[str, str], FamilyTally], folder: Path) -> Iterat
         if one.failed:
             first = one.failed[0]
             more = len(one.failed) - FAULTS_SHOWN
-            rest = f"{more} more in {family}; " if more > 0 else ""
+            rest = f"{more} more shots of {family} failed; " if more > 0 else ""
             yield f"        {escape(f'{rest}to repeat: {again(first)}')}"
             yield f"        {escape(f'to explain: {explaining(first, folder)}')}"

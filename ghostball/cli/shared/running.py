@@ -70,8 +70,8 @@ def _announce(reused: Reuse[CaseRecord], labels: Sequence[str], out: Path) -> No
         say(f"nothing was reused from {escape(str(out))}: {escape(why)}")
     if reused.stored and (always := [label for label in labels if not is_ours(label)]):
         say(
-            f"rerun every time, because Ghostball can't detect changes in their code: "
-            f"{escape(', '.join(always))}"
+            "these engines run again every time, because Ghostball can't detect changes in their "
+            f"code: {escape(', '.join(always))}"
         )
 
 
