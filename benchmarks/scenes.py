@@ -91,14 +91,13 @@ def racks_made_uneven(
     """Return places of racked balls, (k, 15, 2) [m], with every gap between 0 and twice `gaps`.
 
     `places` (k, 15, 2) [m]: racked balls with even gaps.
-    `gaps` (k,) [m]: these gaps; for a gap of 0, the result has the gaps of a template.
+    `gaps` (k,) [m]: these gaps; the result has at least the gaps of a template.
 
     As in a scene's `rack` with `unevenness` 1, each ball is anywhere in a disc of half a gap.
     """
     template = Rack.PRESETS["template"]["gap"]
-    frozen = gaps < template
-    wide = np.where(frozen, template, gaps)
-    opened = 1.0 + np.where(frozen, template / (2.0 * POOL_BALL_RADIUS), 0.0)
+    wide = np.maximum(gaps, template)
+    opened = 1.0 + (wide - gaps) / (2.0 * POOL_BALL_RADIUS + gaps)
     first = places[:, :1]
     angle = chance.uniform(0.0, 2.0 * math.pi, places.shape[:2])
     reach = 0.5 * wide[:, None] * np.sqrt(chance.uniform(0.0, 1.0, places.shape[:2]))

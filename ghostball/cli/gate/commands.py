@@ -53,7 +53,8 @@ class RegressOptions(SuiteOptions):
     fail_on: Annotated[
         FailOnChoice | None,
         typer.Option(
-            help=f"What fails. {'. '.join(map(': '.join, FAIL_ON_MEANINGS.items()))}. "
+            help="What fails the comparison. "
+            f"{'. '.join(map(': '.join, FAIL_ON_MEANINGS.items()))}. "
             "(Default: that of [tool.ghostball] in pyproject.toml, else changed.)"
         ),
     ] = None

@@ -158,12 +158,12 @@ def _picture(explanation: Explanation) -> RenderableType:
         t, before, after = np.array(factor.curve).T
         most = factor.before
         rows = [("error", np.interp(times, t, before), most)]
-        rows.append(("error left", np.interp(times, t, after), factor.after))
+        rows.append(("remaining error", np.interp(times, t, after), factor.after))
     lines = [
-        f"  {name:<13} {_bars(values, most)} up to {style.format_length(largest)}"
+        f"  {name:<15} {_bars(values, most)} up to {style.format_length(largest)}"
         for name, values, largest in rows
     ]
-    return Text("\n".join([*lines, f"{'':16}0 s{style.format_time(end):>{BARS - 3}}"]))
+    return Text("\n".join([*lines, f"{'':18}0 s{style.format_time(end):>{BARS - 3}}"]))
 
 
 def _bars(values: NDArray[np.float64], most: float) -> str:
