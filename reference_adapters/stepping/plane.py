@@ -118,7 +118,7 @@ class PlaneWorld(Protocol):
         ...
 
     def remove(self, ball: int) -> None:
-        """Remove a ball from the world: no ball can meet it.
+        """Remove a ball from the world, so that no other ball can collide with it.
 
         Its velocity is still set, to 0, and it is still listed; the listed values don't matter.
         """

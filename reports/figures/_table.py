@@ -27,7 +27,7 @@ def view_of(scene: Scene, *positions: FloatArray, needed: FloatArray | None = No
 
     `*positions` (..., 3) float64 [m]: centres to show, if they aren't too far away; infinite values
         and NaN are ignored.
-    `needed` (n, 3) float64 [m]: centres to show at any distance.
+    `needed` (n, 3) float64 [m]: centres to show, however far away they are.
     """
     radius = float(scene.radii.max())
     low, high = _bounds(radius, scene.positions, *positions)

@@ -245,7 +245,10 @@ def agreement_table(found: Sequence[TableAgreement]) -> RenderableType:
 def _agreement_tables(
     found: Sequence[TableAgreement], title: str, key: str = "", *, grades: bool
 ) -> Iterator[RenderableType]:
-    """Yield the title, the table and the key of the families whose `grades` is as given."""
+    """Yield the title, the table and the key of families of measurements.
+
+    `grades`: whether the families grade engines.
+    """
     chosen = [(one, [f for f in one.families if f.grades is grades]) for one in found]
     rows = [
         (escape(one.label), *map(agreement_cell, families))

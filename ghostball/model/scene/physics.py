@@ -303,7 +303,7 @@ def _check_compliant(physics: Physics) -> None:
 
 
 def _check_airborne(physics: Physics) -> None:
-    """Reject choices that exclude airborne balls: pure rolling, and laws on the cloth."""
+    """Reject choices that exclude flying balls: pure rolling, and laws with cloth friction."""
     if not physics.airborne:
         return
     wrong: dict[str, str] = {}  # field, and what to set it to
