@@ -59,7 +59,8 @@ from ghostball.validation.grading.tolerances import ROUNDINGS, TOLERANCE
 from ghostball.validation.results.records import CaseRecord, number_with_unit
 
 NEGLIGIBLE = 1e-3
-"""Relative growth of an error that doesn't count as worse: reports show three digits."""
+"""Relative change of an error that counts as neither better nor worse: reports show three
+digits."""
 
 NOT_COMPARED = ("wall_time", "accuracy")
 """Metrics that aren't compared: run time depends on the machine, the accuracy class on the error.

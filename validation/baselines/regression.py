@@ -145,7 +145,7 @@ class SceneChange(StrictModel):
 
     @property
     def can_be_accepted(self) -> bool:
-        """Return True if the result differs from the baseline and is reproducible."""
+        """Return True if the result, or a work counter, differs, and the result is reproducible."""
         return self.moved and bool(self.head_hash) and self.change != "not-deterministic"
 
 

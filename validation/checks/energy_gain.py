@@ -116,9 +116,9 @@ def _rounding(scene: Scene, times: FloatArray, energy: FloatArray) -> FloatArray
 
 
 def _gains_at_impacts(result: Result, frames: SampledTrajectory, late: float) -> FloatArray:
-    """Return the energy gain of each step with a collision beyond the loss on the cloth, (m,) [J].
+    """Return the energy gain of each step with a collision, plus the loss on the cloth, (m,) [J].
 
-    The loss during a time `late` [s] isn't counted.
+    The loss during a time `late` [s] isn't added.
     """
     events = events_of(result)
     collisions = events["t"][np.isin(events["kind"], COLLISION_KINDS)]

@@ -44,7 +44,7 @@ class RunAndTruth:
     `said`: details of the values of metrics, in words, by metric.
     `related`: second shots by relation, with their comparison.
 
-    Each property raises `NotMeasuredError` if it doesn't exist for this shot.
+    Each property raises `NotMeasuredError` if its value doesn't exist for this shot.
     """
 
     result: Result

@@ -6,10 +6,10 @@ passed the cushion, or a slide has continued. To first order, the delays move th
     sum over its events k of |dX / d delay_k| delay_k,     0 <= delay_k <= dt,
 
 where X is the rest position of a ball. The derivatives are those of the certified motion
-(`CertifiedGrowth.lateness`), so the limit depends on the judged engine only by its time step. An
-engine that ends its steps when balls touch has a delay of its resolution r over the approach speed.
-It may end a step r before the contact and detect the contact with an overlap of r:
-delay_k <= 2 r / approach_k, and never more than the step.
+(`grading.lateness`), so the limit depends on the judged engine only by its time step. An engine
+that ends its steps when balls touch has a delay of its resolution r over the approach speed. It may
+end a step r before the contact and detect the contact with an overlap of r: delay_k <= 2 r /
+approach_k, and never more than the step.
 
 If balls are displaced or overlap when they collide, the line of centres turns by more than its
 derivative: by d / depth, where d is the displacement and depth the displacement that would make

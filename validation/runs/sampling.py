@@ -317,7 +317,7 @@ def overlaps_of_balls(
     `positions` (k, n, 3) float64 [m].
     `here` (k, n): whether each ball is on the table, not in a pocket; None: all are.
     """
-    # On the cloth, balls touch in the plane of their centres; see "Geometry" in engine/__init__.py.
+    # On the cloth, balls touch in the plane of their centres; see "Coordinates" in engine/__init__.
     columns = range(3 if scene.physics.airborne else 2)
     axes = [np.ascontiguousarray(positions[:, :, axis].T) for axis in columns]
     radii, present = scene.radii, None if here is None else here.T

@@ -240,7 +240,7 @@ class _Room:
     def __init__(self, scene: Scene, size: float) -> None:
         centres, radii = scene.positions, scene.radii
         self.boxes = [_box(ball, scene.table, size) for ball in scene.balls]
-        # On the cloth, balls touch in the plane of their centres; see "Geometry" in
+        # On the cloth, balls touch in the plane of their centres; see "Coordinates" in
         # engine/__init__.
         heights = centres[:, 2] if scene.physics.airborne else np.zeros(len(radii))
         distance = np.hypot(*(centres[:, np.newaxis, :2] - centres[:, :2]).T)

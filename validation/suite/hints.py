@@ -146,7 +146,7 @@ def _simplicity(case: CaseRecord) -> tuple[int, int, int, str]:
 
 
 def shared(bad: Sequence[CaseRecord], good: Sequence[CaseRecord]) -> str:
-    """Return a property that all bad cases share and few good cases have: "ball collisions".
+    """Return a property of all bad cases and few good cases, such as "ball collisions".
 
     Returns "" if no property separates them. Of several such properties, the one that
     the fewest good cases have is returned.

@@ -1,9 +1,10 @@
 """Plan a run and the limits of each case: step one of the five steps of a run.
 
 The steps are: `plan` (here); run (`validation.suite.case`: the reference result in this process,
-once for all engines; each engine in another process); `judge` (`validation.suite.judge`, in the
-same process as the engine); store (`validation.results.store`); and report (`reports`). Each step
-happens once, in this order. Planning doesn't solve, certify, compile or simulate anything.
+once for all engines; each engine, in another process if there are several jobs or a time limit);
+`judge` (`validation.suite.judge`, in the same process as the engine); store
+(`validation.results.store`); and report (`reports`). Each step happens once, in this order.
+Planning doesn't solve, certify, compile or simulate anything.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class SuitePlan:
     given: frozenset[str]  # scenes whose criteria were given, not shipped
     asked: Mapping[Name, Requirements]  # by scene name and label
     inputs: Mapping[Name, str]  # hashes; "": can't be reused
-    metrics: tuple[str, ...] | None  # None: all
+    metrics: tuple[str, ...] | None  # None: the usual ones, and those with a limit
     # names of perturbed scenes: the name of the scene they came from
     origins: Mapping[str, str]
     firsts: Mapping[str, str]  # by label, the scene that is also run with less recorded

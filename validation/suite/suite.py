@@ -159,7 +159,8 @@ def run_suite(
         By scene name. Without an entry, a scene that equals a shipped one has the shipped criteria.
     metrics : sequence of str, optional
         Names, or patterns such as "rest_error_*", of the metrics that are computed and judged;
-        default: all. Criteria on other metrics aren't judged: `CaseRecord.left_out`.
+        default: the usual ones, and those with a limit. Criteria on other metrics aren't judged:
+        `CaseRecord.left_out`.
     reuse : bool
         Reuse cases that are unchanged since an earlier run into the same folder instead of running
         them again; see `validation.suite.unchanged`.

@@ -2,11 +2,11 @@
 
 Two hashes decide. The *inputs* of a case: the scene, the engine with all its settings, the
 criteria, the kind of reference result, the metrics. The *code*, one hash for all cases of a run:
-the sources of `engine`, `reference_adapters` and `validation`, the interpreter, the versions of the
-packages that compute, the machine, and the environment variables that affect compilers and
-libraries. The store of `validation.runs.runner` is then queried for records with the same hashes.
-The hashes cover more than necessary: editing a comment makes all cases run again, which costs only
-time; an undetected change would make results wrong.
+the sources of `model`, `engine`, `reference_adapters` and `validation`, the interpreter, the
+versions of the packages that compute, the machine, and the environment variables that affect
+compilers and libraries. The store of `validation.runs.runner` is then queried for records with the
+same hashes. The hashes cover more than necessary: editing a comment makes all cases run again,
+which costs only time; an undetected change would make results wrong.
 
 For an engine of another project, the hash of the code of its records includes its own code and the
 versions of the packages that it imports.
@@ -72,7 +72,7 @@ def inputs_hash(
     `label`: the engine with its settings, as the user wrote it.
     `settings`: all its settings, as plain values.
     `truth`: the kind of reference result that the criteria of the scene ask for.
-    `metrics`: the metrics that are computed; None: all.
+    `metrics`: the metrics that are computed; None: the usual ones, and those with a limit.
     """
     return hash_of(
         {

@@ -211,8 +211,8 @@ def truth_of(
     `settings`: limits of the certification.
 
     Raises `TruthError` if a closed form is asked for and the scene has none; if a certified result
-    is asked for and the shot isn't certified to its end; or if fewer events are certified than
-    required.
+    is asked for and the shot isn't certified to its end; if an integration is asked for and isn't
+    possible; or if fewer events are certified than required.
     """
     check_truth(scene, wanted)
     check_closed_form(scene, wanted)
