@@ -1,6 +1,6 @@
 """Pass criteria: the limits for each engine in a scene, in a file beside the scene, with reasons.
 
-    truth = "closed-form"   # or "certified", "integration", "engine", "none"; default: see `truth_of`
+    truth = "closed-form"   # or "certified", "integration", "engine", "none"; see `truth_of`
 
     [[criteria]]
     engines = ["ghostball"]          # "pymunk": any settings; "pymunk:contact_steps=exact": these

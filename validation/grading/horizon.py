@@ -2,10 +2,10 @@
 
     >>> horizon(growth_along(scene, certificate, result), TOLERANCE, ROUNDINGS * UNIT_ROUNDOFF)
 
-The growth of errors is computed along the certified motion if there is one, so that no engine
-decides how long it is judged: with its tangent map (`certified_growth`), or in flight with the
-widths of its enclosures (`certified_widths`). Without a certified motion, the tangent map of
-Ghostball's own run is used.
+If the whole shot is certified, the growth of errors is computed along the certified motion, so that
+no engine decides how long it is judged: with the tangent map (`certified_growth`), or in flight
+with the widths of the enclosures (`certified_widths`). Otherwise the tangent map of Ghostball's own
+run is used.
 
 The size of the initial errors depends on the engine: rounding for an exact engine, a contact
 detected up to one step late for a time-stepping engine. Near misses do not shorten the horizon: an

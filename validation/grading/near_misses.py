@@ -130,7 +130,7 @@ class Gaps:
             if event.kind is EventKind.POCKETED:
                 gone = np.array([event.balls[0] in pair for pair in self._pairs], dtype=bool)
                 self._gaps[np.ix_(gone, self._times > event.t)] = math.nan
-        # For each pair that touches, the samples at which it does.
+        # For each pair that touches, the samples at which the pair touches.
         self._met: dict[int, list[int]] = {}
         self._partners_of = [self._partners(event) for event in events]
         for event, partners in zip(events, self._partners_of, strict=True):
