@@ -109,7 +109,7 @@ class FitsMeasurement(BenchmarkMeasurement):
         kept = sum(one.law in one.laws_alike for one in searched)
         longest = max((one.seconds for one in searched), default=0.0)
         return (
-            f"The cushion law was given. In {len(searched)} more fits it was fitted, too: "
+            f"The cushion law was given. In {len(searched)} more fits, the law was fitted, too: "
             f"{identified} found only the true law; {kept - identified} found several laws that "
             "can't be distinguished, the true law among them. A fit of "
             f"{2 * SHOTS} shots without a given law took at most {longest:.0f} s, while another "

@@ -47,7 +47,7 @@ def test_the_number_of_tables_stands_beside_that_of_a_whole_measurement():
 
 def test_the_results_of_law_searches_are_reported():
     said = MEASURED.law_searches
-    assert "In 3 more fits it was fitted, too: 1 found only the true law; " in said
+    assert "In 3 more fits, the law was fitted, too: 1 found only the true law; " in said
     assert "1 found several laws that can't be distinguished, " in said
     assert "at most 20 s" in said
     given = FitsMeasurement(tables=[table(3, -1.9, [])])

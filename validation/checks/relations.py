@@ -58,7 +58,7 @@ WORDS: Final[Mapping[str, str]] = {
     "scale": "the shot in units of twice the length and time",
     "boost": "the shot with a velocity added to all balls",
     "split": "the shot continued from its middle",
-    "far-ball": "the shot with a further ball, which nothing reaches",
+    "far-ball": "the shot with a further ball that nothing reaches",
 }
 """The second shot of each relation in words, in the order of reports."""
 
@@ -138,7 +138,7 @@ for _relation in ROUNDING_FREE:
     RELATIONS.metric(
         bits_of(_relation),
         "1",
-        f"positions and end of {WORDS[_relation]} that differ from the shot in any bit",
+        f"positions and end that differ in any bit between the shot and {WORDS[_relation]}",
         on_demand=True,
     )(_bits(_relation))
 

@@ -33,7 +33,7 @@ def test_a_family_says_what_its_facts_say_but_for_what_its_heading_says():
     assert facts.quantity in slope.quantity
     (shown,) = families_in(facts_of("cushion-snooker"))
     assert shown.grades is False
-    assert "doesn't grade" in shown.conditions
+    assert "don't grade" in shown.conditions
 
 
 def test_figures_with_errors_are_off_by_standard_errors():
