@@ -175,7 +175,7 @@ def slide_resolution(
     `place` [m]: largest sum of the coordinates of a ball, or a radius, while it slides.
     """
     turned = SLIDE_ERROR * place
-    slow = (3.5 * turned * sliding * sliding / drag) ** 0.25
+    slow: float = (3.5 * turned * sliding * sliding / drag) ** 0.25
     if slowing == 0.0:
         rolls, lasts = fastest * (t_max or 0.0), t_max or 0.0
     else:
