@@ -70,6 +70,7 @@ FOUND = {
     "a rail and the jaw at its end push as one": (757, {"table": "pockets"}),
     "the same at another rail": (2959, {"table": "pockets"}),
     "balls that push each other 160 m away from an open table": (7797, {}),
+    "a ball pushed back to a rail as soon as it has left": (298, {"impacts": "compliant"}),
 }
 """Mistakes found in random scenes, with the number and the options of the scene."""
 
@@ -93,6 +94,7 @@ KINDS = {
     "falling": (20, {"cushion": "falling"}),
     "shape": (20, {"table": SHAPES}),
     "struck": (20, {"spin": "struck"}),
+    "lasting": (40, {"impacts": "compliant"}),
     "flight-in-air": (20, {"air": "yes", "flight": ALOFT}),
     "flight-over-shapes": (20, {"table": SHAPES, "flight": ALOFT}),
 }

@@ -28,9 +28,12 @@ _SWAPPED: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "r
 
 
 def renumbered(scene: Scene) -> str | None:
-    """Return the difference of the result if the balls are in another order."""
+    """Return the difference of the result if the balls are in another order.
+
+    With impacts that last, the order changes the rounding of sums of forces: nothing is compared.
+    """
     n = len(scene.balls)
-    if n < 2 or not is_promised(scene):
+    if n < 2 or not is_promised(scene) or played(scene).work.get("compliant_impacts"):
         return None
     order = list(range(n))[::-1]
     other = play(shuffled(scene, order), "events")

@@ -6,10 +6,13 @@ import numpy as np
 from in_space import faults_in_space, gap_rounding
 from right_shots import broken
 
+from ghostball.engine.impacts.lasting_contacts import LYING
 from ghostball.model import EventKind, ExactTrajectory, Phase, Result, Scene, Status
 from ghostball.model.rounding import CONTACT_TOLERANCE, FLIGHT_CONTACT_TOLERANCE
 from ghostball.validation.grading.tolerances import EPS
+from ghostball.validation.stress import lasting
 from ghostball.validation.stress.common_limits import POSSIBLE
+from ghostball.validation.stress.shots import limit
 from same.plays import played
 
 MOST_PIECES = 4_000
@@ -67,7 +70,14 @@ def invariants(scene: Scene) -> str | None:
     result = played(scene)
     if scene.physics.airborne:
         return "; ".join(faults_in_space(result)) or None
-    return "; ".join(broken(result, *POSSIBLE)) or None
+    if not result.work.get("compliant_impacts"):
+        return "; ".join(broken(result, *POSSIBLE)) or None
+    most = lasting.INTEGRATION * result.collision_counts["ball-ball"]
+    energy = (
+        limit(metric, "Contacts that last are integrated.", at_most=most)
+        for metric in ("energy_rise", "energy_drift")
+    )
+    return "; ".join(broken(result, *lasting.POSSIBLE, *energy)) or None
 
 
 def _gap_at_events(result: Result) -> str | None:
@@ -85,7 +95,8 @@ def _gap_at_events(result: Result) -> str | None:
     speeds = np.linalg.norm(states.velocities, axis=2)
     ways = 2.0 * (speeds[rows, met["a"]] + speeds[rows, met["b"]]) * np.spacing(met["t"])
     limits = _slack(result, states.positions) + ways
-    deepest = limits.copy()
+    # A contact that lasts begins at a small overlap.
+    deepest = limits + (4.0 * LYING if scene.physics.impacts == "compliant" else 0.0)
     for a, b in {(int(one["a"]), int(one["b"])) for one in met[gaps < -limits]}:
         its = (met["a"] == a) & (met["b"] == b)
         deepest[its] += _left_by_impacts(result, a, b, met["t"][its], limits[its].max())
