@@ -13,9 +13,10 @@ from ghostball.engine.scheduling.due_pairs import Event, own_event, touching
 from ghostball.engine.scheduling.scheduler import earliest, update
 
 _MAX_FRUITLESS_BOUNDS = 64
-"""Number of bounds per pair without an event after which a run fails.
+"""Number of bounds without an event after which a run fails, over (n + 32)^2 for n balls.
 
-This prevents an endless loop, which a NaN in an unchecked number could cause. A shot needs 1 or 2.
+This prevents an endless loop, which a NaN in an unchecked number could cause. A shot needs 1 or 2
+for each pair.
 """
 
 _BALLS_A_UNIT = 8

@@ -214,8 +214,8 @@ def _next_stage(world: World, pushed: int, h: float) -> None:
 def _until_contact(world: World, count: int, duration: float) -> float:
     """Return the step [s] to the first contact that begins, or `duration` if none does.
 
-    A step that ends with an overlap of at most four times LYING ends where the contact begins; this
-    also holds for balls that lie against each other. The gap between both ends of a step is the
+    The step is shortened if a contact that begins has an overlap of more than four times LYING at
+    its end, for balls that lie against each other, too. The gap between both ends of a step is the
     cubic with the same values and rates.
     """
     shortest = duration

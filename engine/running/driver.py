@@ -162,7 +162,7 @@ class KernelRun:
         k = int(self._counters[st.ENDLESS]) - 1
         return (
             f'`balls[{k}]` ("{self._scene.balls[k].id}") lies on balls or cushions and bounces '
-            "there. Set `t_max` to end the shot sooner"
+            "there. Set a `t_max` that ends the shot earlier"
         )
 
     def _done(self) -> str:
@@ -225,7 +225,8 @@ class KernelRun:
             self.status = Status.FAILED
             self.reason = (
                 f"a ball went {farthest:.3g} m away, where double precision can't tell positions "
-                f"apart by a radius of {smallest:.3g} m. Set `t_max` sooner, or slow the balls"
+                f"apart by a radius of {smallest:.3g} m. Set `t_max` to an earlier time, or slow "
+                "the balls"
             )
 
     def _start_new_log(self) -> None:

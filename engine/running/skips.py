@@ -114,7 +114,7 @@ def chosen_skips(names: Iterable[str], scene: Scene | None = None) -> frozenset[
         )
     if scene is not None and Skip.FAR_CELLS in chosen and len(scene.balls) > MOST_IN_MATRIX:
         raise GhostballError(
-            f"`no_skip` must leave {Skip.FAR_CELLS} alone with more than {MOST_IN_MATRIX} balls, "
+            f"`no_skip` must not contain {Skip.FAR_CELLS} with more than {MOST_IN_MATRIX} balls, "
             f'got {len(scene.balls)} (scene "{scene.name}"): a bound for every pair would take '
             f"{8e-9 * len(scene.balls) ** 2:.1f} GB"
         )
@@ -179,7 +179,7 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
         return used, "nothing slows a ball" if used else "friction slows balls"
     if skip is Skip.CUSHIONS:
         used = not has_cushions(scene)
-        return used, "the scene has none" if used else "the table has some"
+        return used, "the scene has no cushions" if used else "the table has cushions"
     if skip is Skip.FAR_OBSTACLES:
         if has_frame(scene):
             return True, "the table has pockets"
@@ -188,7 +188,7 @@ def _use_of(skip: Skip, scene: Scene, record: str, off: Collection[Skip]) -> tup
         return False, "a hole reaches into the area without noses"
     if skip is Skip.AIR_AND_FLIGHT:
         if has_drag(scene):
-            return False, "air, or the cloth, slows fast balls by more"
+            return False, "air, or the cloth, slows fast balls more than slow ones"
         if scene.physics.airborne:
             return False, "`airborne` is true"
         return True, "there is no air, and `airborne` is false"
