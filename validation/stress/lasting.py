@@ -106,7 +106,7 @@ FAMILY = StressFamily(
     "lasting",
     "Impacts that last",
     "Rows and racks with gaps of 0 to 1e-3 m are hit full, with impacts that last. Energy never "
-    "rises, no overlap needs more energy than there is, the cloth alone changes the momentum, and "
-    "straight shots keep their mirror symmetry.",
+    "rises, no overlap needs more energy than the shot has, the cloth alone changes the momentum, "
+    "and straight shots keep their mirror symmetry.",
     _shots,
 )

@@ -58,6 +58,6 @@ FAMILY = StressFamily(
     f"{MOST_EVENTS} events and contact steps, energy never rises, and no ball overlaps another "
     "ball or a cushion by more than the limits allow. Time-stepping engines simulate "
     f"{STEPPED_T_MAX:g} s of one break in {STEPPED_INTERVAL}. --seed and --count choose "
-    "other breaks, or more of them.",
+    "other breaks, or more breaks.",
     _shots,
 )
