@@ -56,6 +56,12 @@ UNJUDGED = (
 )
 """Message for engines that state too little about how exact they are."""
 
+NO_REFERENCE = (
+    "had its final positions judged, because no scene has an independent reference: choose other "
+    "scenes; or set limits on `rest_error_max` of at most a ball's radius"
+)
+"""Message for engines whose scenes all lack an independent reference."""
+
 
 class RestError(enum.Enum):
     """Whether the rest error of a case is judged, which decides how it is shown."""
@@ -148,7 +154,9 @@ def not_judged(cases: Collection[CaseRecord]) -> str:
     if is_nothing_judged(cases):
         return NOTHING_JUDGED
     if engines := unjudged_engines(cases):
-        return f"no case of {', '.join(engines)} {UNJUDGED}"
+        ran = [one for one in cases if one.outcome == "ran" and one.label in engines]
+        known = any(one.truth in INDEPENDENT for one in ran)
+        return f"no case of {', '.join(engines)} {UNJUDGED if known else NO_REFERENCE}"
     return ""
 
 

@@ -113,6 +113,10 @@ def test_an_engine_that_says_too_little_is_not_judged_by_energy_alone() -> None:
     silent, ours = replace(case(kept), unstated=True), case(check("rest_error_max"), engine="mine")
     assert unjudged_engines([silent, ours]) == ("pymunk",)
     assert not_judged([silent, ours]).startswith("no case of pymunk had its final positions judged")
+    # More about the engine's exactness would change nothing where only Ghostball is the reference.
+    unknown = replace(silent, truth="engine")
+    assert "no scene has an independent reference" in not_judged([unknown])
+    assert "declare a time step" in not_judged([unknown, silent])
     # One shot with a limit on rest positions is enough, whether it passes or fails.
     for passed in (True, False):
         limited = replace(case(kept, check("rest_error_max", passed)), unstated=True)
