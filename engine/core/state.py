@@ -394,4 +394,4 @@ RUN_NO_ROOM = 5
 RUN_PAUSED = 6  # it continues when called again
 RUN_WORK_LIMIT = 7
 RUN_STANDSTILL = 8  # endless events within `ONE_INSTANT`
-RUN_ENDLESS = 9  # a ball that lies on others bounces endlessly
+RUN_ENDLESS = 9  # a ball that lies on other balls bounces endlessly

@@ -11,9 +11,9 @@ decide when a computed sign is noise. Free balls have no speed below which they 
 below which they touch, and no time below which events are simultaneous. `SLIDE_ERROR` is for slides
 in air, which have no closed form. Three tolerances leave out bounces: those of a ball with too many
 bounces at one time (`ONE_INSTANT`), those between balls that friction pushes together or of which
-one was at rest (`CAPTURE_HEIGHT`), and those on the table (`LOWEST_BOUNCE`). The others are for
-balls in resting contact. The constants that choose their steps are not tolerances; they are in
-`resting_contact`, where they are used.
+one was at rest (`CAPTURE_HEIGHT`), and those on the table (`LOWEST_BOUNCE`). The remaining
+tolerances are for balls in resting contact. The constants that choose their steps are not
+tolerances; they are in `resting_contact`, where they are used.
 """
 
 from __future__ import annotations

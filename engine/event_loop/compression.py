@@ -384,7 +384,7 @@ def _meet_obstacle(world: World, k: int, t: float) -> None:
     held_at = int(row[HELD_AT])
     if (held_at >> obstacle) & 1 == 1:
         nx, ny, _ = facing(laws, obstacle, ball.x, ball.y)
-        rate = nx * ball.vx + ny * ball.vy  # > 0 if others push it back as soon as it has left
+        rate = nx * ball.vx + ny * ball.vy  # > 0 if balls push it back as soon as it has left
         ball.vx, ball.vy = ball.vx - rate * nx, ball.vy - rate * ny
     else:
         row[HELD_AT] = held_at + (1 << obstacle)

@@ -1,4 +1,4 @@
-"""Events in scenes with flight: balls land, hit noses, leave the table, or come to rest on others.
+"""Events in scenes with flight: balls land, hit noses, leave the table, or rest on other balls.
 
 `impacts` computes the effects of the impacts. A bounce is the slow impact of a ball that lies on
 another ball; see `impacts.slow_impacts`. The lower ball shares the impulse of a bounce with all

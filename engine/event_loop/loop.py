@@ -21,8 +21,8 @@ def run(world: World, limit: int) -> int:
 
     Returns one of RUN_RESTED, RUN_T_MAX, RUN_EVENT_LIMIT, RUN_LOG_FULL, RUN_NOT_FINITE;
     RUN_STANDSTILL if events follow each other endlessly within `ONE_INSTANT`; RUN_ENDLESS if a ball
-    on top of others bounces endlessly; RUN_PAUSED if the work has reached PAUSE_AT; or RUN_NO_ROOM
-    if more balls touch at once than fit in the arrays.
+    on top of other balls bounces endlessly; RUN_PAUSED if the work has reached PAUSE_AT; or
+    RUN_NO_ROOM if more balls touch at once than fit in the arrays.
 
     The scheduler works with `pairs` or with `cells`, whichever isn't empty; see
     `scheduling.scheduler`.

@@ -337,10 +337,10 @@ def _bounce_until_off(
     """Bounce ball i off two cushions in turn until it approaches neither, or jams.
 
     Return the number of bounces, at most `MOST_IN_CORNER`, and whether the ball jams: its speed is
-    below the rounding of its initial speed, or will be before the ball turns back. The latter is
-    decided when its direction changes steadily from one bounce to the next. So an inelastic ball
-    comes to rest in a corner that is too sharp for its cushions, after infinitely many bounces in a
-    finite time. Between parallel cushions it moves along them.
+    below the rounding of its initial speed, or will be before the ball turns back. The second case
+    is predicted when the direction changes steadily from one bounce to the next. So an inelastic
+    ball comes to rest in a corner that is too sharp for its cushions, after infinitely many bounces
+    in a finite time. Between parallel cushions it moves along them.
     """
     near, far = first, second
     nx, ny, _ = facing(laws, near, balls.state[i].x, balls.state[i].y)

@@ -1,9 +1,9 @@
 """Balls that lie on other balls: which balls they load, and when they are held still.
 
-A ball on top of others has slow impacts. It lies still if it has moved no farther than its bounces
-for so long that an unbalanced ball would have fallen off. It is then held at its position until
-something hits it, or until a ball below it moves. No contact force is computed, because no result
-needs it.
+A ball on top of other balls has slow impacts. It lies still if it has moved no farther than its
+bounces for so long that an unbalanced ball would have fallen off. It is then held at its position
+until something hits it, or until a ball below it moves. No contact force is computed, because no
+result needs it.
 
 A ball that has fallen into the wedge between two balls or noses has too many impacts. It is held
 there at once if it is in balance.

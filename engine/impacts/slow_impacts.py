@@ -1,9 +1,9 @@
-"""Slow impacts of a ball in flight: a ball on top of others bounces until it falls off or rests.
+"""Slow impacts in flight: a ball on top of other balls bounces until it falls off or rests.
 
 An impact is slow if its rebound would rise less than `CAPTURE_HEIGHT`. A slow impact loses no
-energy and has no friction; otherwise a ball on top of others would bounce more and more often
-before it slides off. A ball on the table that is loaded from above doesn't move downwards,
-because ball and table take part in the impact together.
+energy and has no friction; otherwise a ball on top of other balls would bounce more and more often
+before it slides off. A ball on the table that is loaded from above doesn't move downwards, because
+ball and table take part in the impact together.
 
 Other balls take energy from the bounces. The slip replaces this energy, so that bounces keep the
 height `CAPTURE_HEIGHT`: with lower bounces the ball would move in the same way, but have more
@@ -83,8 +83,8 @@ def part_slowly(
     part fast enough to undo it and to rise by `LOWEST_BOUNCE`. If one lies on the other, they part
     at the highest speed of a slow impact. The missing energy comes from the slip: the impulse along
     the slip acts like friction, and no energy is added. A ball on the cloth that is pushed into
-    others has the mass of all of them. They take its part of the impulse when the bounce ends;
-    otherwise they would push it back, with more overlap at each bounce.
+    other balls has the mass of all these balls. The other balls take their part of the impulse when
+    the bounce ends; otherwise they would push the ball back, with more overlap at each bounce.
     """
     balls, laws = world.balls, world.laws
     if is_held(height, balls, i, j, laws):

@@ -188,8 +188,8 @@ for place, order in enumerate(told["orders"]):
 def check_sources(order: dict[str, Any]) -> None:
     """Refuse an order if its kernel has changed since the other process gave the order.
 
-    The library's name is the hash of the old sources, so programs with the old sources would load
-    a library made from the new ones.
+    The library's name is the hash of the old sources, so programs with the old sources would load a
+    library made from the new sources.
     """
     function = kernel_in(table.named(order["kernel"]))
     if function is None or _digest(function) != order["digest"]:

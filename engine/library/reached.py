@@ -146,7 +146,7 @@ def _code(function: FunctionType, code: CodeType) -> Any:
 
 
 def _constant(value: Any, where: str) -> Any:
-    """Return a value that distinguishes a constant from all others."""
+    """Return a value that distinguishes a constant from all other constants."""
     match value:
         case None | bool() | int() | float() | str() | bytes() | np.generic():
             return repr(value)

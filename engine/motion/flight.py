@@ -264,7 +264,7 @@ def _time_over(
     rate: float,
     duration: float,
 ) -> float:
-    """Return when ball i passes a line [s]; without air it would do so within `duration` [s]."""
+    """Return when ball i passes a line [s]; without air, it would pass within `duration` [s]."""
     s = away / -rate
     if powers is not None and series is not None and laws.air_drag > 0.0:
         s = time_to_pass(powers, series, balls, i, away, rate, duration)

@@ -188,8 +188,8 @@ def _time_to_land(
 def _falls_to_zero(balls: Balls, c: FloatArray, degree: int, longest: float, guess: float) -> float:
     """Return the time at which a polynomial, positive at first, reaches 0 within `longest`, or inf.
 
-    Contract: it does so at most once. Uses Newton's method from a guess, and bisection where a step
-    would leave the interval that contains the root.
+    Contract: the polynomial reaches 0 at most once. Uses Newton's method from a guess, and
+    bisection where a step would leave the interval that contains the root.
     """
     value = 0.0
     for n in range(degree, -1, -1):

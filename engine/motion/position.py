@@ -88,7 +88,7 @@ def bend(balls: Balls, i: int, duration: float) -> tuple[float, float]:
 
 @kernel(inline=True)
 def _bend(powers: FloatArray | None, i: int, duration: float) -> tuple[float, float]:
-    # A piece of higher degree has an end; others may have none.
+    # A piece of higher degree has an end; other pieces may have none.
     if powers is None or powers[i, st.JERK_X] + powers[i, st.JERK_Y] == 0.0:
         return 0.0, 0.0
     lasts = max(duration, 0.0)

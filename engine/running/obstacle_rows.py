@@ -75,7 +75,8 @@ def outer_of(scene: Scene, count: int, off: frozenset[Skip]) -> int:
     """Return the index of the first of the `count` rows that is outside the table's rectangle.
 
     On a table with pockets, all obstacles except posts and lines are outside: noses lie along the
-    sides, the others behind them. The result is `count` if the kernels must always check all rows.
+    sides, the other obstacles behind the noses. The result is `count` if the kernels must always
+    check all rows.
     """
     if not has_frame(scene) or Skip.FAR_OBSTACLES in off:
         return count

@@ -296,7 +296,7 @@ def earliest(world: World) -> tuple[float, int, int]:
 
 @kernel
 def _places(values: FloatArray, value: float) -> tuple[int, int]:
-    """Return the index of the first entry equal to `value`, and the number of such entries."""
+    """Return the index of the first entry equal to `value`, and the number of equal entries."""
     count = 0
     for k in range(len(values)):
         count += values[k] == value

@@ -209,7 +209,7 @@ def earliest(world: World) -> tuple[float, int, int]:
     The function also does the work that changes no motion: it moves balls to other cells, and
     refills slots whose partner has changed. If own events tie, it stores the smallest kind among
     them, so that the next event of that kind is found without comparing all. Balls that reach
-    cushions simultaneously are ordered by position, so each is compared with all others.
+    cushions simultaneously are ordered by position, so each is compared with all other balls.
     """
     cells, counters = world.cells, world.log.counters
     while True:

@@ -49,9 +49,9 @@ smaller than their rounding errors.
 _MARGIN = 2.0**-16
 """Duration before and after an event within which no simulation ends [s].
 
-Within this duration, some changed balls have passed the event already, and the others haven't. The
-simulation ends outside of this duration, and the result is extrapolated to the requested time with
-the changes of velocity.
+Within this duration, some changed balls have passed the event already, and the other changed balls
+haven't. The simulation ends outside of this duration, and the result is extrapolated to the
+requested time with the changes of velocity.
 """
 
 _SOON, _LEAST_GAP = 2.0**-10, 2.0**-14

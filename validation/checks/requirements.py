@@ -205,6 +205,6 @@ def _in_scene(
 def _with_others(
     first: tuple[Criterion, ...], others: Sequence[Criterion]
 ) -> tuple[Criterion, ...]:
-    """Return `first`, and those of `others` that are on other metrics."""
+    """Return `first`, and the criteria of `others` on metrics that `first` doesn't limit."""
     limited = {one.metric for one in first}
     return first + tuple(one for one in others if one.metric not in limited)

@@ -224,7 +224,7 @@ def _margins_in(
 
 
 def _next_of(run: Result, own: Event, others: Event) -> Event | None:
-    """Return the collision `others` if it is the next one of its balls after `own`, else None."""
+    """Return the collision `others` if it is next for its balls after `own`, else None."""
     log = events_in(events_of(run))
     after = log[log.index(own) + 1 :]
     first = next((one for one in after if not set(one.balls).isdisjoint(others.balls)), None)

@@ -36,7 +36,7 @@ _Form = Literal["parabola", "line", "slide"]
 _Vector = tuple[float, float]
 
 _Moved = tuple[_Vector, _Vector, _Vector, _Vector, _Vector]
-"""Displacement, velocity, slip, and the rates of change of the latter two."""
+"""Displacement, velocity, slip, and the rates of change of velocity and slip."""
 
 _SURE_SHARE = 2.0**-10
 """Share of its initial size that a slip must have, so that its series gives its direction.

@@ -116,7 +116,7 @@ def cluster_at(address: str | None) -> Iterator[Cluster | None]:
 
 
 async def _what_answers(address: str) -> str:
-    """Return the type of server at an address; a Dask client would wait forever for others."""
+    """Return the type of server at an address: a Dask client waits forever for the wrong type."""
     from distributed import Security, rpc  # noqa: PLC0415
 
     secrets = Security().get_connection_args("client")

@@ -140,7 +140,7 @@ class RecordStore(Generic[W, R]):
         return stored, {key: self.reused(self._read(text)) for key, text in rows}
 
     def current(self) -> dict[Name, R]:
-        """Return the records of the last run by name: reused ones, then the others in order.
+        """Return the records of the last run by name: reused records first, then in order.
 
         Raises `ResultsError` if they can't be read.
         """
@@ -154,7 +154,7 @@ class RecordStore(Generic[W, R]):
         return {self.name_of(record): record for record in found}
 
     def begin(self, about: Mapping[str, Any], reused: Collection[Name] = ()) -> None:
-        """Start a run: earlier records are kept but no longer current, except the reused ones.
+        """Start a run: earlier records are kept but no longer current, except reused records.
 
         `about`: content of the document, as plain values; the state of the run is added.
 
@@ -270,9 +270,9 @@ class RecordStore(Generic[W, R]):
 
 
 def _is_ours(path: Path) -> bool:
-    """Return True if a path in a results folder is a file of Ghostball or a results subfolder.
+    """Return True if a path in a results folder is a file of Ghostball, or a results subfolder.
 
-    An example of the latter is out/against/REVISION in out.
+    For example, out/against/REVISION is a results subfolder of out.
     """
     if not path.is_dir():
         return path.name.startswith((LOCK, DATABASE))

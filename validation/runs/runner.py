@@ -62,7 +62,7 @@ class Reuse(Generic[R]):
 class Ran(Generic[R]):
     """Result of a run.
 
-    `records`: reused records, then the others in order of completion.
+    `records`: reused records, then the other records in order of completion.
     `interrupted`: whether Ctrl-C ended the run; the store holds the finished records.
     `begun`: whether the records of this run, possibly none, replaced earlier ones.
     """

@@ -322,7 +322,7 @@ def overlaps_of_balls(
     axes = [np.ascontiguousarray(positions[:, :, axis].T) for axis in columns]
     radii, present = scene.radii, None if here is None else here.T
     deepest = np.full(len(positions), -np.inf)
-    # One ball against all later ones: all pairs of 100 balls together would need too much memory.
+    # One ball against all later balls: all pairs of 100 balls together would need too much memory.
     for ball in range(len(radii) - 1):
         squares = sum(np.square(axis[ball + 1 :] - axis[ball]) for axis in axes)
         overlaps = (radii[ball] + radii[ball + 1 :])[:, np.newaxis] - np.sqrt(squares)

@@ -51,7 +51,7 @@ def packed_gas(
 
 @cache  # each comparison with baselines needs them many times
 def many_balls() -> tuple[Scene, ...]:
-    """Return scenes with more balls than shipped ones, which the grid scheduler runs."""
+    """Return scenes with more balls than shipped scenes have; the grid scheduler runs them."""
     gas = packed_gas(256, 0.4, FRICTIONLESS, t_max=0.5)
     cloth = packed_gas(256, 0.3, FULL_CLOTH)
     return (

@@ -25,7 +25,7 @@ _SPEEDS: Final = {"slow": (-20, -5), "usual": (-2, 2), "fast": (3, 4)}
 def placed(
     chance: random.Random, options: Options, sizes: list[Draft], table: Table | None, physics: Draft
 ) -> list[Ball]:
-    """Return the balls with their initial positions, and the moving ones with their velocities.
+    """Return the balls with their initial positions, and the moving balls with their velocities.
 
     A group that touches, or is at a rail, is placed first; then a ball that rolls along a rail;
     then the other balls, as far as there is room.
@@ -313,7 +313,7 @@ class _Places:
         return all(laid)
 
     def _lay(self, ball: Draft, x: float, y: float, apart: float = -1e-13) -> bool:
-        """Place a ball if it has a gap of at least `apart` radii to all others.
+        """Place a ball if it has a gap of at least `apart` radii to all other balls.
 
         By default, touching balls may overlap by a rounding error.
         """

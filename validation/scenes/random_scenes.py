@@ -281,7 +281,7 @@ def _choose(
     weights: Mapping[str, int],
     never: frozenset[frozenset[Option]],
 ) -> bool:
-    """Choose an option that is compatible with the others; return False if there is none."""
+    """Choose an option that is compatible with those in `found`; return False if there is none."""
     options = [
         option
         for option, weight in weights.items()

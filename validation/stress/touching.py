@@ -169,7 +169,7 @@ def _limits(scene: Scene, kind: str, skew: float | None) -> tuple[Criterion, ...
 
 
 def _cradles(size: StressSize) -> Iterator[StressShot]:
-    """Yield balls that roll into a row: equally many balls leave the row, and the others stay.
+    """Yield balls that roll into a row: equally many balls leave the row, and the rest stays.
 
     Equal masses exchange velocities, so `k` balls pass through `n` balls in n k collisions.
     """

@@ -349,7 +349,7 @@ def _mean_distances(runs: FloatArray) -> FloatArray:
 
 
 def _energy_distance(distances: FloatArray, count: int) -> float:
-    """Return the energy distance of the first `count` runs and the others [m]."""
+    """Return the energy distance of the first `count` runs and the other runs [m]."""
     first, second = distances[:count, :count], distances[count:, count:]
     return float(2.0 * distances[:count, count:].mean() - first.mean() - second.mean())
 

@@ -64,7 +64,7 @@ class Counts:
 class SuiteResult:
     """The result of a run.
 
-    `cases`: finished cases: reused cases first, then the others in order of completion.
+    `cases`: finished cases: reused cases first, then the other cases in order of completion.
     `planned`: number of planned cases.
     `interrupted`: whether Ctrl-C ended the run; the folder then holds the finished cases.
     `begun`: whether the results of this run, possibly empty, replaced earlier results in the

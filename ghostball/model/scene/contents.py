@@ -63,7 +63,7 @@ class SceneContents(ScenePart):
         return data | {"balls": [_with_fields(ball, usual) for ball in balls]}
 
     def _rack_up(self) -> None:
-        """Add the balls of the rack to the listed ones; the scene then has no rack any more."""
+        """Add the balls of the rack to the listed balls; the scene then has no rack any more."""
         if self.rack is None:
             return
         table = None if self.table is None else self.table.preset

@@ -101,7 +101,7 @@ def orientation_at(times: FloatArray, pieces: Pieces) -> FloatArray:
     `GhostballError` if a ball needs more than `MAX_STEPS` steps. The steps depend only on the
     motion, not on `times`, so the result for one time has the same bits for any other `times`. The
     error is a few roundings for each step, plus the effect of the rounding of the time, |w| eps t.
-    The latter dominates: about 1e-13 rad for a ball that turns a hundred times in ten seconds.
+    This effect dominates: about 1e-13 rad for a ball that turns a hundred times in ten seconds.
     """
     fixed = has_fixed_axis(pieces)
     steps = _steps_of(pieces, fixed)
