@@ -19,23 +19,14 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import (
-    Ball,
-    EventKind,
-    GhostballError,
-    Physics,
-    Result,
-    Scene,
-    SceneError,
-    Table,
-)
+from ghostball.model import Ball, GhostballError, Physics, Result, Scene, SceneError, Table
 from ghostball.model.arrays import FloatArray
 from ghostball.model.impact_laws import CUSHION_LAWS
 from ghostball.model.scene.pockets import Pocket, Pockets
 from ghostball.model.scene.sides import INWARD
 from ghostball.validation.checks.metric import NotMeasuredError
-from ghostball.validation.grading.horizon import extent_of, first_balance
-from ghostball.validation.grading.tolerances import LOWEST_BOUNCE, TIE
+from ghostball.validation.grading.horizon import extent_of, first_balance, hits_corner
+from ghostball.validation.grading.tolerances import LOWEST_BOUNCE
 from ghostball.validation.runs.sampling import events_of, frames_of
 
 _SAME: Final = np.eye(3)
@@ -131,16 +122,8 @@ def mirror(result: Result) -> RelatedShot:
     # falls in some direction.
     table = scene.table
     exact = not result.work.get("contact_steps") and (table is None or not table.vertices)
-    exact = exact and first_balance(result) == math.inf and not _hits_corner(result)
+    exact = exact and first_balance(result) == math.inf and not hits_corner(result)
     return _seen_from(scene, "mirror", _SWAP, exact=exact)
-
-
-def _hits_corner(result: Result) -> bool:
-    """Return whether a ball hits two cushions at one instant: the order then changes roundings."""
-    log = events_of(result)
-    log = np.sort(log[log["kind"] == EventKind.BALL_CUSHION], order=("a", "t"))
-    two = (log["a"][1:] == log["a"][:-1]) & (log["b"][1:] != log["b"][:-1])
-    return bool(np.any(two & (np.diff(log["t"]) <= TIE * log["t"][1:])))
 
 
 def translate(result: Result) -> RelatedShot:

@@ -175,7 +175,8 @@ class SampledGrowth:
     `events` (k,) int: number of instants so far at which errors are made; the first is the start.
     `extent` [m]: of the scene.
     `coordinate` [m]: rms coordinate of the balls at their events. A relative error displaces each
-        coordinate in proportion to itself, so this is the unit of a displacement at an event.
+        coordinate in proportion to itself, so this is the typical displacement at an event by a
+        relative error of 1. It is no bound: an event near the origin has a smaller one.
     `known_until` [s]: time from which the growth is unknown; inf: never.
     `meetings`: of the shot.
     `least_error`: relative error at each event that any engine may have: that of the steps of a
@@ -243,6 +244,14 @@ def _first_tie(result: Result) -> float:
                 return t
             last[ball] = one.t, partner
     return math.inf
+
+
+def hits_corner(result: Result) -> bool:
+    """Return whether a ball hits two cushions at one instant: the order then changes roundings."""
+    log = events_of(result)
+    log = np.sort(log[log["kind"] == EventKind.BALL_CUSHION], order=("a", "t"))
+    two = (log["a"][1:] == log["a"][:-1]) & (log["b"][1:] != log["b"][:-1])
+    return bool(np.any(two & (np.diff(log["t"]) <= TIE * log["t"][1:])))
 
 
 def first_balance(result: Result) -> float:
