@@ -174,7 +174,7 @@ def test_each_choice_stands_in_its_column(part, field):
 
 
 def test_its_numbers_are_the_defaults():
-    assert f"mu = {PAPER.rolling_friction:g}:" in row_of("motion")[0]
+    assert f"mu = {PAPER.rolling_friction:g}," in row_of("motion")[0]
     rate = re.search(r"by (\d+) rad/s²", row_of("spin about the vertical")[1])[1]
     assert float(rate) == PAPER.spinning_friction_rate == POOL.spinning_friction_rate
     default, others, _ = row_of("ball-ball restitution, friction")
