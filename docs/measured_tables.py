@@ -20,7 +20,6 @@ from benchmarks.rebounds import ReboundsMeasurement
 from docs.recipes import pymunk_recipe
 from docs.tables import table
 from ghostball import find_scene, simulate
-from ghostball.model import Scene
 from ghostball.model.arrays import FloatArray
 from ghostball.model.features import Feature
 from ghostball.reference_adapters import engine_class
@@ -60,6 +59,10 @@ ASKED = ("half-ball-1", "slide-to-rest", "throw")
 """The scenes of the board that matter most for billiards."""
 
 
+OWN = ":cloth=own"
+"""Settings of an engine with its own cloth, in a label."""
+
+
 def board() -> str:
     """Return a table of the engines that the last run measured: scenes by class, error and time."""
     stored = measured(BoardMeasurement)
@@ -80,22 +83,21 @@ def board() -> str:
 def own_cloths() -> str:
     """Return the rest errors with the cloth of the adapter and of the engine, by scene."""
     stored = measured(BoardMeasurement)
+    own = {label.partition(":")[0]: stored.of(label) for label in stored.labels if OWN in label}
     scenes = [
-        one.name for one in select([BOARD]) if np.any(one.rolling_frictions) and not _holes(one)
+        one.name
+        for one in select([BOARD])
+        if np.any(one.rolling_frictions)
+        and (one.table is None or not one.table.holes)
+        and any(cases[one.name].kind for cases in own.values() if one.name in cases)
     ]
     rows = []
-    for label in stored.labels:
-        name, _, settings = label.partition(":")
-        if settings == "cloth=own":
-            adapter, own = stored.of(name), stored.of(label)
-            cells = (f"{_error_in(adapter.get(one))} → {_error_in(own.get(one))}" for one in scenes)
-            rows.append((_linked(name), *cells, _own_cloth_of(name)))
+    for name, cases in own.items():
+        pairs = ((_error_in(stored.of(name).get(one)), _error_in(cases.get(one))) for one in scenes)
+        errors = (" → ".join(dict.fromkeys(pair)) for pair in pairs)
+        rows.append((_linked(name), *errors, _own_cloth_of(name)))
     heads = ("engine", *(f"`{one}`" for one in scenes), "the engine's own cloth")
     return table(heads, rows)
-
-
-def _holes(scene: Scene) -> bool:
-    return scene.table is not None and bool(scene.table.holes)
 
 
 def _error_in(case: BoardCase | None) -> str:
