@@ -35,7 +35,7 @@ class Setup(BaseModel, frozen=True, extra="forbid"):
     `target`: index in the rack of the ball that is aimed at.
     `on_spot`: index in the rack of the ball on the foot spot.
     `aside` [m]: distance of the cue ball's start from the middle of the head string.
-    `offset` [radii]: distance of its path from the target's centre, outwards.
+    `offset` [radii]: distance of the cue ball's path from the target's centre, outwards.
     `follow`, `side`: spin, as part of that of rolling: forward, and about the vertical.
 
     The inputs "mouth", "aside", "offset", "follow" and "side" are added; see `breaks.toml`.
@@ -105,9 +105,9 @@ class Starts(NamedTuple):
 
 
 class BreakCounts(NamedTuple):
-    """Numbers of breaks: all of them, and those in which something fell.
+    """Numbers of breaks: all of them, and those in which a ball fell.
 
-    `made`: a ball other than the cue ball. `clean`: such a ball, but not the cue ball.
+    `made`: a ball other than the cue ball. `clean`: another ball, and not the cue ball.
     `scratch`: the cue ball. `eight`: the 8, or the ball with this id.
     `balls`: number of balls that fell, without the cue ball.
     """
@@ -138,7 +138,7 @@ def setup_of(name: str) -> Setup:
 
 
 def inputs() -> tuple[Input, ...]:
-    """Return the values of the model."""
+    """Return the uncertain inputs of the breaks."""
     return _content().inputs
 
 
@@ -151,7 +151,9 @@ def _content() -> _Content:
 def break_physics(
     engine: str, capabilities: Capabilities, values: Mapping[str, float], impacts: str = ""
 ) -> dict[str, Any] | None:
-    """Return the fields of the physics of a break on an engine; None: it has no cushion law.
+    """Return the fields of the physics of a break on an engine.
+
+    Return None if the engine has no cushion law with known coefficients.
 
     The engine gets the law of the cushion that fits banks best, and the cloth that fits rolling
     balls best. `values` are those of the inputs, by name; a cushion law other than that of
@@ -194,7 +196,7 @@ def values_of(**changed: float) -> dict[str, float]:
 def starts_of(
     setup: Setup, physics: Physics, values: Mapping[str, float], count: int, first: int = 0
 ) -> Starts:
-    """Return `count` random breaks; break number k is always the same, if the values are."""
+    """Return `count` random breaks; break number k is always the same for the same values."""
     table = setup.table_with(values["mouth"])
     aside, offset, side = (
         getattr(setup, name) + (values[name] if getattr(setup, name) else 0.0)
@@ -247,7 +249,7 @@ def fallen(result: Result) -> NDArray[np.bool_]:
 
 
 def counts_of_results(setup: Setup, fell: list[NDArray[np.bool_]]) -> BreakCounts:
-    """Count the breaks of any engine; `fell` has `fallen` of each."""
+    """Count the breaks of any engine; `fell` holds the result of `fallen` for each break."""
     return BreakCounts.of(np.array(fell), _eight(setup))
 
 
