@@ -1,7 +1,7 @@
 """The impact laws: names, the fields of `Physics` that each law uses, and sources.
 
 In Ghostball's engine, a law is a function in a file of `engine/impacts/laws/`, an entry here, and a
-branch of `dispatch` there. The index of the law in its tuple here is its code in `dispatch`. Two
+branch of `dispatch` there. A law's index in its tuple is its number in `dispatch`. Two
 files contain two cushion laws: "frictional" is in `cushion_han2005`, "mirror" in
 `cushion_restitution`.
 """

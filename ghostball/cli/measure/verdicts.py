@@ -232,7 +232,7 @@ def agreement_table(found: Sequence[TableAgreement]) -> RenderableType:
     return Group(
         *_agreement_tables(
             found,
-            "Difference from measured tables: typical (largest)",
+            "Difference from measurements on real tables: typical (largest)",
             f"[dim]{AGREEMENT_KEY}[/]\n",
             grades=True,
         ),
