@@ -285,7 +285,7 @@ Jobs = Annotated[
         metavar="N|auto",
         parser=processors,
         help="Number of worker processes; auto is one for each processor. Run times are most "
-        "accurate with 1.",
+        "accurate with one worker.",
     ),
 ]
 
