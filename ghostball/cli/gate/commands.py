@@ -32,10 +32,11 @@ class RegressOptions(SuiteOptions):
 
     The command runs the scenes as `validate` does, into the same folder, and compares each with its
     baseline. The answer for a scene is unchanged, changed by rounding only, better, worse, or wrong
-    collisions; or changed, if the errors don't show which result is better. The first event that
-    differs is named. Exit status 1 if a scene or a work counter changed, unless `--fail-on` is more
-    lenient. A change by rounding alone fails for Ghostball's own engine, but passes for other
-    engines. Exit status 4 if a scene can't be compared, for example because it has no baseline.
+    collisions; or changed, if the errors don't show which result is better. The output names the
+    first event that differs. Exit status 1 if a scene or a work counter changed, unless `--fail-on`
+    is more lenient. A change by rounding alone fails for Ghostball's own engine, but passes for
+    other engines. Exit status 4 if a scene can't be compared, for example because it has no
+    baseline.
     """
 
     scenes: SceneNames = None
