@@ -63,14 +63,14 @@ _UNSOLVED = 2.0**-30
 def end_approach(contacts: Contacts, count: int, noise: float) -> bool:
     """Compute the impulses [N s] after which no contact approaches; parting contacts get none.
 
-    If RATE contains accelerations of gaps, the results are forces [N]. They are stored in FORCE;
-    `gain_of` returns their effect on a ball. Contacts that would have to pull are left out, and are
-    included again if they approach without a force; a contact with an infinite rate stays out. The
-    result is False if some approach is left; if it is more than `noise`, in the units of the rates,
-    the impulses remove as much energy as they can.
+    If `rate` is the acceleration of each gap, the results are forces [N]. They are stored in
+    `force`; `gain_of` returns their effect on a ball. Contacts that would have to pull are left
+    out, and are included again if they approach without a force; a contact with an infinite rate
+    stays out. The result is False if some approach is left; if it is more than `noise`, in the
+    units of the rates, the impulses remove as much energy as they can.
 
-    Contract: the contacts are the first `count` of `contacts.ends`, with NX, NY and RATE set, and
-    EFFECTIVE_MASS of each of their balls.
+    Contract: the contacts are the first `count` of `contacts.ends`, with `nx`, `ny` and `rate` set,
+    and `effective_mass` of each of their balls.
     """
     if count == 1:
         _end_one(contacts)
@@ -191,7 +191,7 @@ def scale(contacts: Contacts, count: int, factor: float) -> None:
 
 @kernel
 def _solve_active(contacts: Contacts, count: int, fastest: float, noise: float) -> None:
-    """Compute in FORCE the impulses that cancel the RATE of the active contacts.
+    """Store in `force` the impulses that cancel `rate` of the active contacts.
 
     A part of the rates up to `noise` stays. In a row between two cushions no impulses can cancel
     the part that all contacts have in common; attempts to cancel it made the impulses arbitrarily
@@ -256,7 +256,7 @@ def _apply(contacts: Contacts, count: int, column: int, result: int) -> None:
 
 @kernel
 def take_back_gains(contacts: Contacts, count: int) -> None:
-    """Subtract from each contact's RATE the effect of the FORCE of all contacts."""
+    """Subtract from `rate` of each contact the effect of the forces of all contacts."""
     _apply(contacts, count, _FORCE, _PRODUCT)
     for c in range(count):
         contacts.forces[c].rate -= contacts.forces[c].product

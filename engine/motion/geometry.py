@@ -159,7 +159,7 @@ def approach_rounding(balls: Balls, i: int, j: int, t: float) -> float:
 
 @kernel
 def _size(balls: Balls, i: int, t: float) -> float:
-    """Return the largest 1-norm of ball i's velocity that it had at the time t so far [m/s]."""
+    """Return the largest 1-norm that ball i's velocity has had at the time t so far [m/s]."""
     vx, vy = velocity(balls, i, t)
     size: float = abs(vx) + abs(vy)
     return size if t > balls.state[i].epoch else max(size, balls.state[i].fastest)

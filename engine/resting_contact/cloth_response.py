@@ -43,7 +43,7 @@ _TURN = 0.125
 
 @kernel
 def accelerate(world: World, k: int, duration: float) -> None:
-    """Set member k's accelerations from LOAD_*, TWIST_* and the response of the cloth."""
+    """Set member k's accelerations from its load, its twist and the response of the cloth."""
     balls, laws, contacts = world.balls, world.laws, world.contacts
     mass = balls.state[k].mass
     fx, fy = contacts.motion[k].load_x / mass, contacts.motion[k].load_y / mass

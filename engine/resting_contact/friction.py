@@ -65,7 +65,7 @@ def _rub(world: World, c: int, duration: float) -> None:
     the previous round did not converge for small slip.
 
     A cushion acts at the contact height of its impact law, and its force points to the centre of
-    the ball; FORCE is the component along the normal.
+    the ball; `force` is its component along the normal.
     """
     laws, contacts = world.laws, world.contacts
     b = contacts.ends[c, st.SECOND]
@@ -178,7 +178,7 @@ def _nose(world: World, c: int) -> float:
 def _slip(
     world: World, c: int, sine: float, cosine: float, duration: float
 ) -> tuple[float, float, float, float]:
-    """Return a's slip over the other surface [m/s], along and up; and its changes [m/s^2]."""
+    """Return the slip of c's first ball, along and up [m/s], and the rates of change [m/s^2]."""
     contacts = world.contacts
     a, b = contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]
     along, up, change_along, change_up = _surface(world, c, a, sine, cosine, duration)

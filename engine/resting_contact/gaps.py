@@ -65,7 +65,7 @@ def normal_after(world: World, c: int, s: float) -> tuple[float, float]:
 
 @kernel
 def gap_after(world: World, c: int, s: float) -> float:
-    """Return contact c's gap [m] in s seconds, like `normal_after`; GAP is the present gap.
+    """Return contact c's gap [m] in s seconds, like `normal_after`; `gap` is the present gap.
 
     The change of the gap is computed from the displacements of the balls, not from their positions.
     Over a short step, the rounding of positions would be larger than the effect of the forces, and

@@ -34,8 +34,8 @@ _STUCK = 2.0**-20
 def find_rates(world: World, members: int, count: int) -> bool:
     """Compute the accelerations of the members from their states, both in `contacts.stage`.
 
-    FORCE of each contact is its force, which may be negative; between balls at rest it is 0. The
-    result is False if some friction has no direction, or a ball can't keep rolling, or resting.
+    `force` of each contact may be negative; between balls at rest it is 0. The result is False if a
+    friction has no direction, a ball can't keep rolling or resting, or an obstacle isn't a line.
     """
     contacts = world.contacts
     for m in range(members):
@@ -201,7 +201,7 @@ def _couple(contacts: Contacts, count: int) -> None:
 
 @kernel
 def _eliminate(contacts: Contacts, count: int) -> None:
-    """Compute in FORCE the forces that cancel every contact's RATE, by elimination.
+    """Store in `force` the forces that cancel `rate` of every contact, by elimination.
 
     `contacts.matrix`, which needn't be symmetric, contains the effect of each contact's force on
     each rate; it is overwritten. A contact whose rate is determined by the contacts before it,

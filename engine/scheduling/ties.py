@@ -31,7 +31,7 @@ def comes_before(
     """Return whether the impact of i and j at t [s] comes before that in row 0 of `balls.touching`.
 
     The faster impact comes first. Symmetric scenes have impacts of equal speed. The first is then
-    the one whose contact point has the greater x, then y: the position decides, not the index.
+    the one whose balls have the greater sum of x, then of y: positions decide, not indices.
     """
     if listed == 0 or speed != fastest:
         return bool(speed > fastest)

@@ -42,8 +42,8 @@ class FactRow(BaseModel, frozen=True, extra="forbid"):
     `spread` their standard deviation.
 
     If events were counted, `count` of `of` is a share; `value` is this share, and `error` its
-    binomial standard error. The error is that of (count + 1/2) of (of + 1), because the usual
-    formula gives 0 for a count of 0 (Brown, Cai and DasGupta 2001, Stat. Sci. 16, 101).
+    binomial standard error. The error is that of the share (count + 1/2) / (of + 1), because the
+    usual formula gives 0 for a count of 0 (Brown, Cai and DasGupta 2001, Stat. Sci. 16, 101).
     """
 
     what: str = Field(default="", description="what was measured, if rows differ in it")

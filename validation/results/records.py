@@ -181,9 +181,9 @@ class Accuracy:
 
 @dataclass(frozen=True, eq=False)
 class RelatedRun:
-    """A run and the run of a related shot, seen as the first, at one time.
+    """A run, and the run of a related shot mapped back to the first shot, at one time.
 
-    `t` [s]: of the largest difference, in units of the allowed one.
+    `t` [s]: time of the largest difference, in units of the allowed one.
     `first`, `second` (n, 3) float64 [m]: positions of all balls; nan for a ball that isn't there.
     """
 

@@ -6,8 +6,8 @@ therefore is within some roundings of the coordinates, propagated along the shot
 may have 32 times the error of one rounding at each event, as in all scenes
 (scenes/common.expect.toml).
 
-Values below 1e-50 and above 1e50 are refused, with the field and the rule; so is a ball so far from
-the origin that doubles don't resolve its radius.
+Numbers above 1e50, and positive quantities below 1e-50, are refused, with the field and the rule;
+so is a ball so far from the origin that doubles don't resolve its radius.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def _tables(size: StressSize) -> Iterator[StressShot]:
     rough = Physics(rolling_friction=0.5)
     for power in _spread(size, range(-3, 7)):
         side = 10.0**power
-        # Without cushions, it would roll four sides before it stops.
+        # Without cushions, the ball would roll more than five sides before it stops.
         speed = math.sqrt(8.0 * rough.rolling_friction * rough.gravity * side)
         scene = bank(rough, side=side, radius=side / 40.0, speed=speed, t_max=None)
         yield shot(f"table-rolling-{power_of_ten(power)}", scene, table=side)
@@ -231,7 +231,7 @@ def _restitutions(size: StressSize) -> Iterator[StressShot]:
 
 
 def _tiny(size: StressSize) -> Iterator[StressShot]:
-    """Yield speeds with squares that underflow, and speeds at the limits."""
+    """Yield tiny speeds, some with squares that underflow, and speeds at the limits."""
     values = (5e-324, 1e-310, 3e-308, 1e-200, 1e-160, 1e-100, 1e-50)
     for speed in values if size.full else values[:1]:
         for kind, fields in KINDS.items():

@@ -1,7 +1,7 @@
 """Run generated shots on engines: cases of the suite, like any other.
 
->>> from ghostball.validation.stress import chosen_shots, run_stress
->>> outcome = run_stress(chosen_shots(Size(), ["grazing"]), ["ghostball", "pymunk"], Path("out"))
+>>> from ghostball.validation.stress import StressSize, chosen_shots, run_stress
+>>> outcome = run_stress(chosen_shots(StressSize(), ["grazing"]), ["ghostball"], Path("out"))
 >>> outcome.exit_status
 0
 """

@@ -74,7 +74,7 @@ class FamilyTally:
 
     @property
     def text(self) -> str:
-        """Passed and judged shots for tables, such as "3/4"; or why there are none."""
+        """Passed and judged shots for tables, such as "3/4" or "3/4, 2 not judged"."""
         judged = self.count("passed") + self.count("failed")
         unjudged = self.count("not judged")
         more = f"{unjudged} not judged" if unjudged else ""

@@ -138,7 +138,7 @@ def _off_both() -> tuple[Criterion, ...]:
 
 
 def ends(late: int) -> Criterion:
-    """Return the limit on the end of a shot with simultaneous contacts, some of them `late`."""
+    """Return the limit on the end of a shot in which `late` contacts may be a step late."""
     why = "The engine may detect each contact of the chain one time step late."
     return limit("rest_error_max", why, at_most=float(late), of="step")
 

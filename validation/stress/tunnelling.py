@@ -43,7 +43,7 @@ FREE_PATH = 1.0
 def crossing(depth: float) -> float:
     """Return half of the chord that a path with an overlap of `depth` diameters cuts [m].
 
-    Along this path, the two balls approach and overlap.
+    Along this half, the two balls approach and overlap.
     """
     return DIAMETER * math.sqrt(depth * (2.0 - depth))
 
