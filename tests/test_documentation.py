@@ -127,14 +127,18 @@ def test_every_name_in_it_can_be_typed(tmp_path, monkeypatch):
 
 
 @pytest.mark.checkout
-@pytest.mark.checkout
-def test_every_file_that_the_page_of_the_structure_names_exists():
+def test_every_file_that_a_page_names_exists():
     tracked = subprocess.check_output(["git", "ls-files"], text=True, cwd=ROOT)
     files = [f"/{name}" for name in tracked.split()]
     assert len(files) > 500
     page = (DOCS / "inside.md").read_text(encoding="utf-8")
     named = set(re.findall(r"(?<![*\w./])[\w/]+\.(?:py|toml)\b", page))
     assert len(named) > 40
+    for path in [*ROOT.glob("*.md"), *DOCS.rglob("*.md")]:
+        paths = re.findall(r"`(\w+/[\w./-]+\.\w+)`", path.read_text(encoding="utf-8"))
+        named |= {
+            one for one in paths if any(f.startswith(f"/{one.split('/')[0]}/") for f in files)
+        }
     missing = [name for name in named if not any(f.endswith(f"/{name}") for f in files)]
     assert not sorted(missing)
 
