@@ -233,7 +233,7 @@ def error_chart(shot: Shot, horizon: float | None = None) -> Markup:
             )
     marks = [] if horizon is None else [(horizon, "horizon")]
     title = f"Largest distance of a ball from Ghostball's result against time in {shot.scene.name}"
-    axis = log_axis("distance from Ghostball's result", ERROR_FLOOR, min(most, 1e3), "m")
+    axis = log_axis("distance from Ghostball", ERROR_FLOOR, min(most, 1e3), "m")
     return draw(title, [*series, *partings], _time_axis(shot), axis, marks)
 
 
