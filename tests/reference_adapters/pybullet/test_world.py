@@ -77,7 +77,7 @@ def test_closes_its_client_also_when_a_run_fails(monkeypatch: pytest.MonkeyPatch
     def fail(world: pybullet_world.PybulletWorld, dt: float) -> None:
         raise RuntimeError("no step")
 
-    monkeypatch.setattr(pybullet_world.PybulletWorld, "step", fail)
+    monkeypatch.setattr(pybullet_world.PybulletWorld, "advance", fail)
     with pytest.raises(RuntimeError, match="no step"):
         play("head-on", "pybullet")
     monkeypatch.setattr(pybullet_world.PybulletWorld, "_build", fail)
