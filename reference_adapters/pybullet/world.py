@@ -113,8 +113,10 @@ class PybulletWorld(ContactWorld):
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Set the velocities of the balls, (n, 2) [m/s], for a step without rotation."""
-        for i in (velocities != self._in_plane).any(axis=1).nonzero()[0].tolist():
-            self._set(i, [*velocities[i].tolist(), 0.0], [0.0] * 3)
+        known = self._in_plane.tolist()
+        for i, (given, last) in enumerate(zip(velocities.tolist(), known, strict=True)):
+            if given != last:
+                self._set(i, [*given, 0.0], [0.0] * 3)
         self._given = self._in_plane = velocities
         return velocities
 
