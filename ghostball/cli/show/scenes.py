@@ -115,4 +115,7 @@ def _write(files: Mapping[Path, str | bytes], folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         write_all_whole(files)
     except OSError as error:
-        raise GhostballError(f"{folder} can't be written: {error}. Choose another folder") from None
+        raise GhostballError(
+            f"{error.filename or folder}: can't be written: "
+            f"{error.strerror or type(error).__name__}. Choose another folder"
+        ) from None

@@ -61,6 +61,15 @@ def test_the_check_names_versions_kernels_engines_and_scenes(cli):
         assert part in result.stdout
 
 
+def test_scenes_are_not_written_onto_a_file(cli, here):
+    Path("there").write_text("mine", encoding="utf-8")
+    result = cli("scenes", "stop", "--export", "there")
+    assert result.exit_code == 2
+    said = " ".join(result.stderr.split())
+    assert said == "error: there: can't be written: File exists. Choose another folder"
+    assert Path("there").read_text("utf-8") == "mine"
+
+
 # `ghostball init`: its files run, and nothing is overwritten
 
 
