@@ -65,7 +65,7 @@ smoke: $(USABLE)  ## a first result in minutes: three scenes on three engines, a
 		--jobs $(JOBS) --out $(OUT)/smoke
 	$(BIN)/ghostball run break-7 --plot $(OUT)/smoke/break-7.png
 	@echo "Next: open $(OUT)/smoke/report.html in a browser. \`make validate\` runs every scene;" \
-		"\`. $(BIN)/activate && ghostball init\` writes an example engine"
+		"README.md shows how to test an engine of your own"
 
 engines: $(READY)  ## install the optional engines, about 500 MB
 	$(INSTALL) --editable '.[engines]'
