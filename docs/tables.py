@@ -75,8 +75,11 @@ def metrics() -> str:
 
 def classes() -> str:
     """Return the classes of accuracy, from the best to the worst."""
-    rows = ((f"**{kind}**", look.meaning) for kind, look in CLASSES.items())
-    return table(("class", "meaning"), rows)
+    rows = (
+        (f"**{kind}**", "" if look.short == kind else look.short, look.meaning)
+        for kind, look in CLASSES.items()
+    )
+    return table(("class", "in tables", "meaning"), rows)
 
 
 def engines() -> str:
