@@ -195,7 +195,7 @@ def pymunk_recipe_reaches() -> str:
     return (
         f"The program takes {own_steps} time steps of 1 ms, and the rest position error of the cut "
         f"is {own}. With time steps that end at contacts, the error is {exact_off}, and the "
-        f"program calls `space.step` {exact_steps} times in {frames} frames."
+        f"program calls `space.step` {exact_steps} times in {frames} frames of 1/60 s."
     )
 
 
