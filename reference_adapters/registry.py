@@ -107,6 +107,12 @@ def parse_spec(spec: str) -> tuple[str, dict[str, str]]:
     for piece in rest.split(",") if colon else ():
         key, equals, value = (part.strip() for part in piece.partition("="))
         if not (key and equals and value):
+            importable = all(part.isidentifier() for part in name.split("."))
+            if not importable and name not in engine_names():
+                raise EngineError(
+                    f"{spec!r}: no engine has the name {name!r}, and no Python module can have it. "
+                    "Write `MODULE:FUNCTION`; a module's name has letters, digits and underscores"
+                )
             raise EngineError(
                 f"a setting must be `key=value`, got {piece!r} in {spec!r}. "
                 f"Write `{name}:KEY=VALUE,KEY=VALUE`"
