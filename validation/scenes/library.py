@@ -149,6 +149,6 @@ def _shipped(name: str) -> Scene:
 
 
 def _unknown(what: str, text: str, known: Sequence[str]) -> str:
-    close = get_close_matches(text, known, n=3)
+    close = get_close_matches(text.lower(), known, n=3)
     hint = f"Did you mean {' or '.join(close)}?" if close else "`ghostball scenes` lists them"
     return f'unknown {what} "{text}": neither a shipped scene nor a file. {hint}'

@@ -52,6 +52,7 @@ SHOT = "grazing/rolling-hit-1e-01"
 
 BAD_USAGE = [
     ("run stopp", '"stopp"', "Did you mean stop"),
+    ("run STOP", '"STOP"', "Did you mean stop"),
     ("run missing/shot.toml", "missing/shot.toml", "No such file"),
     ("run stop --engine pymonk", "'pymonk'", "Did you mean `pymunk`?"),
     ("run stop --engine ghostball:dt=1", "`dt`", "max_events="),
