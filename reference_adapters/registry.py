@@ -169,8 +169,8 @@ def names_class(spec: str) -> bool:
 
 def _class_at(where: str) -> type[ReferenceEngine]:
     module, _, attribute = where.partition(":")
-    importable = "importable from here: install its package, or put its folder on the path"
-    with _guarded(where, "can't be imported", f". It must be {importable}"):
+    advice = ". Correct the module, install its package, or put its folder on the path"
+    with _guarded(where, "can't be imported", advice):
         there = import_module(module)
     try:
         loaded: Any = attrgetter(attribute)(there)
