@@ -18,6 +18,7 @@ from ghostball.model import GhostballError, Scene
 from ghostball.model.scene import json_schema
 from ghostball.model.scene.toml import dumps
 from ghostball.reference_adapters.pooltool_files import pooltool_json
+from ghostball.reports.words import many
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.golden.format import SCENE_SCHEMA_FILE, SCHEMA_FILES, json_values
 from ghostball.validation.results.files import write_all_whole
@@ -92,7 +93,8 @@ def _export(scenes: Sequence[Scene], folder: Path, *, for_pooltool: bool) -> Non
     for scene in scenes:
         files[folder / f"{scene.name}.json"] = json.dumps(json_values(scene), indent=1) + "\n"
     _write(files, folder)
-    stdout().print(f"{len(scenes)} scenes and their schema written to {folder}", soft_wrap=True)
+    count = many(len(scenes), "scene")
+    stdout().print(f"{count} and the schema of scenes written to {folder}", soft_wrap=True)
 
 
 def _write_golden(folder: Path) -> None:

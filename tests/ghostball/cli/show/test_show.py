@@ -61,6 +61,11 @@ def test_the_check_names_versions_kernels_engines_and_scenes(cli):
         assert part in result.stdout
 
 
+def test_the_export_counts_one_scene_in_the_singular(cli, here):
+    result = cli("scenes", "stop", "--export", "there")
+    assert result.stdout == "1 scene and the schema of scenes written to there\n"
+
+
 def test_scenes_are_not_written_onto_a_file(cli, here):
     Path("there").write_text("mine", encoding="utf-8")
     result = cli("scenes", "stop", "--export", "there")
