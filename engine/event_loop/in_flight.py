@@ -161,12 +161,19 @@ def list_below(height: FloatArray | None, world: World, t: float) -> int:
 
 @kernel(inline=True)
 def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -> None:
-    """Mark each ball as loaded that touches a loaded ball at t [s], in rows of `balls.touching`."""
+    """Mark the balls of all touching pairs as loaded that are linked to a loaded ball at t [s]."""
     if height is not None:
-        for c in range(count):
-            i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-            if j >= 0 and one_is_loaded(height, i, j, t):
-                share_load(height, i, j)
+        for _ in range(count):  # each round reaches the next balls of a row, in any order of pairs
+            is_new = False
+            for c in range(count):
+                i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
+                if j < 0 or height[i, st.LOADED] == height[j, st.LOADED]:
+                    continue
+                if one_is_loaded(height, i, j, t):
+                    share_load(height, i, j)
+                    is_new = True
+            if not is_new:
+                break
 
 
 @kernel(inline=True)

@@ -71,9 +71,10 @@ def capture_speed(laws: Laws, radius: float) -> float:
 def load(height: FloatArray, balls: Balls, laws: Laws, i: int, j: int, t: float) -> None:
     """Mark two balls as loaded, because one lies on the other.
 
-    The mark lasts twice as long as a bounce of the height `CAPTURE_HEIGHT`.
+    The mark lasts twice as long as a bounce of the height `CAPTURE_HEIGHT`, for the larger ball.
     """
-    lasts = 8.0 * math.sqrt(CAPTURE_HEIGHT * balls.state[i].radius / laws.gravity)
+    radius = max(balls.state[i].radius, balls.state[j].radius)
+    lasts = 8.0 * math.sqrt(CAPTURE_HEIGHT * radius / laws.gravity)
     height[i, st.LOADED], height[j, st.LOADED] = t + lasts, t + lasts
 
 

@@ -332,7 +332,6 @@ def test_a_ball_in_a_corner_promises_no_bits_of_its_mirror_image() -> None:
     assert found.values["mirror_bits"] is None
 
 
-@pytest.mark.xfail(strict=True, reason="a load lasts as long as the radius of the first ball says")
 def test_a_ball_that_leans_on_another_moves_alike_in_any_order_of_balls() -> None:
     table = Table(length=0.8, width=0.5)
     physics = Physics(
