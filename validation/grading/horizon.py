@@ -208,7 +208,9 @@ def sampled_growth(growth: Growth, result: Result) -> SampledGrowth:
     sizes = np.maximum(np.where(np.isnan(sizes), np.inf, sizes), extent)
     largest = np.maximum.accumulate(sizes)
     unknown = np.flatnonzero(np.isinf(largest))
-    known_until = float(times[unknown[0]]) if len(unknown) else math.inf
+    known_until = math.inf
+    if len(unknown):  # the growth may become unknown right after the last time at which it is known
+        known_until = math.nextafter(float(times[max(unknown[0] - 1, 0)]), math.inf)
     least = max(
         CONTACT_STEP if result.work.get("contact_steps") else 0.0,
         INTEGRATED_IMPACT if _has_integrated_law(result.scene) else 0.0,
