@@ -18,7 +18,6 @@ from ghostball.model import GhostballError, Scene
 from ghostball.model.scene import json_schema
 from ghostball.model.scene.toml import dumps
 from ghostball.reference_adapters.pooltool_files import pooltool_json
-from ghostball.reports.words import many
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.golden.format import SCENE_SCHEMA_FILE, SCHEMA_FILES, json_values
 from ghostball.validation.results.files import write_all_whole
@@ -93,7 +92,7 @@ def _export(scenes: Sequence[Scene], folder: Path, *, for_pooltool: bool) -> Non
     for scene in scenes:
         files[folder / f"{scene.name}.json"] = json.dumps(json_values(scene), indent=1) + "\n"
     _write(files, folder)
-    count = many(len(scenes), "scene")
+    count = "1 scene" if len(scenes) == 1 else f"{len(scenes)} scenes"
     stdout().print(f"{count} and the schema of scenes written to {folder}", soft_wrap=True)
 
 
