@@ -168,7 +168,7 @@ QUOTED = {
     ),
     "uneven racks": (
         "docs/physics.md",
-        r"racks with uneven gaps take ([\d.]+) times as long; with impacts that last, they take "
+        r"racks with uneven gaps take ([\d.]+) times as long\. With impacts that last, they take "
         r"([\d.]+) times as long",
         of_uneven,
     ),
