@@ -179,8 +179,8 @@ class SampledGrowth:
         relative error of 1. It is no bound: an event near the origin has a smaller one.
     `known_until` [s]: time from which the growth is unknown; inf: never.
     `meetings`: of the shot.
-    `least_error`: relative error at each event that any engine may have: that of the steps of a
-        contact, if balls stay in contact, or of an impact law that is integrated; else 0.
+    `least_error`: relative error at each event that any engine may have: that of all steps of
+        contacts, or of an impact law that is integrated; else 0.
     """
 
     times: FloatArray
@@ -211,8 +211,9 @@ def sampled_growth(growth: Growth, result: Result) -> SampledGrowth:
     known_until = math.inf
     if len(unknown):  # the growth may become unknown right after the last time at which it is known
         known_until = math.nextafter(float(times[max(unknown[0] - 1, 0)]), math.inf)
+    steps = result.work.get("contact_steps", 0)
     least = max(
-        CONTACT_STEP if result.work.get("contact_steps") else 0.0,
+        CONTACT_STEP * (1 + steps) if steps else 0.0,  # the errors of all steps, as of one event
         INTEGRATED_IMPACT if _has_integrated_law(result.scene) else 0.0,
     )
     events = np.searchsorted(growth.times, times, side="right")

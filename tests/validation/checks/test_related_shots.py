@@ -311,7 +311,7 @@ class Shifted(type(OURS)):
         ("half-ball-cut", 1e-3, 6e-3),
         ("chaos-a", 1e-6, 1e-5),
         ("ball-mathavan", 0.0, 2e-8),  # an integrated impact
-        ("push-line", 0.0, 1.5e-7),  # a contact that lasts
+        ("push-line", 0.0, 2.5e-6),  # a contact that lasts
     ],
 )
 def test_a_fault_just_above_the_allowed_distance_is_caught(
