@@ -235,6 +235,7 @@ def far_ball(result: Result) -> RelatedShot:
     """Add a ball that rests where nothing comes near."""
     scene = result.scene
     times = np.union1d(events_of(result)["t"], np.linspace(0.0, result.rest_time, 257))
+    times = np.append(times, times[-1])  # a path needs two times, also of a shot that ends at once
     paths = result.sample(times).positions[:, :, :2]
     radius, mass = float(np.min(scene.radii)), float(np.min(scene.masses))
     clear = radius + 2.0 * float(np.max(scene.radii))

@@ -332,6 +332,11 @@ def test_a_ball_in_a_corner_promises_no_bits_of_its_mirror_image() -> None:
     assert found.values["mirror_bits"] is None
 
 
+def test_a_shot_that_ends_at_once_has_a_far_ball() -> None:
+    """In a corner without restitution, all impacts happen at the start."""
+    assert related(random_scene(3569)).values["far_ball_factor"] is None
+
+
 def test_nothing_is_compared_between_the_last_known_growth_and_the_first_unknown_one() -> None:
     """After a grazing collision without restitution, no derivative exists."""
     found = related(random_scene(64))
