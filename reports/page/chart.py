@@ -20,10 +20,10 @@ from ghostball.reports.page.rendering import render
 Scale = Literal["linear", "log"]
 
 WIDTH, HEIGHT = 560.0, 250.0
-LEFT, RIGHT, TOP, BOTTOM = 80.0, 24.0, 10.0, 36.0
+LEFT, RIGHT, TOP, BOTTOM = 80.0, 40.0, 10.0, 36.0
 """Size and margins of a chart, in units of its view box; at full width a unit is a pixel.
 
-The last tick of x, such as "100 ms", is centred at the end of the axis.
+The last tick of x, such as "100 ms", is centred at the end of the axis. Phones have larger text.
 """
 
 DEVIATION = 0.4
