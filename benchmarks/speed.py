@@ -29,7 +29,7 @@ MEANINGS: Mapping[str, str] = {
     "first_call_extra": "the first call of simulate() with 16 balls, minus the simulation",
     "begun": "`Scene.from_arrays` with 100 000 balls, and the start of their simulation",
     "slide": "the simulation alone of a slide with air drag, and the roll after it",
-    "over_no_air": "the time of such a slide, divided by the time without air drag",
+    "over_no_air": "the time of the slide and the roll, divided by the time without air drag",
     "first_shot": "from the start of the process to the end of a shot",
     "every_variant": "compiling the kernels for `make validate`, in two processes",
     "import": "`from ghostball.engine import simulate` in a new process",

@@ -120,7 +120,8 @@ class PlaneWorld(Protocol):
     def remove(self, ball: int) -> None:
         """Remove a ball from the world, so that no other ball can collide with it.
 
-        Its velocity is still set, to 0, and it is still listed; the listed values don't matter.
+        The stepper still sets the velocity of this ball, to 0, and the world still lists the ball.
+        The listed values don't matter.
         """
         ...
 

@@ -26,7 +26,7 @@ from ghostball.model import (
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
 from ghostball.reference_adapters.registry import OURS
-from ghostball.validation.grading.tolerances import CONTACT_STEP, EPS
+from ghostball.validation.grading.tolerances import EPS, MOST_CONTACT_STEPS, contact_error
 from ghostball.validation.runs.sampling import (
     energy_series,
     energy_times,
@@ -42,9 +42,6 @@ _VERTICAL_ROUNDING = 1e-12
 
 _ROUNDINGS_SEEN = 4.0
 """Roundings of a time, or of a height, that don't count as a gain."""
-
-_MOST_CONTACT_STEPS = 64
-"""Largest number of contact steps whose errors may have the same sign; most contacts take fewer."""
 
 _SURFACE_SPEEDS = 1.0 + math.sqrt(2.5)
 """Largest sum of m (v + R w) over all balls, in units of sqrt(2 E sum m); see `_rounding`."""
@@ -74,11 +71,11 @@ def largest_gain(result: Result, resolution: Resolution = 0.0, *, pressed: bool 
     energy, frames = energy_series(result), free_frames(result)
     if frames is None:
         rounding = _rounding(result.scene, energy_times(result), energy)
-        steps = _MOST_CONTACT_STEPS if pressed else 0
+        steps = MOST_CONTACT_STEPS if pressed else 0
         if result.engine == OURS:
-            steps = min(result.work.get("contact_steps", 0), _MOST_CONTACT_STEPS)
+            steps = result.work.get("contact_steps", 0)
         # A contact step has a relative error in the velocities, so twice this error in the energy.
-        in_contact = 2.0 * CONTACT_STEP * first_energy(result.scene) * (1 + steps) if steps else 0.0
+        in_contact = 2.0 * contact_error(steps) * first_energy(result.scene)
         return largest_rise(energy, rounding + in_contact)
     rise = largest_rise(energy)
     if result.scene.physics.impacts == "compliant":

@@ -31,11 +31,11 @@ from ghostball.validation.grading.certified_widths import FlightGrowth, is_diffe
 from ghostball.validation.grading.event_logs import events_in
 from ghostball.validation.grading.tolerances import (
     BALANCED_SLOPE,
-    CONTACT_STEP,
     INTEGRATED_IMPACT,
     ROUNDINGS,
     TIE,
     UNIT_ROUNDOFF,
+    contact_error,
 )
 from ghostball.validation.runs.sampling import events_of
 
@@ -211,9 +211,8 @@ def sampled_growth(growth: Growth, result: Result) -> SampledGrowth:
     known_until = math.inf
     if len(unknown):  # the growth may become unknown right after the last time at which it is known
         known_until = math.nextafter(float(times[max(unknown[0] - 1, 0)]), math.inf)
-    steps = result.work.get("contact_steps", 0)
     least = max(
-        CONTACT_STEP * (1 + steps) if steps else 0.0,  # the errors of all steps, as of one event
+        contact_error(result.work.get("contact_steps", 0)),
         INTEGRATED_IMPACT if _has_integrated_law(result.scene) else 0.0,
     )
     events = np.searchsorted(growth.times, times, side="right")

@@ -32,6 +32,9 @@ friction coefficients. Ghostball's engine uses the same tolerance (`engine.core.
 both together.
 """
 
+MOST_CONTACT_STEPS = 64
+"""Largest number of contact steps whose errors may have the same sign; most contacts take fewer."""
+
 INTEGRATED_IMPACT = 4e-9
 """Error of an impact law that is integrated over the impact, in units of the approach speed.
 
@@ -73,3 +76,8 @@ LEAST_SLIP = 4.0 * EPS
 
 A slip is the difference of two speeds, each with a rounding error or two.
 """
+
+
+def contact_error(steps: int) -> float:
+    """Return the error of all contact steps of a shot, in units of the fastest speed."""
+    return CONTACT_STEP * (1 + min(steps, MOST_CONTACT_STEPS)) if steps else 0.0
