@@ -19,17 +19,24 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ghostball.model import Ball, GhostballError, Physics, Result, Scene, SceneError, Table
+from ghostball.model import (
+    Ball,
+    EventKind,
+    GhostballError,
+    Physics,
+    Result,
+    Scene,
+    SceneError,
+    Table,
+)
 from ghostball.model.arrays import FloatArray
 from ghostball.model.impact_laws import CUSHION_LAWS
-from ghostball.model.scene.pockets import Pocket, Pockets
-from ghostball.model.scene.sides import INWARD
 from ghostball.validation.checks.metric import NotMeasuredError
+from ghostball.validation.checks.moved_scenes import SAME, moved, table_from
 from ghostball.validation.grading.horizon import extent_of, first_balance, hits_corner
 from ghostball.validation.grading.tolerances import LOWEST_BOUNCE
 from ghostball.validation.runs.sampling import events_of, frames_of
 
-_SAME: Final = np.eye(3)
 _QUARTER_TURN: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _HALF_TURN: Final = np.diag([-1.0, -1.0, 1.0])
 _SWAP: Final = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -75,7 +82,7 @@ class RelatedShot:
     scene: Scene
     exact: bool
     order: tuple[int, ...]
-    turn: FloatArray = field(default_factory=lambda: _SAME)
+    turn: FloatArray = field(default_factory=lambda: SAME)
     shift: FloatArray = field(default_factory=lambda: np.zeros(3))
     speed: FloatArray = field(default_factory=lambda: np.zeros(3))
     unit: float = 1.0
@@ -90,8 +97,8 @@ class RelatedShot:
 
     def times(self, times: FloatArray) -> FloatArray:
         """Return the times of the second shot for times of the first, (m,) [s]."""
-        moved: FloatArray = self.clock * (times - self.start)
-        return moved
+        theirs: FloatArray = self.clock * (times - self.start)
+        return theirs
 
     def expected(self, times: FloatArray, positions: FloatArray) -> FloatArray:
         """Return the positions that the first shot must have, (m, k, 3) [m], for `kept` balls.
@@ -100,9 +107,9 @@ class RelatedShot:
         `positions` (m, n, 3) [m]: of the second shot at `self.times(times)`.
         """
         theirs = positions[:, [index for index in self.order if index >= 0]]
-        moved = theirs - self.shift - self.speed * times[:, np.newaxis, np.newaxis]
+        there = theirs - self.shift - self.speed * times[:, np.newaxis, np.newaxis]
         # Each component is a sum of one number and zeros, so only the shifts round.
-        back: FloatArray = moved @ self.turn / self.unit
+        back: FloatArray = there @ self.turn / self.unit
         return back
 
 
@@ -140,7 +147,7 @@ def translate(result: Result) -> RelatedShot:
             raise NotMeasuredError("the cushions at x = 0 and y = 0 have a fixed place")
         size = {"length": table.length + free[0], "width": table.width + free[1]}
         table = Table(cushions=table.cushions, **size)
-    balls = [_moved(ball, shift=free) for ball in scene.balls]
+    balls = [moved(ball, shift=free) for ball in scene.balls]
     made = _scene(scene, "translate", balls, table=table)
     return RelatedShot(made, False, _in_order(balls), shift=free)
 
@@ -152,8 +159,9 @@ def renumber(result: Result) -> RelatedShot:
         raise NotMeasuredError("the scene has only one ball")
     if scene.physics.impacts == "sequential" and len(scene.balls) > 2:
         raise NotMeasuredError('`impacts` = "sequential" depends on the order of the balls')
-    balls = [_moved(ball) for ball in reversed(scene.balls)]
-    return RelatedShot(_scene(scene, "renumber", balls), True, _in_order(balls)[::-1])
+    balls = [moved(ball) for ball in reversed(scene.balls)]
+    exact = not depends_on_order(result)
+    return RelatedShot(_scene(scene, "renumber", balls), exact, _in_order(balls)[::-1])
 
 
 def scale(result: Result) -> RelatedShot:
@@ -174,8 +182,8 @@ def scale(result: Result) -> RelatedShot:
     physics = Physics.model_validate(dict(old) | changed)
     table = scene.table
     if table is not None:
-        table = _table_from(table, _SAME, np.zeros(3), unit=2.0)
-    balls = [_moved(ball, unit=2.0, clock=2.0) for ball in scene.balls]
+        table = table_from(table, SAME, np.zeros(3), unit=2.0)
+    balls = [moved(ball, unit=2.0, clock=2.0) for ball in scene.balls]
     t_max = None if scene.t_max is None else 2.0 * scene.t_max
     made = _scene(scene, "scale", balls, table=table, physics=physics, t_max=t_max)
     return RelatedShot(made, True, _in_order(balls), unit=2.0, clock=2.0)
@@ -196,7 +204,7 @@ def boost(result: Result) -> RelatedShot:
     speed = np.array([*(part * fastest for part in _BOOST), 0.0])
     spins = scene.angular_velocities.tolist() if physics.motion == "sliding" else None
     balls = [
-        _moved(ball, speed=speed, spin=None if spins is None else spins[i])
+        moved(ball, speed=speed, spin=None if spins is None else spins[i])
         for i, ball in enumerate(scene.balls)
     ]
     return RelatedShot(_scene(scene, "boost", balls), False, _in_order(balls), speed=speed)
@@ -218,9 +226,7 @@ def split(result: Result, until: float = math.inf) -> RelatedShot:
     frames = frames_of(result)
     if frames is not None:  # a state between two frames is interpolated, and no state of the engine
         start = float(frames.times[np.argmin(np.abs(frames.times - start))])
-    height, up = (array[0, :, 2] for array in result.sample([start])[:2])
-    lowest = 4.0 * scene.physics.gravity * LOWEST_BOUNCE * scene.radii
-    if scene.physics.airborne and np.any((height > scene.radii) & (up**2 < lowest)):
+    if scene.physics.airborne and _bounces_low(scene, *result.sample([start])[:2]):
         raise NotMeasuredError(f"at t = {start:.6g} s a ball lies on another, or bounces too low")
     try:
         made = result.at(start, name=_name(scene, "split"))
@@ -244,7 +250,7 @@ def far_ball(result: Result) -> RelatedShot:
         name += "-"
     for place in _far_places(scene, paths, clear):
         ball = Ball(id=name, position=place, radius=radius, mass=mass)
-        balls = [*(_moved(one) for one in scene.balls), ball]
+        balls = [*(moved(one) for one in scene.balls), ball]
         try:
             made = _scene(scene, "far-ball", balls)
         except SceneError:  # a hole or a post is there
@@ -268,6 +274,51 @@ SECOND_SHOTS: Final[dict[str, Callable[[Result], RelatedShot]]] = {
 
 Each raises `NotMeasuredError` if the relation doesn't exist for the scene.
 """
+
+
+def depends_on_order(result: Result) -> bool:
+    """Return whether the order of the balls may change the last bits of a run of an exact engine.
+
+    The forces of contact steps are found one after another, and those of compliant impacts are
+    summed in the order of the balls. Collisions of one ball with two others at one instant are
+    resolved one after another, unless they are simultaneous by the scene's rule and no ball may
+    fly.
+    """
+    if result.work.get("contact_steps") or result.work.get("compliant_impacts"):
+        return True
+    physics = result.scene.physics
+    if physics.impacts == "simultaneous" and not physics.airborne:
+        return False
+    log = events_of(result)
+    log = log[log["kind"] == EventKind.BALL_BALL]
+    met: dict[tuple[float, int], int] = {}  # the ball that each ball meets at each instant
+    for t, _, a, b in log.tolist():
+        if met.setdefault((t, a), b) != b or met.setdefault((t, b), a) != a:
+            return True
+    return False
+
+
+def _bounces_low(scene: Scene, positions: FloatArray, velocities: FloatArray) -> bool:
+    """Return whether a ball off the cloth bounces lower than `LOWEST_BOUNCE`, or lies on a ball.
+
+    An engine may treat all bounces of this height as one motion, whose state a scene can't hold.
+
+    `positions`, `velocities` (1, n, 3) [m], [m/s].
+    """
+    places, speeds, radii = positions[0], velocities[0], scene.radii
+    twice_gravity = 2.0 * scene.physics.gravity
+    for i in np.flatnonzero(places[:, 2] > radii):
+        rise = places[i, 2] - radii[i] + speeds[i, 2] ** 2 / twice_gravity
+        if rise < 2.0 * LOWEST_BOUNCE * radii[i]:
+            return True
+        away = np.delete(places - places[i], i, axis=0)
+        apart = np.linalg.norm(away, axis=1)
+        rates = np.sum(away * np.delete(speeds - speeds[i], i, axis=0), axis=1) / apart
+        reach = np.delete(radii + radii[i], i)
+        # Twice the height, because only a part of gravity acts along an inclined normal.
+        if np.any(apart - reach + rates**2 / twice_gravity < 2.0 * LOWEST_BOUNCE * reach):
+            return True
+    return False
 
 
 def _far_places(scene: Scene, paths: FloatArray, clear: float) -> Sequence[tuple[float, float]]:
@@ -314,78 +365,10 @@ def _seen_from(scene: Scene, name: str, turn: FloatArray, *, exact: bool) -> Rel
     if table is not None:
         corner = turn @ np.array([table.length, table.width, 0.0])
         shift = np.maximum(-corner, 0.0)
-        table = _table_from(table, turn, shift)
-    balls = [_moved(ball, turn=turn, shift=shift) for ball in scene.balls]
+        table = table_from(table, turn, shift)
+    balls = [moved(ball, turn=turn, shift=shift) for ball in scene.balls]
     made = _scene(scene, name, balls, table=table)
     return RelatedShot(made, exact, _in_order(balls), turn=turn, shift=shift)
-
-
-def _table_from(table: Table, turn: FloatArray, shift: FloatArray, unit: float = 1.0) -> Table:
-    """Return a table that is turned or mirrored, shifted, and has a larger unit of length."""
-
-    def place(point: Sequence[float]) -> tuple[float, float]:
-        x, y, _ = (unit * (turn @ np.array([*point, 0.0])) + shift + 0.0).tolist()
-        return x, y
-
-    posts = tuple(
-        post.model_copy(update={"centre": place(post.centre), "radius": unit * post.radius})
-        for post in table.posts
-    )
-    if table.vertices:
-        vertices = [place(point) for point in table.vertices]
-        if np.linalg.det(turn) < 0.0:
-            vertices.reverse()  # counterclockwise again
-        return Table.model_validate({"vertices": tuple(vertices), "posts": posts})
-    length, width, _ = (unit * np.abs(turn) @ np.array([table.length, table.width, 0.0])).tolist()
-    names = {normal: name for name, normal in INWARD.items()}
-    turned = [turn[:2, :2] @ np.array(INWARD[name]) + 0.0 for name in table.cushions]
-    cushions = tuple(names[x, y] for x, y in (one.tolist() for one in turned))
-    pockets = table.pockets
-    if pockets is not None:
-        sizes = [_larger(one, unit) for one in (pockets.corner, pockets.side)]
-        pockets = Pockets(corner=sizes[0], side=sizes[1])
-    return Table(length=length, width=width, cushions=cushions, pockets=pockets, posts=posts)
-
-
-def _larger(pocket: Pocket | None, unit: float) -> Pocket | None:
-    if pocket is None:
-        return None
-    lengths = ("mouth", "jaw_radius", "depth", "radius")
-    return pocket.model_copy(update={name: unit * getattr(pocket, name) for name in lengths})
-
-
-def _moved(
-    ball: Ball,
-    *,
-    turn: FloatArray = _SAME,
-    shift: FloatArray | None = None,
-    speed: FloatArray | None = None,
-    unit: float = 1.0,
-    clock: float = 1.0,
-    spin: Sequence[float] | None = None,
-) -> Ball:
-    """Return a ball in the second shot; see `RelatedShot`.
-
-    `spin` [rad/s]: its angular velocity, if the velocity no longer determines it.
-    """
-    ball = ball.without_strike()
-    spin = ball.angular_velocity if spin is None else spin
-    place = unit * (turn @ np.array(ball.position)) + (0.0 if shift is None else shift)
-    velocity = unit / clock * (turn @ np.array(ball.velocity)) + (0.0 if speed is None else speed)
-    changed: dict[str, Any] = {
-        "position": tuple((place + 0.0).tolist()),
-        "velocity": tuple((velocity + 0.0).tolist()),
-        "angular_velocity": None,
-        # Stated, because the presets of the table and of the physics would give other values.
-        "radius": unit * ball.radius,
-        "mass": unit**3 * ball.mass,
-    }
-    if spin is not None:  # an axial vector: a mirror reverses it
-        axis = np.linalg.det(turn) * (turn @ np.array(spin)) / clock
-        changed["angular_velocity"] = tuple((axis + 0.0).tolist())
-    if ball.spinning_friction_rate is not None:
-        changed["spinning_friction_rate"] = ball.spinning_friction_rate / clock**2
-    return ball.model_copy(update=changed)
 
 
 def _scene(scene: Scene, relation: str, balls: Sequence[Ball], **changed: Any) -> Scene:

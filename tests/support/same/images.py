@@ -12,6 +12,7 @@ import numpy as np
 
 from ghostball.engine.running.skips import has_drag
 from ghostball.model import Ball, EventKind, Result, Scene, Table
+from ghostball.validation.checks.related_shots import depends_on_order
 from same.plays import play, played, with_balls
 
 Plane = Callable[[Any, Any], tuple[Any, Any]]
@@ -28,12 +29,9 @@ _SWAPPED: Final = {"left": "bottom", "right": "top", "bottom": "left", "top": "r
 
 
 def renumbered(scene: Scene) -> str | None:
-    """Return the difference of the result if the balls are in another order.
-
-    With impacts that last, the order changes the rounding of sums of forces: nothing is compared.
-    """
+    """Return the difference of the result if the balls are in another order."""
     n = len(scene.balls)
-    if n < 2 or not is_promised(scene) or played(scene).work.get("compliant_impacts"):
+    if n < 2 or not is_promised(scene):
         return None
     order = list(range(n))[::-1]
     other = play(shuffled(scene, order), "events")
@@ -66,19 +64,8 @@ def mirrored(scene: Scene) -> str | None:
 
 
 def is_promised(scene: Scene) -> bool:
-    """Return True if the engine promises that the order of the balls doesn't matter in a shot.
-
-    It matters if simultaneous impacts are resolved one after another, as in space, and in contact
-    steps, whose forces are found by iteration over the contacts in a certain order.
-    """
-    result = played(scene)
-    if result.work["contact_steps"]:
-        return False
-    if scene.physics.impacts == "simultaneous" and not scene.physics.airborne:
-        return True
-    assert result.events is not None
-    collisions = result.events[np.isin(result.events["kind"], (0, 1))]
-    return len(np.unique(collisions["t"])) == len(collisions)
+    """Return whether the engine promises that the order of the balls changes no bit of a shot."""
+    return not depends_on_order(played(scene))
 
 
 def image(scene: Scene, name: str) -> Scene:

@@ -16,7 +16,7 @@ from ghostball.model.scene.pockets import Pockets
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.checks.criteria import CriteriaError, relation_criteria
 from ghostball.validation.checks.metrics import CaseMetrics, measure
-from ghostball.validation.checks.related_shots import SECOND_SHOTS
+from ghostball.validation.checks.related_shots import SECOND_SHOTS, depends_on_order
 from ghostball.validation.checks.relations import ROUNDING_FREE, WORDS, bits_of, factor_of
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_scenes import random_scene
@@ -169,6 +169,40 @@ def test_a_relation_that_a_scene_cannot_have_is_named_and_not_passed(relation: s
     found = related(scene)
     assert found.values[factor_of(relation)] is None
     assert why in found.notes[factor_of(relation)]
+
+
+def lying_on_three(apart: float) -> Scene:
+    """Return a ball at rest, `apart` [m] above its place on three others, and a fast ball."""
+    radius = 0.03
+    edge = 2.0 * radius / np.sqrt(3.0)
+    below = [(edge * np.cos(a), edge * np.sin(a)) for a in np.pi * np.array([0.5, 7 / 6, 11 / 6])]
+    top = radius + np.sqrt(4.0 * radius**2 - edge**2) + apart
+    balls = [
+        Ball(id=f"b{k}", position=(*place, radius), radius=radius) for k, place in enumerate(below)
+    ]
+    balls += [
+        Ball(id="top", position=(0.0, 0.0, top), radius=radius),
+        Ball(id="fast", position=(1.0, 1.0), velocity=(1.0, 0.0), radius=radius),
+    ]
+    physics = Physics(preset="pool", airborne=True)
+    return Scene(name="heap", t_max=0.3, physics=physics, balls=balls)
+
+
+def test_a_shot_is_not_cut_while_a_ball_lies_on_others() -> None:
+    found = related(lying_on_three(1e-9))
+    assert found.values["split_factor"] is None
+    assert "a ball lies on another" in found.notes["split_factor"]
+
+
+def test_a_shot_is_cut_while_a_ball_flies_over_others() -> None:
+    assert related(lying_on_three(0.2)).values["split_factor"] <= 1.0
+
+
+def test_bits_after_renumbering_are_promised_only_without_contact_steps() -> None:
+    for number, steps in ((2178, True), (3, False)):
+        run = simulate(random_scene(number), record="trajectory")
+        assert bool(run.work["contact_steps"]) == steps
+        assert depends_on_order(run) == steps
 
 
 def grazing() -> Scene:
@@ -374,5 +408,6 @@ def test_a_ball_that_leans_on_another_moves_alike_in_any_order_of_balls() -> Non
         radius=0.02199664543250208,
         mass=0.20084258680078165,
     )
-    found = related(cut(table=table, physics=physics, balls=[leans, slides], t_max=0.04))
-    assert found.values["renumber_bits"] == 0
+    run = simulate(cut(table=table, physics=physics, balls=[leans, slides], t_max=0.04))
+    other = simulate(SECOND_SHOTS["renumber"](run).scene)
+    np.testing.assert_array_equal(other.rest_positions[::-1], run.rest_positions)
