@@ -17,7 +17,7 @@ from rich.console import RenderableType
 from benchmarks.commands import benchmark, report_progress
 from benchmarks.measurements import BenchmarkMeasurement, table_of
 from benchmarks.processes import timed
-from ghostball.engine.library import processor, table
+from ghostball.engine.library import processor
 from ghostball.engine.running import driver
 from ghostball.engine.running.variants import Variant
 from ghostball.validation.results.measurement import Record
@@ -103,7 +103,6 @@ def seconds_here(way: Way) -> float:
     gc.disable()  # as `build.build` does
     needed = driver.needed(Variant.LEAN)
     kernel = needed.kernel.function
-    result = table.kind_of_result(kernel)
     before = time.process_time()
-    build._in_one_piece(build.object_code, kernel, needed.kinds, result, processor.target())
+    build._in_one_piece(build.object_code, kernel, needed.kinds, processor.target())
     return time.process_time() - before

@@ -59,7 +59,7 @@ def build(order: dict[str, Any]) -> str:
     gc.disable()  # the compiler makes millions of objects and keeps them
     kernel = kernel_in(table.named(order["kernel"]))
     assert kernel is not None
-    code = _in_one_piece(object_code, kernel, order["kinds"], order["result"], order["target"])
+    code = _in_one_piece(object_code, kernel, order["kinds"], order["target"])
     place = Path(order["out"])
     with tempfile.TemporaryDirectory(dir=place.parent) as folder:
         made = Path(folder, "kernel.o")
@@ -104,9 +104,7 @@ def _in_one_piece(function: Callable[..., Any], *arguments: Any) -> Any:
 _in_one_piece.__code__ = _in_one_piece.__code__.replace(co_stacksize=140_000)  # words
 
 
-def object_code(
-    kernel: FunctionType, kinds: list[table.Kind], result: table.Kind, target: str
-) -> bytes:
+def object_code(kernel: FunctionType, kinds: list[table.Kind], target: str) -> bytes:
     """Return the object file of a kernel for some kinds of arguments."""
     triple = processor.other_triple()
     if triple is None:
@@ -118,7 +116,7 @@ def object_code(
     machine = llvm.Target.from_triple(triple or llvm.get_default_triple()).create_target_machine(
         cpu=target, opt=3, reloc="pic", codemodel="default"
     )
-    module, name = _module(kernel, kinds, result, machine)
+    module, name = _module(kernel, kinds, machine)
     module.link_in(for_machine(generated.RESHAPE, machine))
     made = [one for one in (*module.functions, *module.global_variables) if not one.is_declaration]
     for number, one in enumerate(made):
@@ -139,9 +137,7 @@ def object_code(
     return bytes(machine.emit_object(module))
 
 
-def _module(
-    kernel: FunctionType, kinds: list[table.Kind], result: table.Kind, machine: Any
-) -> tuple[Any, str]:
+def _module(kernel: FunctionType, kinds: list[table.Kind], machine: Any) -> tuple[Any, str]:
     """Return the LLVM module of a kernel that takes a table, and the kernel's name in it.
 
     If a private part of numba has changed (`numba_doors`), this process compiles without private
@@ -155,13 +151,14 @@ def _module(
     try:
         fits: Any = generated.fits
         fits = chosen.dispatcher(_copy(fits, vars(generated)), forceinline=True)
+        result = table.kind_of_result(kernel)
         whole = generated.unpacking(_compilable(kernel, functions, chosen), fits, kinds, result)
         return chosen.module(chosen.dispatcher(whole), machine)
     except (AttributeError, TypeError) as error:
         if type(chosen) is Plain:
             raise
         _compile_plainly(error)
-    return _module(kernel, kinds, result, machine)
+    return _module(kernel, kinds, machine)
 
 
 def way() -> Plain:

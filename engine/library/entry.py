@@ -10,8 +10,6 @@ from functools import partial
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from numpy import ndarray
-
 from ghostball.engine.library import cache, load, table
 from ghostball.engine.library.load import Order
 from ghostball.engine.library.table import (
@@ -19,7 +17,6 @@ from ghostball.engine.library.table import (
     ENTERED,
     REFUSED,
     Layout,
-    flat,
     kind_of,
     kind_of_result,
 )
@@ -51,45 +48,41 @@ class Entry:
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the kernel."""
-        # Adapters call kernels at each step, so the table is made here if no argument is a tuple or
-        # None.
+        # Adapters call kernels at each step, so the table is made here, without a `Call`.
         code = self._by_types.get(tuple(map(type, arguments)))
-        if code is not None and code.words_of is not None:
-            made = code.table_type()
-            code.layout.pack(made, 0, *code.layout.head, *code.words_of(*arguments))
+        if code is not None:
+            made = code.packed(arguments)
             raised = code.entry(*_UNREAD_AT, ctypes.byref(made))
             if made[AT_STATUS] == ENTERED:  # the kernel has run, and must not run twice
                 return code.result(made, raised)
         try:
             return self.bind(*arguments)()
         except WrongArgumentError:  # arrays with other elements or dimensions
-            return self.bind_kinds(*arguments, what="")()
+            return Call(self.code_for(arguments), arguments)()
 
-    def bind(self, *arguments: Any, what: str = "") -> Callable[[], Any]:
+    def bind(self, *arguments: Any) -> Callable[[], Any]:
         """Return a call with these arguments, which can be made many times.
 
-        A missing kernel is compiled now; messages call it `what`.
+        A missing kernel is compiled now. The arrays must have the elements and dimensions of those
+        in the first call with arguments of these types.
         """
         if not COMPILED:
             return partial(self.function, *arguments)
-        leaves = flat(arguments)
-        types = tuple(map(type, leaves))
+        types = tuple(map(type, arguments))
         code = self._by_types.get(types)
         if code is None:
-            code = self._by_types[types] = self._code_for(arguments, what)
-        return Call.of(code, leaves)
-
-    def bind_kinds(self, *arguments: Any, what: str) -> Callable[[], Any]:
-        """Return a call as `bind` does, also for arrays with other elements or dimensions."""
-        if not COMPILED:
-            return partial(self.function, *arguments)
-        return Call.of(self._code_for(arguments, what), flat(arguments))
+            code = self._by_types[types] = self.code_for(arguments)
+        return Call(code, arguments)
 
     def __reduce__(self) -> tuple[Callable[[str], Any], tuple[str]]:
         """Pickle the kernel by its name."""
         return table.named, (f"{self.function.__module__}:{self.__name__}",)
 
-    def _code_for(self, arguments: tuple[Any, ...], what: str) -> Code:
+    def code_for(self, arguments: tuple[Any, ...], what: str = "") -> Code:
+        """Return the machine code for arguments like these, after compiling it if necessary.
+
+        Messages call the kernel `what`.
+        """
         kinds = [kind_of(one) for one in arguments]
         text = table.text_of(kinds)
         if text not in self._by_kinds:
@@ -115,9 +108,10 @@ class Needed(NamedTuple):
         """The kinds of the arguments."""
         return [kind_of(one) for one in self.arguments]
 
-    def load(self) -> Any:
-        """Load the library, after compiling it if necessary; return a call with the arguments."""
-        return self.kernel.bind_kinds(*self.arguments, what=self.name)
+    def load(self) -> None:
+        """Load the library, after compiling it if necessary."""
+        if COMPILED:
+            self.kernel.code_for(self.arguments, self.name)
 
 
 KERNELS_PER_PROCESS = 6
@@ -165,11 +159,16 @@ class Code:
         self, function: FunctionType, kinds: list[table.Kind], entry: Callable[..., int]
     ) -> None:
         self.name = function.__name__
-        self.words = list(table.words_in(kinds))
         self.layout = Layout(kinds, kind_of_result(function))
-        self.table_type = ctypes.c_int64 * self.layout.length
         self.entry = entry
-        self.words_of = None if any(_is_apart(kind) for kind in kinds) else _words_of(kinds)
+        self._table_type = ctypes.c_int64 * self.layout.length
+        self._words_of = _words_of(kinds)
+
+    def packed(self, arguments: Sequence[Any]) -> Any:
+        """Return a table with these arguments, which must exist as long as the table."""
+        made, layout = self._table_type(), self.layout
+        layout.pack(made, 0, *layout.head, *self._words_of(*arguments))
+        return made
 
     def result(self, made: Any, raised: int) -> Any:
         """Return the result that the kernel has put in a table.
@@ -180,59 +179,27 @@ class Code:
             raise IndexError(f"the kernel `{self.name}` used an index outside an array")
         return self.layout.result(made)
 
-    def call(self, arrays: Sequence[ndarray[Any, Any]], numbers: Sequence[int], last: Last) -> Call:
-        """Return a call with these arguments, which must have the right types; faster than `bind`.
-
-        The arguments are arrays, then integers or booleans, then the other arguments, without None.
-        """
-        made = self.table_type()
-        layout = self.layout
-        layout.pack(made, 0, *layout.head, *map(id, arrays), *numbers, *last.words)
-        return Call(self, (*arrays, *numbers, *last.values), made)
-
-
-def _is_apart(kind: table.Kind) -> bool:
-    """Return whether an argument takes no word of the table, or several."""
-    return kind == "none" or kind[0] in ("tuple", "named")
-
 
 def _words_of(kinds: list[table.Kind]) -> Callable[..., tuple[Any, ...]]:
-    """Return a function that maps arguments of these kinds, one word each, to their words."""
+    """Return a function that maps arguments of these kinds to the words of a table."""
     names = [f"a{k}" for k in range(len(kinds))]
     words = [
         name if isinstance(kind, str) else f"id({name})"
         for name, kind in zip(names, kinds, strict=True)
+        if kind != "none"
     ]
     made: Callable[..., tuple[Any, ...]] = eval(f"lambda {', '.join(names)}: ({', '.join(words)},)")
     return made
 
 
-class Last:
-    """The last arguments of calls that differ only in the first arguments.
-
-    `values`, `words`: the arguments without tuples and None, and the word of each in a table.
-    """
-
-    def __init__(self, *arguments: Any) -> None:
-        self.values = [one for one in flat(arguments) if one is not None]
-        self.words = [id(one) if isinstance(one, ndarray) else one for one in self.values]
-
-
 class Call:
     """A call of a compiled kernel: its table, and references to the arrays it points to."""
 
-    __slots__ = ("_address", "_leaves", "_table", "code")
+    __slots__ = ("_address", "_arguments", "_table", "code")
 
-    def __init__(self, code: Code, leaves: Sequence[Any], table: Any) -> None:
-        self.code, self._leaves, self._table = code, leaves, table
-        self._address = ctypes.c_void_p(ctypes.addressof(table))
-
-    @classmethod
-    def of(cls, code: Code, leaves: list[Any]) -> Call:
-        """Return a call with these arguments, in which tuples are flattened."""
-        made, last = code.table_type(), Last(*leaves)
-        code.layout.pack(made, 0, *code.layout.head, *last.words)
-        return cls(code, last.values, made)
+    def __init__(self, code: Code, arguments: Sequence[Any]) -> None:
+        self.code, self._arguments, self._table = code, arguments, code.packed(arguments)
+        self._address = ctypes.c_void_p(ctypes.addressof(self._table))
 
     def __call__(self) -> Any:
         """Call the kernel, and return its result.
@@ -246,14 +213,14 @@ class Call:
         return self.code.result(self._table, raised)
 
     def _refusal(self, status: int) -> WrongArgumentError:
+        name, layout = self.code.name, self.code.layout
         if status == REFUSED:
             return WrongArgumentError(
-                f"the library of the kernel `{self.code.name}` needs another table than "
-                f"version {table.VERSION} with {self.code.layout.length} words"
+                f"the library of the kernel `{name}` needs another table than version "
+                f"{table.VERSION} with {layout.length} words"
             )
-        value = self._leaves[status - 1]
+        value = [one for one in self._arguments if one is not None][status - 1]
         return WrongArgumentError(
-            f"argument {status} of the kernel `{self.code.name}` (with tuples flattened, without "
-            f"None) must be a contiguous {self.code.words[status - 1]}, got "
-            f"{kind_of(value)} with strides {value.strides}"
+            f"argument {status} of the kernel `{name}` (without None) must be a contiguous "
+            f"{layout.words[status - 1]}, got {kind_of(value)} with strides {value.strides}"
         )

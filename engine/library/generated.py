@@ -19,7 +19,7 @@ from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, mod
 from ghostball.engine.library import table
 from ghostball.engine.library.plain_numba import array_in_one_piece
 from ghostball.engine.library.reached import REFERENCE_WORDS, mark
-from ghostball.engine.library.table import Kind, dtype_of, named
+from ghostball.engine.library.table import Kind, dtype_of
 
 # Offsets of numpy's fields, in bytes after the head of a Python object: `PyArrayObject_fields` and
 # `PyArray_Descr` in numpy/ndarraytypes.h. Programs compiled for any numpy since 1.7 rely on them.
@@ -160,88 +160,48 @@ def fits(address: int, head: int, dimensions: int, number: int) -> bool:
 mark(fits, inline=True)
 
 
-class _Source:
-    """The text of the kernel, and the values of its names."""
-
-    def __init__(self, first: int) -> None:
-        self.space: dict[str, Any] = {}
-        self.checks: list[str] = []
-        self._first = self._word = first
-
-    def argument(self, kind: Kind) -> str:
-        """Return the expression for an argument, which reads the next words of the table."""
-        if kind == "none":
-            return "None"
-        if kind[0] in ("tuple", "named"):
-            parts = "".join(f"{self.argument(part)}, " for part in kind[-1])
-            if kind[0] == "tuple":
-                return f"({parts})"
-            return f"{self._name(named(kind[1]))}({parts})"
-        at, place = f"table + {8 * self._word}", self._word - self._first
-        self._word += 1
-        if kind == "float":
-            return f"float_at({at})"
-        if kind == "int":
-            return f"word_at({at})"
-        if kind == "bool":
-            return f"word_at({at}) != 0"
-        dtype, dimensions = dtype_of(kind[1]), kind[2]
-        self.checks += [
-            f"    if not fits(word_at({at}), head, {dimensions}, {dtype.num}):",
-            f"        put_at(table + {8 * table.AT_STATUS}, {place + 1})",
-            "        return 0",
-        ]
-        maker = array_maker(numba.from_dtype(dtype), dimensions)
-        return f"{self._name(maker)}(word_at({at}) + head)"
-
-    def _name(self, value: Any) -> str:
-        name = f"name_{len(self.space)}"
-        self.space[name] = value
-        return name
-
-
-def _puts(result: Kind, value: str, word: int) -> tuple[list[str], int]:
-    """Return the lines that put a result into the table, and the next word."""
-    if result == "none":
-        return [], word
-    if isinstance(result, str):
-        return [f"    put_at(table + {8 * word}, {value})"], word + 1
-    lines: list[str] = []
-    for k, part in enumerate(result[-1]):
-        more, word = _puts(part, f"{value}[{k}]", word)
-        lines += more
-    return lines, word
-
-
 def unpacking(kernel: Any, fitting: Any, kinds: list[Kind], result: Kind) -> Callable[..., Any]:
     """Return a function that takes the address of a table, and calls `kernel` with its arguments.
 
     `kernel`, `fitting`: numba's dispatchers of the kernel and of `fits`.
     """
-    layout = table.Layout(kinds, result)
-    source = _Source(layout.first)
-    arguments = ", ".join([source.argument(kind) for kind in kinds])
-    lines = [
-        "def unpacked(table):",
-        f"    if word_at(table + {8 * table.AT_VERSION}) != {table.VERSION}:",
-        "        return 0",
-        f"    if word_at(table + {8 * table.AT_LENGTH}) != {layout.length}:",
-        "        return 0",
-        f"    head = word_at(table + {8 * table.AT_HEAD})",
-        *source.checks,
-        f"    put_at(table + {8 * table.AT_STATUS}, {table.ENTERED})",
-        f"    result = kernel({arguments})",
-        *_puts(result, "result", table.AT_RESULT)[0],
-        "    return 0",
-    ]
-    space = {
-        **source.space,
+    space: dict[str, Any] = {
         "word_at": word_at,
         "float_at": float_at,
         "put_at": put_at,
         "fits": fitting,
         "kernel": kernel,
     }
+    arguments, checks, word = [], [], table.AT_FIRST
+    for kind in kinds:
+        at = f"table + {8 * word}"
+        word += kind != "none"
+        if not isinstance(kind, list):
+            read = {"none": "None", "float": f"float_at({at})", "int": f"word_at({at})"}
+            arguments.append(read.get(kind, f"word_at({at}) != 0"))
+            continue
+        dtype, dimensions = dtype_of(kind[1]), kind[2]
+        checks += [
+            f"    if not fits(word_at({at}), head, {dimensions}, {dtype.num}):",
+            f"        put_at(table + {8 * table.AT_STATUS}, {word - table.AT_FIRST})",
+            "        return 0",
+        ]
+        maker = f"array_{word}"
+        space[maker] = array_maker(numba.from_dtype(dtype), dimensions)
+        arguments.append(f"{maker}(word_at({at}) + head)")
+    lines = [
+        "def unpacked(table):",
+        f"    if word_at(table + {8 * table.AT_VERSION}) != {table.VERSION}:",
+        "        return 0",
+        f"    if word_at(table + {8 * table.AT_LENGTH}) != {word}:",
+        "        return 0",
+        f"    head = word_at(table + {8 * table.AT_HEAD})",
+        *checks,
+        f"    put_at(table + {8 * table.AT_STATUS}, {table.ENTERED})",
+        f"    result = kernel({', '.join(arguments)})",
+        *([] if result == "none" else [f"    put_at(table + {8 * table.AT_RESULT}, result)"]),
+        "    return 0",
+    ]
     exec("\n".join(lines), space)
     function: Callable[..., Any] = space["unpacked"]
     return function

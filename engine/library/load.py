@@ -112,7 +112,6 @@ def build(orders: list[Order], finished: Callable[[int], None] = lambda _: None)
         {
             "kernel": f"{one.function.__module__}:{one.function.__qualname__}",
             "kinds": one.kinds,
-            "result": table.kind_of_result(one.function),
             "target": processor.target(),
             "out": str(one.path),
             "digest": _digest(one.function),

@@ -16,15 +16,13 @@ from __future__ import annotations
 
 import json
 import struct
-import typing
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from importlib import import_module
-from types import NoneType
 from typing import Any
 
 import numpy as np
 
-VERSION = 1
+VERSION = 2
 """Version of the table's layout; a library for another version refuses the table."""
 
 # Indices into a table.
@@ -32,7 +30,8 @@ AT_VERSION = 0
 AT_LENGTH = 1  # number of words
 AT_HEAD = 2  # size of the head of a Python object, after which numpy's fields follow [bytes]
 AT_STATUS = 3  # ENTERED, REFUSED, or the number of the first wrong argument, from 1
-AT_RESULT = 4  # the result, one word per number; then the arguments
+AT_RESULT = 4  # the result, if the kernel returns a number
+AT_FIRST = 5  # the first argument
 
 ENTERED = 0
 REFUSED = -1
@@ -43,8 +42,7 @@ OBJECT_HEAD = object.__basicsize__
 Kind = Any
 """The type of an argument, as stored in JSON.
 
-"int", "float", "bool" or "none"; ["array", dtype, dimensions]; ["tuple", [kinds]] or ["named",
-"module:class", [kinds]].
+"int", "float", "bool", "none", or ["array", dtype, dimensions].
 """
 
 
@@ -67,30 +65,17 @@ def kind_of(value: Any) -> Kind:
                 raise TypeError(f"a kernel can't take numbers with another byte order: {value!r}")
             fields = value.dtype.fields and [list(field) for field in value.dtype.descr]
             return ["array", fields or value.dtype.str[1:], value.ndim]
-        case tuple():
-            kinds = [kind_of(part) for part in value]
-            if hasattr(value, "_fields"):
-                return ["named", f"{type(value).__module__}:{type(value).__qualname__}", kinds]
-            return ["tuple", kinds]
     raise TypeError(f"a kernel can't take a {type(value).__name__}: {value!r}")
 
 
 def kind_of_result(function: Callable[..., Any]) -> Kind:
     """Return the kind of a kernel's result, from its annotation."""
     hint = function.__annotations__["return"]
-    return _kind_of_hint(eval(hint, function.__globals__) if isinstance(hint, str) else hint)
-
-
-def _kind_of_hint(hint: Any) -> Kind:
-    simple = {NoneType: "none", None: "none", bool: "bool", int: "int", float: "float"}
-    if hint in simple:
-        return simple[hint]
-    if hasattr(hint, "_fields"):
-        kinds = [_kind_of_hint(part) for part in typing.get_type_hints(hint).values()]
-        return ["named", f"{hint.__module__}:{hint.__qualname__}", kinds]
-    if typing.get_origin(hint) is tuple:
-        return ["tuple", [_kind_of_hint(part) for part in typing.get_args(hint)]]
-    raise TypeError(f"a kernel can't return {hint!r} to Python")
+    hint = eval(hint, function.__globals__) if isinstance(hint, str) else hint
+    kind = {None: "none", bool: "bool", int: "int", float: "float"}.get(hint)
+    if kind is None:
+        raise TypeError(f"a kernel can't return {hint!r} to Python")
+    return kind
 
 
 def text_of(kinds: Kind) -> str:
@@ -109,28 +94,6 @@ def dtype_of(name: Any) -> np.dtype[Any]:
     return np.dtype(name if isinstance(name, str) else [tuple(field) for field in name])
 
 
-def words_in(kinds: Iterable[Kind]) -> Iterator[Kind]:
-    """Yield the kind of each argument word of a table, in order."""
-    for kind in kinds:
-        if kind == "none":
-            continue
-        if kind[0] in ("tuple", "named"):
-            yield from words_in(kind[-1])
-        else:
-            yield kind
-
-
-def flat(values: Iterable[Any]) -> list[Any]:
-    """Return values with tuples replaced by their elements, at any depth."""
-    leaves: list[Any] = []
-    for value in values:
-        if isinstance(value, tuple):
-            leaves += flat(value)
-        else:
-            leaves.append(value)
-    return leaves
-
-
 _FORMATS = {"float": "d", "bool": "?7x"}
 """The `struct` formats of words of these kinds; all other words are integers."""
 
@@ -138,36 +101,22 @@ _FORMATS = {"float": "d", "bool": "?7x"}
 class Layout:
     """The layout of the tables of a kernel that is compiled for some kinds of arguments.
 
+    `words`: the kind of each argument that has a word, in order.
     `length`: number of words in a table.
-    `first`: index of the first argument.
     `pack`: packs all words into a table.
     """
 
     def __init__(self, kinds: list[Kind], result: Kind) -> None:
-        results = list(words_in([result]))
-        self.first = AT_RESULT + len(results)
-        numbers = [_FORMATS.get(kind, "q") for kind in map(str, words_in(kinds))]
-        self.length = self.first + len(numbers)
-        self.pack = struct.Struct(f"{self.first}q{''.join(numbers)}").pack_into
-        self.head = (VERSION, self.length, OBJECT_HEAD, REFUSED, *(0 for _ in results))
+        self.words = [kind for kind in kinds if kind != "none"]
+        self.length = AT_FIRST + len(self.words)
+        formats = "".join(_FORMATS.get(str(kind), "q") for kind in self.words)
+        self.pack = struct.Struct(f"{AT_FIRST}q{formats}").pack_into
+        self.head = (VERSION, self.length, OBJECT_HEAD, REFUSED, 0)
         self._result = result
-        self._unpack = struct.Struct(
-            "".join("d" if kind == "float" else "q" for kind in results)
-        ).unpack_from
+        self._unpack = struct.Struct(_FORMATS.get(result, "q")).unpack_from
 
     def result(self, table: Any) -> Any:
         """Return the result that the kernel has put in a table."""
         if self._result == "int":  # the result of most kernels
             return table[AT_RESULT]
-        return _made(self._result, iter(self._unpack(table, 8 * AT_RESULT)))
-
-
-def _made(kind: Kind, words: Iterator[Any]) -> Any:
-    if kind == "none":
-        return None
-    if kind == "bool":
-        return bool(next(words))
-    if isinstance(kind, str):
-        return next(words)
-    parts = tuple(_made(part, words) for part in kind[-1])
-    return parts if kind[0] == "tuple" else named(kind[1])(*parts)
+        return None if self._result == "none" else self._unpack(table, 8 * AT_RESULT)[0]

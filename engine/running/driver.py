@@ -13,7 +13,15 @@ from ghostball.engine.core.rows import STATE_COLUMNS
 from ghostball.engine.library.entry import Needed
 from ghostball.engine.running import room
 from ghostball.engine.running.from_scene import layout_of, log_of
-from ghostball.engine.running.room import STATUS, WORK_AT_ONCE, Limits, Log, Room, shots_of
+from ghostball.engine.running.room import (
+    NO_LOG,
+    STATUS,
+    WORK_AT_ONCE,
+    Limits,
+    Log,
+    Room,
+    shots_of,
+)
 from ghostball.engine.running.skips import Skip
 from ghostball.engine.running.variants import Variant, still_scene
 from ghostball.model import ExactTrajectory, Physics, Samples, Scene
@@ -24,8 +32,8 @@ _FIRST_LOG = 1_024
 """Number of events in the first log; each further log has twice as many."""
 
 
-_THE_ONE = np.zeros(1, dtype=np.int64)
-_THE_ONE.flags.writeable = False
+_FIRST_SHOT = np.zeros(1, dtype=np.int64)
+_FIRST_SHOT.flags.writeable = False
 
 _BALL_BALL, _BALL_CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.label
 
@@ -50,12 +58,6 @@ def warm_up(variant: Variant) -> None:
 def needed(variant: Variant) -> Needed:
     """Return a variant of the kernels, for compiling or loading."""
     return room.needed(layout_of(still_scene(variant)), variant.value)
-
-
-@cache
-def _no_log(columns: int) -> Log:
-    """Return an empty log, shared by all runs that keep none."""
-    return log_of(0, 0, columns)
 
 
 def _elastic_laws(physics: Physics) -> list[str]:
@@ -100,42 +102,37 @@ class KernelRun:
         start: st.FloatArray | None = None,
         t_max: float | None = None,
     ) -> None:
-        self.status = Status.FAILED
-        self.reason = ""
-        self.t_end = 0.0
-        self.wall_time = 0.0
-        self._keep_log = keep_log
-        self._scene = scene
         layout = layout_of(scene, off)
         self._layout = layout = layout if t_max is None else layout.ending(t_max)
-        self.size = n = len(layout.radii)
-        self.variant = layout.variant
+        self._scene, self._keep_log = scene, keep_log
+        self.variant, self.size = layout.variant, layout.count
+        self.status, self.reason = Status.FAILED, ""
+        self.t_end = self.wall_time = 0.0
         self._room = Room(layout)
-        self._log = log_of(_FIRST_LOG, n, layout.columns) if keep_log else _no_log(layout.columns)
-        self._shots = shots_of(1, n, 3)
+        self._log = log_of(_FIRST_LOG, self.size, layout.columns) if keep_log else NO_LOG
+        self._logs: list[Log] = []
+        self._shots = shots_of(1, self.size, 3)
         if start is not None:
             self._shots = self._shots._replace(starts=np.ascontiguousarray(start[np.newaxis]))
         self._clock, self._counters = self._shots.clocks[0], self._shots.counts[0]
         self._counters[st.STATUS] = st.RUN_CONTINUES
-        self._logs: list[Log] = []
 
     @property
     def _state(self) -> st.FloatArray:
         """`Balls.state` at the present time of the run."""
         return self._room.numbers[: self.size * STATE_COLUMNS].reshape(self.size, STATE_COLUMNS)
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of all arrays that the kernels work on [B]."""
-        arrays = (self._room.numbers, *self._log, *self._shots)
-        return sum(array.nbytes for array in arrays)
-
     def go(self, limits: Limits) -> None:
         """Run to the end or to a limit."""
-        while (code := self._continue(limits)) is None:
-            pass
+        while True:
+            self.play(limits)
+            code = self._counters.item(st.STATUS)
+            if code == st.RUN_LOG_FULL:
+                self._start_new_log()
+            elif code != st.RUN_PAUSED:
+                break
         self.status = STATUS[code]
-        self.t_end = float(self._clock[st.END])
+        self.t_end = self._clock.item(st.END)
         if not self.status.complete:
             self._say_why(code)
         self._check_resolved()
@@ -199,28 +196,18 @@ class KernelRun:
             return f"{ball} has its next event at {state[st.OWN_TIME]:.9g} s, not later than now"
         return f"{ball} has no finite motion ({', '.join(wrong)})"
 
-    def _continue(self, limits: Limits) -> int | None:
-        """Continue the run; return its final status, or None if it isn't finished."""
-        self.play(limits)
-        code = int(self._counters[st.STATUS])
-        if code == st.RUN_LOG_FULL:
-            self._start_new_log()
-        elif code != st.RUN_PAUSED:
-            return code
-        return None
-
     def play(self, limits: Limits, budget: int = WORK_AT_ONCE) -> None:
         """Continue the run for as much work as `budget`, or to the end; see the counter STATUS."""
         started = time.perf_counter()
-        begun = bool(self._counters[st.STATUS] != st.RUN_CONTINUES)
+        begun = self._counters.item(st.STATUS) != st.RUN_CONTINUES
         try:
-            self._room.play(self._shots, _THE_ONE, 0, begun, self._log, limits, budget=budget)
+            self._room.play(self._shots, _FIRST_SHOT, 0, begun, self._log, limits, budget=budget)
         finally:
             self.wall_time += time.perf_counter() - started
 
     def _check_resolved(self) -> None:
         """Fail if a ball is so far away that double precision can't resolve a collision there."""
-        farthest, smallest = float(self._clock[st.FARTHEST]), self._layout.smallest_radius
+        farthest, smallest = self._clock.item(st.FARTHEST), self._layout.smallest_radius
         if self.status is not Status.FAILED and not position_rounding(farthest) < smallest:
             self.status = Status.FAILED
             self.reason = (
@@ -243,8 +230,8 @@ class KernelRun:
     def collision_counts(self) -> dict[str, int]:
         """Return the number of collisions by kind."""
         return {
-            _BALL_BALL: int(self._counters[st.BALL_BALL]),
-            _BALL_CUSHION: int(self._counters[st.BALL_CUSHION]),
+            _BALL_BALL: self._counters.item(st.BALL_BALL),
+            _BALL_CUSHION: self._counters.item(st.BALL_CUSHION),
         }
 
     def work(self) -> dict[str, int]:

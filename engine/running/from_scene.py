@@ -28,7 +28,6 @@ from ghostball.engine.core.state import (
     Pairs,
 )
 from ghostball.engine.impacts.hertz import loss_of
-from ghostball.engine.library.entry import Last
 from ghostball.engine.running.obstacle_rows import obstacles_of, outer_of
 from ghostball.engine.running.skips import Skip, is_uniform, uses_cells
 from ghostball.engine.running.variants import Variant, variant_of
@@ -69,13 +68,8 @@ class SceneLayout:
     columns: int  # number of columns of `Log.motion`
 
     @cached_property
-    def fixed(self) -> Last:
-        """The last arguments of the kernel, which are the same in each call for a scene."""
-        return Last(*self.arguments)
-
-    @property
     def arguments(self) -> tuple[Any, ...]:
-        """The same arguments as a tuple."""
+        """The last arguments of the kernel, which are the same in each call for a scene."""
         return (
             self.block.numbers,
             self.block.offsets,

@@ -13,9 +13,8 @@ import numpy as np
 from ghostball.engine.core import state as st
 from ghostball.engine.core.block import END
 from ghostball.engine.event_loop.play import START_COLUMNS, play
-from ghostball.engine.library.entry import COMPILED, Code, Needed
+from ghostball.engine.library.entry import Needed
 from ghostball.engine.running.from_scene import SceneLayout, log_of
-from ghostball.engine.running.variants import Variant
 from ghostball.model.events import Status
 
 WORK_AT_ONCE = 5_000_000
@@ -100,11 +99,9 @@ class Room:
         budget: int = WORK_AT_ONCE,
     ) -> int:
         """Simulate shots, see `event_loop.play.play`; return the index of the next in `which`."""
-        arrays = (which, *shots, *log, self.numbers)
+        scene = self._layout.arguments
         numbers = (first, continues, who, *limits, budget)
-        if not COMPILED:
-            return int(play(*arrays, *numbers, *self._layout.arguments))
-        return int(_code_of(self._layout).call(arrays, numbers, self._layout.fixed)())
+        return int(play(which, *shots, *log, self.numbers, *numbers, *scene))
 
     def play_all(
         self,
@@ -132,31 +129,7 @@ class Room:
 
 def needed(layout: SceneLayout, name: str) -> Needed:
     """Return the kernel that shots of a scene need, for compiling, with its `name` in messages."""
-    arrays = (
-        _NO_INTEGERS,
-        _NO_STARTS,
-        np.empty((0, st.CLOCKS)),
-        np.empty((0, st.COUNTERS), dtype=np.int64),
-        np.empty((0, 0, 0, 3)),
-        _NO_NUMBERS,
-        np.empty((3, 0), dtype=np.int64),
-        _NO_INTEGERS,
-        np.empty((0, 0)),
-        _NO_NUMBERS,
-    )
+    shots, none = shots_of(0, 0, 0), np.empty(0, dtype=np.int64)
     numbers = (0, False, 0, 0, 0, 0)
-    return Needed(play, (*arrays, *numbers, *layout.arguments), name)
-
-
-_NO_INTEGERS, _NO_NUMBERS = np.empty(0, dtype=np.int64), np.empty(0)
-
-
-def _code_of(layout: SceneLayout) -> Code:
-    """Return the compiled kernel for a scene."""
-    code = _CODES.get(layout.variant)
-    if code is None:
-        code = _CODES[layout.variant] = needed(layout, "shots").load().code
-    return code
-
-
-_CODES: dict[Variant, Code] = {}
+    arguments = (none, *shots, *NO_LOG, np.empty(0), *numbers, *layout.arguments)
+    return Needed(play, arguments, name)

@@ -55,9 +55,11 @@ def write(rows: Rows, out: FloatArray) -> int:
 
 
 @kernel(entry=True)
-def computed(rows: Rows, scale: float, memory: FloatArray, out: FloatArray) -> int:
+def computed(
+    x: FloatArray, counts: IntArray, scale: float, memory: FloatArray, out: FloatArray
+) -> int:
     """Write a number for each row, and return how many there are."""
-    count = write(by_reference(rows, memory), out)
+    count = write(by_reference(Rows(x, counts), memory), out)
     for i in range(count):
         out[i] *= scale
     return count
@@ -66,8 +68,8 @@ def computed(rows: Rows, scale: float, memory: FloatArray, out: FloatArray) -> i
 def arguments() -> tuple[Any, ...]:
     """Return arguments of `computed`, the same each time."""
     random = np.random.default_rng(7)
-    rows = Rows(random.normal(size=(100, 3)), np.arange(100, dtype=np.int32))
-    return rows, 0.3, np.zeros(REFERENCE_WORDS), np.full(100, np.nan)
+    x, counts = random.normal(size=(100, 3)), np.arange(100, dtype=np.int32)
+    return x, counts, 0.3, np.zeros(REFERENCE_WORDS), np.full(100, np.nan)
 
 
 def compiled_bits() -> str:
@@ -76,18 +78,18 @@ def compiled_bits() -> str:
 
     given = arguments()
     kinds = [table.kind_of(one) for one in given]
-    made = build.object_code(computed.function, kinds, "int", processor.target())
+    made = build.object_code(computed.function, kinds, processor.target())
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "kernel.o")
         path.write_bytes(made)
         code = Code(computed.function, kinds, load.entry_of(path))
-        assert Call.of(code, table.flat(given))() == 100
+        assert Call(code, given)() == 100
     return bits(given)
 
 
 def bits(given: tuple[Any, ...]) -> str:
     """Return the bytes that `computed` wrote into its arguments."""
-    return bytes(given[0].counts.tobytes() + given[3].tobytes()).hex()
+    return bytes(given[1].tobytes() + given[4].tobytes()).hex()
 
 
 def main() -> None:

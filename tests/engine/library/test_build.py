@@ -23,7 +23,7 @@ def test_a_kernel_that_calls_functions_of_numba_is_refused(monkeypatch):
     monkeypatch.setattr(build, "OF_OTHERS", ("hypot",))
     kinds = [["array", "f8", 2], ["array", "f8", 1], ["array", "f8", 1]]
     with pytest.raises(TypeError, match=r"the kernel `stop` calls \['hypot'\]"):
-        build.object_code(slowing.stop.function, kinds, "none", processor.target())
+        build.object_code(slowing.stop.function, kinds, processor.target())
 
 
 def test_calls_while_compiling_ask_the_system_for_no_memory():

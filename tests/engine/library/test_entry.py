@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ghostball.engine.library import load, table
-from ghostball.engine.library.entry import COMPILED, Entry, Last, Needed, WrongArgumentError
+from ghostball.engine.library.entry import COMPILED, Entry, Needed, WrongArgumentError
 from ghostball.engine.library.table import kind_of
 from ghostball.reference_adapters.stepping import slowing
 
@@ -32,15 +32,6 @@ def test_a_bound_call_can_be_made_again():
         times[:] = 7.0
         call()
         np.testing.assert_array_equal(times, [5.0, 5.0, 0.0])
-
-
-@compiled
-def test_a_call_with_other_arguments_of_the_same_types_uses_them():
-    times, others = np.zeros(3), np.zeros(2)
-    call = slowing.stop.bind(V, SLOWING, times)
-    call.code.call((V[1:],), (), Last(SLOWING[1:], None, others))()
-    np.testing.assert_array_equal(times, [0.0, 0.0, 0.0])
-    np.testing.assert_array_equal(others, [5.0, 0.0])
 
 
 @compiled
@@ -68,9 +59,7 @@ def test_an_entry_is_pickled_by_its_name():
 def test_the_same_types_of_other_dimensions_are_another_variant(monkeypatch):
     """Only the kernel detects the other dimensions; then the library for them is searched."""
     asked = []
-    monkeypatch.setattr(
-        Entry, "_code_for", lambda self, arguments, what: asked.append(arguments) or CODE
-    )
+    monkeypatch.setattr(Entry, "code_for", lambda self, arguments: asked.append(arguments) or CODE)
     one = Entry(slowing.stop.function)
     one._by_types[(np.ndarray,) * 3] = CODE = slowing.stop.bind(V, SLOWING, np.empty(3)).code
     with pytest.raises(WrongArgumentError):

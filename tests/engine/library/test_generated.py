@@ -42,7 +42,7 @@ def test_a_bound_kernel_refuses_arrays_of_another_type_and_writes_nothing(change
     call = slowing.stop.bind(V, SLOWING, times)
     table_of = call._table
     table_of[len(table_of) - 1] = id(other)
-    call._leaves[2] = other
+    call._arguments = (V, SLOWING, other)
     with pytest.raises(WrongArgumentError, match="argument 3 of the kernel `stop`"):
         call()
     assert np.all(np.asarray(times) == 7.0)

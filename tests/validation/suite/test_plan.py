@@ -82,7 +82,7 @@ def test_planning_solves_proves_compiles_and_plays_nothing(monkeypatch: pytest.M
     monkeypatch.setattr(closed_forms, "FORMS", forms)
     monkeypatch.setattr(closed_forms, "form_of_shape", refuse)
     monkeypatch.setattr("ghostball.validation.truth.certificates.certify", refuse)
-    for name in ("__call__", "bind", "bind_kinds"):  # these compile, load or call a kernel
+    for name in ("__call__", "bind", "code_for"):  # these compile, load or call a kernel
         monkeypatch.setattr(Entry, name, refuse)
     monkeypatch.setattr(load, "build", refuse)
     closed_forms._solved.cache_clear()
