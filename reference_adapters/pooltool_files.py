@@ -52,7 +52,7 @@ Vector = tuple[float, float, float]
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False, defer_build=True)
 
 
 class _State(_Part):
@@ -97,7 +97,9 @@ class _Cue(_Part):
     a: float
     b: float
     cue_ball_id: str
-    specs: _Specs = _Specs(M=0.567, end_mass=0.170097 / 30)  # pooltool's defaults
+    specs: _Specs = Field(  # pooltool's defaults
+        default_factory=lambda: _Specs(M=0.567, end_mass=0.170097 / 30)
+    )
 
 
 class _Linear(_Part):

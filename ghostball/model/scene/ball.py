@@ -99,14 +99,12 @@ class Ball(ScenePart):
             if field in self.model_fields_set and value is not None:
                 name = field.replace("_", " ")
                 raise problem(
-                    "struck_in_motion",
                     f"must not have both a strike and its own {name}, got {value}: the cue sets "
                     f"the ball in motion. Remove the strike or the {name}",
                     at=(field,),
                 )
         if self.position[2] != self.radius:
             raise problem(
-                "struck_in_the_air",
                 f"must have z = {self.radius} m, the radius, because a ball with a strike must lie "
                 f"on the cloth; got {self.position[2]} m. Remove z, or give the ball a velocity "
                 "instead of the strike",

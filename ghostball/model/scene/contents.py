@@ -204,7 +204,6 @@ def _check_sizes(balls: list[Any], table: str, physics: str) -> None:
         missing = [name for name in POOL_BALL if name not in given]
         if missing:
             raise problem(
-                "no_usual_ball",
                 f"`balls[{i}].{missing[0]}` must be given, because {table} and {physics} have "
                 "different balls. Give `radius` and `mass` of each ball, or choose presets of one "
                 "game",

@@ -41,13 +41,13 @@ SMALLEST = 1.0 / LARGEST
 """Smallest value of a positive field. Such fields are divisors: a spin is v / R, at most 1e100."""
 
 
-def problem(kind: str, rule: str, *, at: tuple[int | str, ...] = ()) -> PydanticCustomError:
+def problem(rule: str, *, at: tuple[int | str, ...] = ()) -> PydanticCustomError:
     """Return the error that a validator raises.
 
-    `kind` is pydantic's type of the error, `rule` a sentence. `at` is the location of the field at
-    fault, relative to the validator; it is used to find the line in a file.
+    `rule` is a sentence. `at` is the location of the field at fault, relative to the validator; it
+    is used to find the line in a file.
     """
-    return PydanticCustomError(kind, "{sentence}", {"sentence": rule, "at": at})
+    return PydanticCustomError("broken_rule", "{sentence}", {"sentence": rule, "at": at})
 
 
 def in_degrees(value: float) -> str:
@@ -71,7 +71,6 @@ def whole_number(value: Any) -> Any:
 def _two_or_three(value: tuple[float, ...]) -> tuple[float, ...]:
     if len(value) not in (2, 3):
         raise problem(
-            "vector_length",
             f"must have 2 or 3 components, got {len(value)}",
         )
     return value

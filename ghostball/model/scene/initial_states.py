@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from pydantic_core import PydanticCustomError
 
 from ghostball.model.arrays import BoolArray, FloatArray, IntArray
 from ghostball.model.scene.ball import fill_in_motion, rolling_angular_velocity
 from ghostball.model.scene.contents import SceneContents
+from ghostball.model.scene.fields import problem
 from ghostball.model.scene.strike import (
     Aims,
     Strike,
@@ -35,6 +37,11 @@ class InitialStates(NamedTuple):
         """Return the name of ball k, or of one of its fields, for a message."""
         name = f"`balls[{self.ball[k]}]{field}`"
         return name if self.shot is None else f"{name} in shot {self.shot[k]}"
+
+    def problem(self, k: int, field: str, rule: str) -> PydanticCustomError:
+        """Return the error of a field of ball k, with a sentence that the field's name begins."""
+        at = ("balls", int(self.ball[k]), field)
+        return problem(f"{self.name(k, f'.{field}')} {rule}", at=at)
 
 
 def apply_table_reaction(scene: SceneContents) -> None:

@@ -49,7 +49,6 @@ def _check_laws_without_spin(scene: SceneContents) -> None:
         found.append(f"`{field}` = {shown}{source}")
     mended = " and ".join(f"`{field}` = {value}" for field, value in wrong.items())
     raise problem(
-        "needs_spin",
         f'`motion` must be "sliding" with {" and ".join(found)}: with "rolling", spin is fixed by '
         'the velocity, so no impact can change it. Set `motion` = "sliding", or '
         f"{mended}",
@@ -70,7 +69,6 @@ def _check_limits(scene: SceneContents) -> None:
             if not isinstance(value, float) or value <= most:
                 continue
             raise problem(
-                "beyond_law",
                 f'`{prefix}{field}` must be at most {most} if `ball_impact` = "{law.name}", got '
                 f"{value}: the law applies only to balls that stay on the cloth. Lower it, or set "
                 f"`ball_impact` = {choice(other.name for other in BALL_LAWS if not other.limits)}",
@@ -96,7 +94,6 @@ def _check_cushion_height(scene: SceneContents) -> None:
             others = (law.name for law in CUSHION_LAWS if "cushion_height" not in law.uses)
             where, mended = f'`cushion` = "{physics.cushion}"', f"`cushion` = {choice(others)}"
         raise problem(
-            "cushion_height",
             f"`cushion_height` must be {needed} if {where}, got {height} m, but `balls[{i}]` is "
             f"{2.0 * ball.radius} m high. Change `cushion_height`, or set {mended}",
             at=("physics", "cushion_height"),

@@ -36,32 +36,30 @@ def _check_rolling(scene: SceneContents, starts: InitialStates) -> None:
     scale = np.max(np.abs(np.hstack((rolling, spin))), axis=1, keepdims=True)
     for k in np.flatnonzero(np.any(np.abs(spin - rolling) > 1e-9 * scale, axis=1))[:1]:
         if scene.balls[starts.ball[k]].strike is not None and starts.shot is None:
-            raise problem(
-                "not_rolling",
-                f"{starts.name(k, '.strike')} must make the ball roll without slip if "
-                f'`motion` = "rolling": level, without side, with `offset_up` = 0.4 and `squirt` = '
-                f'"none". It gives {tuple(spin[k].tolist())} rad/s instead of '
-                f'{tuple(rolling[k].tolist())}. Change the strike, or set `motion` = "sliding"',
-                at=("balls", int(starts.ball[k]), "strike"),
+            raise starts.problem(
+                k,
+                "strike",
+                'must make the ball roll without slip if `motion` = "rolling": level, without '
+                'side, with `offset_up` = 0.4 and `squirt` = "none". It gives '
+                f"{tuple(spin[k].tolist())} rad/s instead of {tuple(rolling[k].tolist())}. Change "
+                'the strike, or set `motion` = "sliding"',
             )
-        raise problem(
-            "not_rolling",
-            f"{starts.name(k, '.angular_velocity')} must equal {tuple(rolling[k].tolist())}, "
-            f'rolling without slip, because `motion` = "rolling"; got '
-            f'{tuple(spin[k].tolist())}. Remove it, or set `motion` = "sliding"',
-            at=("balls", int(starts.ball[k]), "angular_velocity"),
+        raise starts.problem(
+            k,
+            "angular_velocity",
+            f"must equal {tuple(rolling[k].tolist())}, rolling without slip, because `motion` = "
+            f'"rolling"; got {tuple(spin[k].tolist())}. Remove it, or set `motion` = "sliding"',
         )
 
 
 def _check_spin(starts: InitialStates) -> None:
     surface = np.where(starts.given, starts.radius * _size(starts.spin), 0.0)
     for k in np.flatnonzero(surface > LARGEST)[:1]:
-        raise problem(
-            "fast_spin",
-            f"{starts.name(k, '.angular_velocity')} must give a surface speed of at most "
-            f"{LARGEST:g} m/s, got {tuple(starts.spin[k].tolist())} rad/s, which gives "
-            f"{surface[k]:g} m/s",
-            at=("balls", int(starts.ball[k]), "angular_velocity"),
+        raise starts.problem(
+            k,
+            "angular_velocity",
+            f"must give a surface speed of at most {LARGEST:g} m/s, got "
+            f"{tuple(starts.spin[k].tolist())} rad/s, which gives {surface[k]:g} m/s",
         )
 
 
@@ -85,7 +83,6 @@ def _check_drag(scene: SceneContents, starts: InitialStates) -> None:
         drag: float = getattr(physics, field)
         if drag * float(speeds[k]) > MAX_DRAG_RATE:
             raise problem(
-                "fast_drag",
                 f"`physics.{field}` times the speed of a ball must be at most {MAX_DRAG_RATE:g} "
                 f"per second, got {drag:g} 1/m times the {speeds[k]:g} m/s of {starts.name(k)}: "
                 "its motion would exceed the range of doubles. Lower one of them",
@@ -93,7 +90,6 @@ def _check_drag(scene: SceneContents, starts: InitialStates) -> None:
             )
     if physics.airborne and physics.air_drag * physics.gravity > MAX_FALL_DRAG:
         raise problem(
-            "fast_drag",
             f"`physics.air_drag` times `physics.gravity` must be at most {MAX_FALL_DRAG:g} per "
             f"second squared if `airborne` = true, got {physics.air_drag:g} 1/m times "
             f"{physics.gravity:g} m/s^2: a fall would exceed the range of doubles. Lower one of "
@@ -114,7 +110,6 @@ def _check_ends(scene: SceneContents, starts: InitialStates) -> None:
     speeds = _speeds(starts)
     if scene.physics.airborne and scene.physics.table_restitution == 1.0:
         raise problem(
-            "endless",
             "`t_max` must be given if `table_restitution` is 1: a bouncing ball might never come "
             "to rest. Set `t_max` to a time in seconds",
             at=("physics", "table_restitution"),
@@ -143,7 +138,6 @@ def _check_impacts_end(scene: SceneContents, starts: InitialStates) -> None:
     impacts = float(ways[k]) / float(np.hypot(table.length, table.width)) - len(scene.balls)
     if impacts > MAX_IMPACTS:
         raise problem(
-            "endless",
             f"`t_max` must be given if balls would hit cushions more than {MAX_IMPACTS:g} "
             f"times before they rest: {starts.name(k)} starts at {speeds[k]:g} m/s and needs at "
             f"least {impacts:.2g} collisions to come to rest. Set `t_max` to a time in seconds, "
@@ -165,7 +159,6 @@ def _check_stops(
     deceleration = float(frictions[j]) * scene.physics.gravity
     if deceleration == 0.0 and speeds[k] > 0.0:
         raise problem(
-            "endless",
             f"`t_max` must be given if a ball moves ({starts.name(k)}) and a ball loses no speed "
             f"while it {verb}s (`balls[{j}]`, `{field}` = {float(frictions[j])}): it might never "
             "come to rest. Set `t_max` to a time in seconds",
@@ -173,7 +166,6 @@ def _check_stops(
         )
     if speeds[k] > LARGEST * deceleration:
         raise problem(
-            "endless",
             f"`t_max` must be given if a ball with the speed of {starts.name(k)}, "
             f"{speeds[k]:g} m/s, would {verb} for more than {LARGEST:g} s: `balls[{j}]` loses "
             f"{deceleration:g} m/s each second. Set `t_max` to a time in seconds",
@@ -192,7 +184,6 @@ def _check_spin_ends(scene: SceneContents, starts: InitialStates, speeds: FloatA
     j = int(np.argmin(np.where(rates > 0.0, rates, np.inf)))
     if spin > LARGEST * float(rates[j]):
         raise problem(
-            "endless",
             f"`t_max` must be given if a ball might spin for more than {LARGEST:g} s: it may "
             f"have {spin:g} rad/s, and `balls[{j}]` loses {rates[j]:g} rad/s each second. Set "
             "`t_max` to a time in seconds",

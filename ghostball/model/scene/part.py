@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
@@ -9,6 +10,17 @@ from pydantic_core import CoreSchema, core_schema
 
 from ghostball.model.errors import SceneError
 from ghostball.model.scene.messages import describe
+
+
+def with_preset(data: Any, presets: Mapping[str, Mapping[str, Any]], usual: str) -> Any:
+    """Return the given fields of a part, and those of its preset that aren't given.
+
+    `usual` is the preset if none is given. Data that isn't a dict is rejected later.
+    """
+    if not isinstance(data, dict):
+        return data
+    preset = data.get("preset", usual)
+    return {**(presets.get(preset, {}) if isinstance(preset, str) else {}), **data}
 
 
 class ScenePart(BaseModel):

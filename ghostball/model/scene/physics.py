@@ -28,7 +28,7 @@ from ghostball.model.scene.fields import (
     Positive,
     problem,
 )
-from ghostball.model.scene.part import ScenePart
+from ghostball.model.scene.part import ScenePart, with_preset
 
 YOUNGS_MODULUS = 5.84e9
 POISSONS_RATIO = 0.34
@@ -208,11 +208,7 @@ class Physics(ScenePart):
     @model_validator(mode="before")
     @classmethod
     def _apply_preset(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        preset = data.get("preset", "paper")
-        defaults = cls.PRESETS.get(preset, {}) if isinstance(preset, str) else {}
-        return {**defaults, **data}
+        return with_preset(data, cls.PRESETS, "paper")
 
     @model_validator(mode="after")
     def _no_field_without_effect(self) -> Self:
@@ -245,7 +241,6 @@ def _check_laws(physics: Physics) -> None:
             if field == "cushion_height" and physics.airborne:
                 continue  # airborne balls hit cushions at this height with every law
             raise problem(
-                "no_effect",
                 f'`{field}` = {value} has no effect with `{chooser}` = "{chosen.name}". Set '
                 f"`{chooser}` = {choice(law.name for law in laws if field in law.uses)}, or remove "
                 "the field",
@@ -256,7 +251,6 @@ def _check_laws(physics: Physics) -> None:
     landing = physics.table_restitution
     if not physics.airborne and landing not in _preset_values(physics, "table_restitution"):
         raise problem(
-            "no_effect",
             f"`table_restitution` = {landing} has no effect with `airborne` = false: balls never "
             "land. Set `airborne` = true, or remove the field",
             at=("table_restitution",),
@@ -270,7 +264,6 @@ def _check_compliant(physics: Physics) -> None:
             value = getattr(physics, field)
             if value not in _preset_values(physics, field):
                 raise problem(
-                    "no_effect",
                     f'`{field}` = {value} has no effect with `impacts` = "{physics.impacts}". Set '
                     '`impacts` = "compliant", or remove the field',
                     at=(field,),
@@ -278,7 +271,6 @@ def _check_compliant(physics: Physics) -> None:
         return
     if physics.ball_restitution < LEAST_RESTITUTION:
         raise problem(
-            "beyond_law",
             f"`ball_restitution` must be at least {LEAST_RESTITUTION} if `impacts` = "
             f'"compliant", got {physics.ball_restitution}: a contact that lasts can\'t lose more '
             'without pulling. Raise it, or set `impacts` = "simultaneous"',
@@ -286,7 +278,6 @@ def _check_compliant(physics: Physics) -> None:
         )
     if physics.airborne:
         raise problem(
-            "not_airborne",
             '`impacts` must be "simultaneous" or "sequential" if `airborne` = true, got '
             '"compliant": impacts that last keep balls on the cloth. Set `impacts` = '
             '"simultaneous", or `airborne` = false',
@@ -294,7 +285,6 @@ def _check_compliant(physics: Physics) -> None:
         )
     if entry_of(BALL_LAWS, physics.ball_impact).integrated:
         raise problem(
-            "beyond_law",
             f"`ball_impact` must be {choice(law.name for law in BALL_LAWS if not law.integrated)} "
             f'if `impacts` = "compliant", got "{physics.ball_impact}": impacts that last have no '
             'friction of the cloth. Set another law, or `impacts` = "simultaneous"',
@@ -314,7 +304,6 @@ def _check_airborne(physics: Physics) -> None:
             wrong[field] = choice(law.name for law in laws if not law.integrated)
     for field, instead in wrong.items():
         raise problem(
-            "not_airborne",
             f"`{field}` must be {instead} if `airborne` = true, got "
             f'"{getattr(physics, field)}": it keeps balls on the cloth. Set `{field}` = {instead}, '
             "or `airborne` = false",

@@ -24,7 +24,6 @@ from ghostball.model.sines import cosines_and_sines
 def _cut_angle(value: float) -> float:
     if not 0.5 * math.pi <= value < math.pi:
         raise problem(
-            "angle",
             f"must be an angle from pi / 2, and less than pi, got {value:g}. {in_degrees(value)}",
         )
     return value

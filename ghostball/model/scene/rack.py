@@ -18,7 +18,7 @@ from pydantic import Field, Strict, model_validator
 from ghostball.model.scene.ball import POOL_BALL, Ball
 from ghostball.model.scene.fields import Fraction, NonNegative, problem
 from ghostball.model.scene.messages import refusal
-from ghostball.model.scene.part import ScenePart
+from ghostball.model.scene.part import ScenePart, with_preset
 from ghostball.model.scene.table import Table
 
 Kind = Literal["3-ball", "6-ball", "8-ball", "9-ball", "10-ball"]
@@ -74,10 +74,7 @@ class Rack(ScenePart):
     @model_validator(mode="before")
     @classmethod
     def _apply_preset(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        preset = data.get("preset", "template")
-        return {**(cls.PRESETS.get(preset, {}) if isinstance(preset, str) else {}), **data}
+        return with_preset(data, cls.PRESETS, "template")
 
 
 def rack(
@@ -139,12 +136,11 @@ def add_rack(
     """
     fault = misfit_of(rack, table, size["radius"])
     if fault or table is None:
-        raise problem("rack_misfit", fault, at=("rack", "kind"))
+        raise problem(fault, at=("rack", "kind"))
     added = balls_of(rack, table, size["radius"], size["mass"])
     for i, ball in enumerate(listed):
         if any(ball.id == other.id for other in added):
             raise problem(
-                "duplicate_id",
                 f'`balls[{i}].id` must not be "{ball.id}": the {rack.kind} rack adds a ball with '
                 "that id. Rename it",
                 at=("balls", i, "id"),
@@ -155,7 +151,6 @@ def add_rack(
             overlap = reach - math.hypot(x, y)
             if overlap > _OVERLAP * reach:
                 raise problem(
-                    "overlap",
                     f"`balls[{i}].position` must leave room for the {rack.kind} rack: ball "
                     f'"{ball.id}" overlaps its ball "{other.id}" by {overlap:.3g} m. Move it',
                     at=("balls", i, "position"),

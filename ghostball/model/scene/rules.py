@@ -73,7 +73,6 @@ def _check_ids(scene: SceneContents) -> None:
     for i, ball in enumerate(scene.balls):
         if ball.id in seen:
             raise problem(
-                "duplicate_id",
                 f"`balls[{i}].id` must be unique, but `balls[{seen[ball.id]}]` is called "
                 f'"{ball.id}" too',
                 at=("balls", i, "id"),
@@ -105,12 +104,7 @@ def _check_height(scene: SceneContents, starts: InitialStates) -> None:
             if flies
             else f"must be 0, got {speed} m/s: the ball must stay on the cloth. Remove z"
         )
-    field = "position" if wrong[k] else "velocity"
-    raise problem(
-        "below_cloth" if flies else "off_cloth",
-        f"{starts.name(k, '.' + field)} z {rule}",
-        at=("balls", int(starts.ball[k]), field),
-    )
+    raise starts.problem(k, "position" if wrong[k] else "velocity", f"z {rule}")
 
 
 def _first(wrong: BoolArray) -> int | None:
@@ -126,12 +120,12 @@ def _check_resolved(starts: InitialStates) -> None:
     k = _first(rounding >= radii)
     if k is not None:
         x, y = starts.position[k, :2].tolist()
-        raise problem(
-            "unresolved",
-            f"{starts.name(k, '.position')} is too far from the origin: at ({x}, {y}) m doubles "
-            f"round by up to {rounding[k]:.2g} m, more than the radius, {radii[k]} m. Move the "
-            "scene closer to the origin",
-            at=("balls", int(starts.ball[k]), "position"),
+        raise starts.problem(
+            k,
+            "position",
+            f"is too far from the origin: at ({x}, {y}) m doubles round by up to "
+            f"{rounding[k]:.2g} m, more than the radius, {radii[k]} m. Move the scene closer to "
+            "the origin",
         )
 
 
@@ -148,13 +142,13 @@ def _check_inside(scene: SceneContents, starts: InitialStates) -> None:
     if k is not None:
         side = int(np.argmax(beyond[:, k]))
         far = "its radius" if reach[k] == radii[k] else "its reach at the height of the nose"
-        raise problem(
-            "outside",
-            f"{starts.name(k, '.position')} must be inside the table: ball "
-            f'"{scene.balls[starts.ball[k]].id}" at ({float(x[k])}, {float(y[k])}) m reaches '
-            f"{-gaps[side, k]:.6g} m beyond the {table.sides[side].name} cushion. Its centre must "
-            f"be at least {far}, {float(reach[k])} m, from each cushion",
-            at=("balls", int(starts.ball[k]), "position"),
+        raise starts.problem(
+            k,
+            "position",
+            f'must be inside the table: ball "{scene.balls[starts.ball[k]].id}" at '
+            f"({float(x[k])}, {float(y[k])}) m reaches {-gaps[side, k]:.6g} m beyond the "
+            f"{table.sides[side].name} cushion. Its centre must be at least {far}, "
+            f"{float(reach[k])} m, from each cushion",
         )
 
 
@@ -212,12 +206,8 @@ def _reject_where(wrong: BoolArray, scene: SceneContents, starts: InitialStates,
     if k is not None:
         x, y = starts.position[k, :2].tolist()
         ball = scene.balls[starts.ball[k]]
-        raise problem(
-            "outside",
-            f'{starts.name(k, ".position")} {rule}: ball "{ball.id}" is at ({x}, {y}) m, and its '
-            f"radius is {ball.radius:g} m",
-            at=("balls", int(starts.ball[k]), "position"),
-        )
+        where = f'ball "{ball.id}" is at ({x}, {y}) m, and its radius is {ball.radius:g} m'
+        raise starts.problem(k, "position", f"{rule}: {where}")
 
 
 def _reach_of_nose(scene: SceneContents, starts: InitialStates) -> FloatArray:
@@ -242,7 +232,6 @@ def _check_overlaps(scene: SceneContents, starts: InitialStates) -> None:
     one, other = scene.balls[j].id, scene.balls[i].id
     distance = np.sqrt(np.sum((centres[shot, j] - centres[shot, i]) ** 2))
     raise problem(
-        "overlap",
         f'`balls[{j}]` ("{one}") and {starts.name(shot * n + i)} ("{other}") overlap by '
         f"{overlap:.6g} m: their centres are {distance:.9g} m apart and their radii add up to "
         f"{radii[i] + radii[j]:.9g} m. Move one of them",

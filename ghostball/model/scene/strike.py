@@ -59,7 +59,6 @@ _IMPULSE_TO_STICK = 2.0 / 7.0
 def _one_turn(value: float) -> float:
     if not -2.0 * math.pi <= value <= 2.0 * math.pi:
         raise problem(
-            "direction",
             f"must be an angle from -2 pi to 2 pi, got {value:g}. {in_degrees(value)}",
         )
     return value
@@ -68,13 +67,11 @@ def _one_turn(value: float) -> float:
 def _from_above(value: float) -> float:
     if value < 0.0:
         raise problem(
-            "from_below",
             f"must be at least 0, got {value:g}: the cue would start below the cloth. Raise the "
             "butt; to hit the ball lower, lower offset_up",
         )
     if value >= 0.5 * math.pi:
         raise problem(
-            "elevation",
             f"must be less than pi / 2, where the cue stands upright, got {value:g}. "
             f"{in_degrees(value)}",
         )
@@ -129,13 +126,11 @@ class Strike(ScenePart):
         most = _largest_offset(self.tip_friction)
         if offset >= 1.0:
             raise problem(
-                "beside",
                 f"must hit the ball, got {point}: {offset:.6g} radii from its centre is outside. "
                 "Give the offsets in radii of the ball, below 1",
             )
         if offset > most:
             raise problem(
-                "miscue",
                 f"must hit the ball within the miscue limit, "
                 f"tip_friction / sqrt(1 + tip_friction^2) = {most:.6g} radii, got {point}: "
                 f"{offset:.6g} radii is a miscue. Hit nearer to the centre, or raise "
@@ -148,14 +143,12 @@ class Strike(ScenePart):
         if self.squirt == "none":
             if self.end_mass != type(self).model_fields["end_mass"].default:
                 raise problem(
-                    "no_effect",
                     f'has end_mass = {self.end_mass}, which has no effect with squirt = "none". '
                     'Remove end_mass, or set squirt = "end-mass" or "alciatore"',
                     at=("end_mass",),
                 )
         elif self.end_mass > self.cue_mass:
             raise problem(
-                "end_mass",
                 f"must have an end_mass of at most its cue_mass, {self.cue_mass} kg, got "
                 f"{self.end_mass} kg. Give both in kilograms; ends have 0.006 to 0.013",
                 at=("end_mass",),

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import math
 from functools import cache, lru_cache
+from operator import not_
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import (
-    Field,
-    SerializerFunctionWrapHandler,
-    field_validator,
-    model_serializer,
-    model_validator,
-)
+from pydantic import Field, field_validator, model_validator
 from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from ghostball.model.scene.ball import CAROM_BALL, POOL_BALL, SNOOKER_BALL
@@ -31,8 +26,6 @@ from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.pockets import Pockets, obstacles_of_pockets, outline_of_pockets
 from ghostball.model.scene.sides import CUSHIONS, CushionName, Point, Side, side_of
 from ghostball.model.scene.table_rules import check_pockets, check_polygon, check_posts
-
-_ADDED_FIELDS = ("preset", "vertices", "pockets", "posts")
 
 _INCH = 0.0254  # [m]
 
@@ -150,8 +143,11 @@ class Table(ScenePart):
     }
     """Radius [m] and mass [kg] of the balls of each preset."""
 
+    # Absent fields that were added later are omitted, so that scenes stored by older versions stay
+    # equal.
     preset: Literal["wpa-9ft", "wpa-8ft", "bar-7ft", "snooker-12ft", "carom-10ft"] | None = Field(
         default=None,
+        exclude_if=not_,
         description="a standard table: sets the size and the pockets, and the radius and mass of "
         "balls for which the scene gives none",
     )
@@ -162,14 +158,17 @@ class Table(ScenePart):
     )
     vertices: tuple[tuple[Real, Real], ...] = Field(
         default=(),
+        exclude_if=not_,
         description="corners of a polygon, instead of a rectangle, counterclockwise [m]; smallest "
         "x and y must be 0; omit `length` and `width`",
     )
     pockets: Pockets | None = Field(
-        default=None, description="pockets of a rectangle with four cushions; default: none"
+        default=None,
+        exclude_if=not_,
+        description="pockets of a rectangle with four cushions; default: none",
     )
     posts: tuple[Post, ...] = Field(
-        default=(), description="round obstacles that stand on the table"
+        default=(), exclude_if=not_, description="round obstacles that stand on the table"
     )
 
     @classmethod
@@ -197,24 +196,11 @@ class Table(ScenePart):
             defaults = {**_size_of(data["vertices"]), "pockets": None}
         return {**defaults, **data}
 
-    @model_serializer(mode="wrap")
-    def _without_added_fields(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Omit fields that were added later and have their defaults.
-
-        Scenes stored by older versions stay equal.
-        """
-        fields: dict[str, Any] = dump(self)
-        for name in _ADDED_FIELDS:
-            if name in fields and getattr(self, name) == type(self).model_fields[name].default:
-                del fields[name]
-        return fields
-
     @field_validator("cushions")
     @classmethod
     def _each_once(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         if len(set(value)) != len(value):
             raise problem(
-                "repeated",
                 f"must name each cushion once, got {value}",
             )
         return tuple(name for name in CUSHIONS if name in value)
@@ -225,14 +211,12 @@ class Table(ScenePart):
         if self.vertices:
             if self.preset is not None:
                 raise problem(
-                    "preset",
                     f'`preset` must not be given together with `vertices`, got "{self.preset}": '
                     "vertices define the whole shape, without pockets. Remove one of them",
                     at=("preset",),
                 )
             if self.pockets is not None:
                 raise problem(
-                    "pockets",
                     "`pockets` must not be given together with `vertices`: a polygon has no "
                     "pockets. Remove one of them",
                     at=("pockets",),

@@ -30,7 +30,6 @@ def check_polygon(
     """
     if len(vertices) < 3:
         raise problem(
-            "polygon",
             f"`vertices` must be at least 3, got {len(vertices)}. Omit them for a rectangle",
             at=("vertices",),
         )
@@ -39,7 +38,6 @@ def check_polygon(
     high = tuple(max(point[k] for point in vertices) for k in (0, 1))
     if low != (0.0, 0.0):
         raise problem(
-            "polygon",
             f"`vertices` must have a smallest x and y of 0, got {low[0]:.9g} and {low[1]:.9g} m. "
             "Shift all vertices",
             at=("vertices",),
@@ -47,7 +45,6 @@ def check_polygon(
     for axis, extent in zip("xy", high, strict=True):
         if extent < SMALLEST:
             raise problem(
-                "polygon",
                 f"`vertices` must span at least {SMALLEST:g} m along {axis}, got {extent:.9g} m: "
                 "there is no room between the sides. Move a vertex",
                 at=("vertices",),
@@ -56,7 +53,6 @@ def check_polygon(
     for name, given, there in zip(("length", "width"), size, high, strict=True):
         if given != there:
             raise problem(
-                "polygon",
                 f"`{name}` must be that of the vertices, {there:.9g} m, got {given:.9g} m. Remove "
                 "it",
                 at=(name,),
@@ -64,7 +60,6 @@ def check_polygon(
     area = math.fsum(a[0] * b[1] - b[0] * a[1] for a, b in _edges(vertices))
     if area <= 0.0:
         raise problem(
-            "polygon",
             "`vertices` must be counterclockwise, but are clockwise. Reverse their order",
             at=("vertices",),
         )
@@ -74,7 +69,6 @@ def _check_cushions(cushions: Sequence[str], beside: str, why: str) -> None:
     """Check that all four cushions are there, which is the default."""
     if tuple(cushions) != CUSHIONS:
         raise problem(
-            "cushions",
             f"`cushions` must not be given together with `{beside}`, got {list(cushions)}: {why}. "
             "Remove it",
             at=("cushions",),
@@ -91,14 +85,12 @@ def _check_simple(vertices: Sequence[Point]) -> None:
     for k, (start, end) in enumerate(edges):
         if start == end:
             raise problem(
-                "polygon",
                 f"`vertices[{(k + 1) % n}]` must differ from the previous vertex, got {end} m "
                 "twice. Remove one",
                 at=("vertices", (k + 1) % n),
             )
         if math.dist(start, end) < SMALLEST:
             raise problem(
-                "polygon",
                 f"`vertices[{(k + 1) % n}]` must be at least {SMALLEST:g} m from the previous "
                 f"vertex, got {math.dist(start, end):.9g} m. Remove one",
                 at=("vertices", (k + 1) % n),
@@ -108,14 +100,12 @@ def _check_simple(vertices: Sequence[Point]) -> None:
         turns_back = _side(*edge, following[1]) == 0.0 and _dot(*edge, following[1]) < 0.0
         if turns_back:
             raise problem(
-                "polygon",
                 f"`vertices[{(k + 1) % n}]` must not have two coincident sides. Move a vertex",
                 at=("vertices", (k + 1) % n),
             )
         for other in range(k + 2, n if k else n - 1):
             if _meet(edge, edges[other]):
                 raise problem(
-                    "polygon",
                     f"`vertices` must form a polygon that doesn't cross itself, but the side from "
                     f"{edge[0]} to {edge[1]} m meets the side from {edges[other][0]} to "
                     f"{edges[other][1]} m. Reorder them",
@@ -163,7 +153,6 @@ def check_posts(
     for k, (centre, radius) in enumerate(posts):
         if not is_inside(outline, *np.array([centre]).T)[0]:
             raise problem(
-                "post",
                 f"`posts[{k}].centre` must be inside the table, got {centre} m. Move the post",
                 at=("posts", k, "centre"),
             )
@@ -171,7 +160,6 @@ def check_posts(
             reach = radius - _gap_to_pocket(pocket, centre)
             if reach > 0.0:
                 raise problem(
-                    "post",
                     f"`posts[{k}]` must be clear of the mouth and the hole of the pocket "
                     f'"{POCKETS[pocket.pocket]}", got a centre of {centre} m and a radius of '
                     f"{radius:g} m, which reach {reach:.6g} m into it. Move the post, or lower its "
@@ -213,7 +201,6 @@ def _check_size(name: str, pocket: Pocket, size: tuple[float, float]) -> None:
     if reach >= width:
         field = "depth" if pocket.depth > pocket.radius else "radius"
         raise problem(
-            "pockets",
             f"`pockets.{name}` must be smaller than the table, whose shorter side is {width:g} m, "
             f"got a shelf of {pocket.depth:.4g} m and behind it a hole of radius "
             f"{pocket.radius:.4g} m, {reach:.4g} m together. Give a smaller `{field}`",
@@ -228,7 +215,6 @@ def _check_pocket(name: str, pocket: Pocket) -> None:
     half = math.dist(facing.end, hole)
     if is_corner and hole[0] >= 0.0:
         raise problem(
-            "pockets",
             f"`pockets.{name}.depth` must put the middle of the hole behind the corner: it is "
             f"{pocket.depth + pocket.radius:.6g} m behind the middle of the mouth, and the corner "
             f"{pocket.mouth / 2.0:.6g} m. Give a larger depth, or a larger radius",
@@ -239,7 +225,6 @@ def _check_pocket(name: str, pocket: Pocket) -> None:
     across = _crosses_axis(facing.end, is_corner)
     if across:
         raise problem(
-            "pockets",
             f"`pockets.{name}` must be open as far as the middle of its hole, which is "
             f"{pocket.depth + pocket.radius:.4g} m behind its mouth, but its facings, at "
             f"{pocket.angle:.4g} rad from a mouth of {pocket.mouth:.4g} m, meet "
@@ -249,14 +234,12 @@ def _check_pocket(name: str, pocket: Pocket) -> None:
         )
     if not leads_out:
         raise problem(
-            "pockets",
             f"`pockets.{name}` must be open as far as its hole, but its jaws, of radius "
             f"{pocket.jaw_radius:g} m, reach beyond it. Give a smaller `jaw_radius`",
             at=("pockets", name, "jaw_radius"),
         )
     if not half < pocket.radius:
         raise problem(
-            "pockets",
             f"`pockets.{name}.radius` must be more than {half:.6g} m, the distance of the facings "
             f"from the middle of the hole, got {pocket.radius:g} m: otherwise balls could pass the "
             "hole. Give a larger radius",
@@ -288,7 +271,6 @@ def _check_rails(size: tuple[float, float], pockets: Pockets) -> None:
     for name, left in free.items():
         if left <= 0.0:
             raise problem(
-                "pockets",
                 f"`pockets` must leave a part of each cushion straight, but along the {name} of "
                 f"{dict(zip(free, size, strict=True))[name]:g} m, mouths and jaws are "
                 f"{-left:.6g} m longer than the cushion. Give smaller mouths or jaws",
@@ -303,7 +285,6 @@ def _check_holes(size: tuple[float, float], pockets: Pockets) -> None:
         for other in holes[:k]:
             if math.dist(one.centre, other.centre) <= one.radius + other.radius:
                 raise problem(
-                    "pockets",
                     f"`pockets` must have holes apart from each other, but two of radius "
                     f"{one.radius:g} and {other.radius:g} m are "
                     f"{math.dist(one.centre, other.centre):.6g} m apart. Give smaller holes",
