@@ -6,7 +6,6 @@ The hash ensures that no outdated library is used, and lets several checkouts sh
 from __future__ import annotations
 
 import logging
-import os
 import re
 import tempfile
 import time
@@ -15,7 +14,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from ghostball.model.cache_folder import cache_folder
+from ghostball.model.cache_folder import cache_folder, last_use
 
 logger = logging.getLogger("ghostball.engine")
 
@@ -61,12 +60,6 @@ def directory() -> Path | None:
     return folder
 
 
-def use(path: Path) -> None:
-    """Store in its modification time that a library is used now."""
-    with suppress(OSError):  # the file may belong to another user
-        os.utime(path)
-
-
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
     """Lock a library, so that no other process makes it at the same time."""
@@ -88,11 +81,11 @@ def prune(folder: Path) -> None:
         return
     ours = [path for path in folder.iterdir() if _OURS.fullmatch(path.name)]
     libraries = [path for path in ours if path.suffix != ".lock" and not path.is_symlink()]
-    libraries.sort(key=_last_use, reverse=True)
+    libraries.sort(key=last_use, reverse=True)
     for path in libraries[KEPT:]:
         lock = FileLock(path.with_suffix(".lock"))
         with suppress(OSError, Timeout), lock.acquire(timeout=0):
-            if _last_use(path) < time.time() - UNUSED:
+            if last_use(path) < time.time() - UNUSED:
                 path.unlink()
 
 
@@ -101,10 +94,3 @@ def _is_ours(folder: Path) -> bool:
         return (folder / _MARKER).read_bytes() == _MARKED
     except OSError:
         return False
-
-
-def _last_use(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except OSError:
-        return 0.0

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from ghostball.engine.library import cache as kept, processor, shipped, table
 from ghostball.engine.library.reached import kernel_in, reached_by
-from ghostball.model.cache_folder import CACHE_DIR_VARIABLE
+from ghostball.model.cache_folder import CACHE_DIR_VARIABLE, note_use
 from ghostball.model.errors import GhostballError
 
 logger = logging.getLogger("ghostball.engine")
@@ -254,7 +254,7 @@ def entry_of(path: Path) -> Any:
         address = _load_object(path)
         made = ctypes.CFUNCTYPE(ctypes.c_int32, *[ctypes.c_void_p] * 3)
         return made(address)
-    kept.use(path)
+    note_use(path)
     function = getattr(ctypes.CDLL(str(path)), SYMBOL)
     function.restype = ctypes.c_int32
     return function

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 CACHE_DIR_VARIABLE = "GHOSTBALL_CACHE_DIR"
@@ -21,3 +22,17 @@ def cache_folder(name: str) -> Path:
     from platformdirs import user_cache_path  # noqa: PLC0415 - imported only if needed
 
     return user_cache_path("ghostball") / name
+
+
+def note_use(path: Path) -> None:
+    """Store in the modification time of a file that it is used now."""
+    with suppress(OSError):  # the file may belong to another user
+        os.utime(path)
+
+
+def last_use(path: Path) -> float:
+    """Return when a file was last used, in seconds; 0 if another process has removed it."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0

@@ -1,11 +1,16 @@
-"""Read files from users: named pipes are rejected, and byte-order marks are removed."""
+"""Read and write files of users.
+
+Named pipes are rejected, byte-order marks are removed, and no file is written in part.
+"""
 
 from __future__ import annotations
 
 import errno
 import os
 import stat
+from contextlib import suppress
 from pathlib import Path
+from uuid import uuid4
 
 _DESCRIPTORS = ("/dev/fd/", "/dev/stdin", "/proc/self/fd/")
 """Path prefixes of files that this process has open, such as a shell's `<(command)`."""
@@ -35,6 +40,24 @@ def read_text(path: Path) -> str:
     """
     text = read_bytes(path).decode("utf-8-sig")
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a UTF-8 text file; other processes see the old file or the complete new one.
+
+    The text is first written to a new file next to `path`. If writing fails, that file is removed.
+
+    Raises `OSError` if the file can't be written; `ValueError` if no file can have such a path or
+    text.
+    """
+    temporary = path.with_name(f".{uuid4().hex}.part")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
+    except BaseException:
+        with suppress(OSError, ValueError):  # the first error is raised
+            temporary.unlink(missing_ok=True)
+        raise
 
 
 def _open_without_waiting(path: str, flags: int) -> int:

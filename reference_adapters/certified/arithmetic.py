@@ -56,10 +56,10 @@ def check_time() -> None:
         raise OutOfTimeError
 
 
-class UndecidedError(Exception):
-    """The next event can't be decided with the present precision.
+class ProofEndsError(Exception):
+    """A run can't prove the next event.
 
-    `what`: clause that names the open question.
+    `what`: clause that names the open question, or what happens from now on.
     `choices`: the possible next events, or the events with an open outcome.
     `t`: time [s].
     `exact`: whether no precision could decide the question, because the numbers are equal.
@@ -69,23 +69,15 @@ class UndecidedError(Exception):
         self, what: str, choices: tuple[Choice, ...] = (), t: arb = ZERO, *, exact: bool = False
     ) -> None:
         super().__init__(what)
-        self.what = what
-        self.choices = choices
-        self.t = t
-        self.exact = exact
+        self.what, self.choices, self.t, self.exact = what, choices, t, exact
 
 
-class SustainedContactError(Exception):
-    """Balls are in resting contact from now on, which has no closed form.
+class UndecidedError(ProofEndsError):
+    """The next event can't be decided with the present precision."""
 
-    The attributes are those of `UndecidedError`.
-    """
 
-    def __init__(self, what: str, choices: tuple[Choice, ...], t: arb) -> None:
-        super().__init__(what)
-        self.what = what
-        self.choices = choices
-        self.t = t
+class SustainedContactError(ProofEndsError):
+    """Balls are in resting contact from now on, which has no closed form."""
 
 
 def exactly(value: float) -> fmpq:

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import logging
-import os
-import tempfile
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -18,7 +16,8 @@ from pathlib import Path
 import flint
 
 from ghostball.model import GhostballError, rounding
-from ghostball.model.cache_folder import cache_folder
+from ghostball.model.cache_folder import cache_folder, last_use, note_use
+from ghostball.model.text_files import write_whole
 from ghostball.reference_adapters.certified.certificate import Certificate
 from ghostball.reference_adapters.certified.problem import ExactProblem
 from ghostball.reference_adapters.certified.settings import CertifiedSettings
@@ -69,8 +68,7 @@ def read(key: str) -> Certificate | None:
         seal, _, text = path.read_text("utf-8").partition("\n")
         if seal != _seal(key, text):
             raise GhostballError("it is damaged, or from an older version")
-        certificate = Certificate.from_json(text)
-        os.utime(path)
+        note_use(path)
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError, GhostballError) as error:
@@ -78,7 +76,7 @@ def read(key: str) -> Certificate | None:
         with suppress(OSError):
             path.unlink(missing_ok=True)
         return None
-    return certificate
+    return Certificate.from_json(text)
 
 
 def _seal(key: str, text: str) -> str:
@@ -90,12 +88,8 @@ def write(key: str, certificate: Certificate) -> None:
     path = path_of(key)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Other processes may read at any time: the file appears complete or not at all.
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".certificate-")
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            text = certificate.to_json()
-            file.write(f"{_seal(key, text)}\n{text}")
-        Path(temporary).replace(path)
+        text = certificate.to_json()
+        write_whole(path, f"{_seal(key, text)}\n{text}")
         _prune(path.parent)
     except OSError as error:
         logger.warning(
@@ -107,13 +101,6 @@ def write(key: str, certificate: Certificate) -> None:
 
 
 def _prune(folder: Path) -> None:
-    kept = sorted(folder.glob("certificate-*.json"), key=_last_used, reverse=True)
+    kept = sorted(folder.glob("certificate-*.json"), key=last_use, reverse=True)
     for path in kept[MAX_CERTIFICATES:]:
         path.unlink(missing_ok=True)  # a different process may have removed it
-
-
-def _last_used(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except FileNotFoundError:
-        return 0.0

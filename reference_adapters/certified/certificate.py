@@ -13,31 +13,18 @@ from typing import Any, Literal
 import numpy as np
 
 from ghostball.engine.tangents import tangents_of
-from ghostball.model import EventKind, ExactTrajectory, GhostballError, Scene, partner_name
+from ghostball.model import EventKind, ExactTrajectory, Scene, partner_name
 from ghostball.model.arrays import FloatArray
 from ghostball.model.events import OBSTACLE_KINDS
 from ghostball.model.trajectory import segment
-from ghostball.model.trajectory.polynomial import PER_POWER
 
 Ending = Literal[
     "proved", "ambiguous", "sustained contact", "precision cap", "event limit", "time limit"
 ]
 """Why a certificate ends; only a "proved" one reaches the end of the shot."""
 
-ENDINGS: tuple[Ending, ...] = (
-    "proved",
-    "ambiguous",
-    "sustained contact",
-    "precision cap",
-    "event limit",
-    "time limit",
-)
-
-SCHEMA = 4
-"""Version of the JSON form."""
-
-_DIMENSIONS = {"positions": (2, 3), "velocities": (2, 3), "spins": (3,)}
-"""Possible dimensions of the vectors of a certificate: 3 for airborne scenes."""
+_VECTORS = ("positions", "velocities", "spins")
+"""The fields of a certificate that have a vector for each ball."""
 
 _RISES = ("rise", "up_speed", "fall")
 """Additional columns of segments in airborne scenes."""
@@ -236,7 +223,6 @@ class Certificate:
     def to_json(self) -> str:
         """Return everything as one line of JSON, exactly; `from_json` reads it."""
         data: dict[str, Any] = {
-            "schema": SCHEMA,
             "ending": self.ending,
             "reason": self.reason,
             "choices": [[int(c.kind), c.a, c.b] for c in self.choices],
@@ -255,89 +241,38 @@ class Certificate:
                     for k, starts in zip(self.segments, self.starts, strict=True)
                 ],
             }
-        for name in _DIMENSIONS:
+        for name in _VECTORS:
             data[name] = [[e.to_text() for e in vector] for vector in getattr(self, name)]
         return json.dumps(data)
 
     @classmethod
     def from_json(cls, text: str) -> Certificate:
-        """Read the output of `to_json`.
-
-        Raises `GhostballError` if the text isn't a certificate of this version.
-        """
-        try:
-            data = json.loads(text)
-            if data["schema"] != SCHEMA or data["ending"] not in ENDINGS:
-                raise ValueError("a different schema")
-            vectors = {name: _vectors_of(data[name], most) for name, most in _DIMENSIONS.items()}
-            counts = {name: len(of_balls) for name, of_balls in vectors.items()}
-            if len(set(counts.values())) != 1:
-                raise ValueError(f"all must have the same number of balls, got {counts}")
-            columns, segments, starts = _segments_of(data["segments"], counts["positions"])
-            return cls(
-                ending=data["ending"],
-                reason=str(data["reason"]),
-                choices=tuple(Choice(EventKind(k), a, b) for k, a, b in data["choices"]),
-                precision=int(data["precision"]),
-                events=tuple(
-                    CertifiedEvent(EventKind(k), a, b, Enclosure.parse(t), bool(tie))
-                    for k, a, b, t, tie in data["events"]
-                ),
-                t_end=Enclosure.parse(data["t_end"]),
-                rested=bool(data["rested"]),
-                seconds=float(data["seconds"]),
-                segments=segments,
-                columns=columns,
-                starts=starts,
-                **vectors,
+        """Read the output of `to_json`."""
+        data = json.loads(text)
+        vectors: dict[str, Any] = {
+            name: tuple(tuple(map(Enclosure.parse, vector)) for vector in data[name])
+            for name in _VECTORS
+        }
+        motion: dict[str, Any] = {}
+        if (stored := data["segments"]) is not None:
+            motion["columns"] = tuple(stored["columns"])
+            motion["segments"] = tuple(
+                np.array(one["numbers"], dtype=np.float64).reshape(one["shape"])
+                for one in stored["balls"]
             )
-        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-            raise GhostballError(
-                f"a certificate must be JSON of schema {SCHEMA}, as `to_json` writes it: "
-                f"{type(error).__name__}: {error}. Recompute it"
-            ) from None
-
-
-def _vectors_of(stored: Any, sizes: tuple[int, ...]) -> tuple[tuple[Enclosure, ...], ...]:
-    """Read one vector per ball; all have the same number of components, one of `sizes`."""
-    vectors = tuple(tuple(map(Enclosure.parse, vector)) for vector in stored)
-    for vector in vectors:
-        if len(vector) not in sizes or len(vector) != len(vectors[0]):
-            of_one = " or ".join(map(str, sizes))
-            raise ValueError(f"all vectors must have {of_one} numbers, got {len(vector)}")
-    return vectors
-
-
-_Segments = tuple[tuple[str, ...], tuple[FloatArray, ...] | None, tuple[tuple[int, ...], ...]]
-
-
-def _segments_of(stored: Any, balls: int) -> _Segments:
-    """Read and check the columns, the segments and their starts."""
-    if stored is None:
-        return (), None, ()
-    columns = tuple(stored["columns"])
-    lifts = "rise" in columns
-    further = (len(columns) - len(segment_columns(lifts=lifts))) // PER_POWER
-    powers = 1 + further if further else 2
-    if columns != segment_columns(powers, lifts=lifts):
-        raise ValueError(
-            f"the columns of segments must be those of `segment_columns`, got {columns}"
+            motion["starts"] = tuple(tuple(one["starts"]) for one in stored["balls"])
+        return cls(
+            ending=data["ending"],
+            reason=data["reason"],
+            choices=tuple(Choice(EventKind(k), a, b) for k, a, b in data["choices"]),
+            precision=data["precision"],
+            events=tuple(
+                CertifiedEvent(EventKind(k), a, b, Enclosure.parse(t), tie)
+                for k, a, b, t, tie in data["events"]
+            ),
+            t_end=Enclosure.parse(data["t_end"]),
+            rested=data["rested"],
+            seconds=data["seconds"],
+            **vectors,
+            **motion,
         )
-    if len(stored["balls"]) != balls:
-        raise ValueError(f"there must be segments of {balls} balls, got {len(stored['balls'])}")
-    segments, starts = [], []
-    for one in stored["balls"]:
-        rows, width = one["shape"]
-        numbers, first = one["numbers"], tuple(one["starts"])
-        if rows < 1 or width != len(columns) or len(numbers) != rows * width:
-            raise ValueError(
-                f"segments must have the shape (k, {len(columns)}), got {one['shape']} and "
-                f"{len(numbers)} numbers"
-            )
-        if not all(type(number) is float for number in numbers):
-            raise ValueError("segments must be floats")
-        if not first or first[0] != 0 or list(first) != sorted(set(first)) or first[-1] >= rows:
-            raise ValueError(f"starts must be rows below {rows}, increasing from 0, got {first}")
-        segments.append(np.array(numbers, dtype=np.float64).reshape(rows, width))
-        starts.append(first)
-    return columns, tuple(segments), tuple(starts)

@@ -52,11 +52,6 @@ class Impacts:
         self._contacts = contacts
         self.still = False
 
-    @property
-    def act_at_once(self) -> bool:
-        """Whether simultaneous impacts act together; otherwise they act one after another."""
-        return False
-
     def together(self, group: Sequence[Candidate], order: int) -> Together:
         """Return the outcome of simultaneous impacts that share balls, if they act together."""
         raise NotImplementedError

@@ -85,11 +85,6 @@ class _Ball:
 class JointImpacts(Impacts):
     """Outcomes of impacts of balls that stay on the cloth, simultaneous impacts included."""
 
-    @property
-    def act_at_once(self) -> bool:
-        """Return True if simultaneous impacts act together."""
-        return self._problem.simultaneous
-
     def together(self, group: Sequence[Candidate], order: int) -> Together:
         """Return the outcome of simultaneous impacts that share balls.
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
-from flint import arb
+from flint import arb, arb_poly
 
 from ghostball.reference_adapters.certified.arithmetic import (
     ZERO,
@@ -89,7 +89,8 @@ def _meeting_again(gap: Gap, high: float, bits: int, *, still: bool) -> Meeting 
             raise SustainedContactError("in resting contact", (gap.choice,), gap.t)
     if not rest[0] > 0:
         raise UndecidedError("whether they part or stay in contact", (gap.choice,), gap.t)
-    return _narrowed(gap.t, *_horner(rest), first_entry(rest, ZERO, arb(high), bits))
+    opens = arb_poly(rest)
+    return _narrowed(gap.t, opens, opens.derivative(), first_entry(rest, ZERO, arb(high), bits))
 
 
 def _meeting_with_face(gap: StraightGap, bracket: Bracket, bits: int) -> Meeting | None:
@@ -172,24 +173,6 @@ def _after_overlap(gap: Gap, coefficients: list[arb], high: arb, bits: int) -> M
         return Meeting(None, gap.t)
     again = first_entry(coefficients, left.high, high, bits)
     return _narrowed(gap.t, gap.value, gap.slope, again)
-
-
-def _horner(coefficients: Sequence[arb]) -> tuple[Callable[[arb], arb], Callable[[arb], arb]]:
-    """Return a polynomial and its derivative as functions."""
-
-    def value(s: arb) -> arb:
-        total = ZERO
-        for c in reversed(coefficients):
-            total = total * s + c
-        return total
-
-    def slope(s: arb) -> arb:
-        total = ZERO
-        for k in range(len(coefficients) - 1, 0, -1):
-            total = total * s + k * coefficients[k]
-        return total
-
-    return value, slope
 
 
 def _narrowed(

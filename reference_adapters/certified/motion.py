@@ -157,7 +157,7 @@ class Body:
             return Phase.SLIDING
         if self.vx.is_zero() and self.vy.is_zero():
             return Phase.RESTING
-        x, y = unit(self.vx, self.vy, "whether it moves or rests")
+        x, y = self._heading
         if not constants.quadratic.is_zero():
             self._start_roll(constants.rolling, constants.quadratic)
         elif not constants.rolling.is_zero():
@@ -167,7 +167,7 @@ class Body:
 
     def _start_roll(self, constant: arb, quadratic: arb) -> None:
         """Start a straight motion with a constant and a quadratic deceleration."""
-        x, y = unit(self.vx, self.vy, "whether it moves or rests")
+        x, y = self._heading
         self.roll = Roll(length(self.vx, self.vy), constant, quadratic)
         slowed = self.roll.deceleration(ZERO)
         self.ax, self.ay = -slowed * x, -slowed * y
@@ -221,8 +221,7 @@ class Body:
         if s.is_zero():
             return (self.vx, self.vy)
         if self.roll is not None:
-            x, y = unit(self.vx, self.vy, "whether it moves or rests")
-            speed = self.roll.speed(s)
+            (x, y), speed = self._heading, self.roll.speed(s)
             return (speed * x, speed * y)
         if self.slide is not None:
             return self.slide.velocity(s)
@@ -236,14 +235,18 @@ class Body:
             return self.slide.acceleration(s)
         if self.roll is None:
             return (self.ax, self.ay)
-        x, y = unit(self.vx, self.vy, "whether it moves or rests")
-        slowed = self.roll.deceleration(s)
+        (x, y), slowed = self._heading, self.roll.deceleration(s)
         return (-slowed * x, -slowed * y)
 
     def _along(self, displacement: arb) -> Vector:
         """Return the centre of a ball after a rolled distance [m]."""
-        x, y = unit(self.vx, self.vy, "whether it moves or rests")
+        x, y = self._heading
         return (self.x + displacement * x, self.y + displacement * y)
+
+    @property
+    def _heading(self) -> Vector:
+        """Direction of the velocity, a unit vector."""
+        return unit(self.vx, self.vy, "whether it moves or rests")
 
     def _beyond(self, displacement: Vector) -> Vector:
         """Return the centre of a ball after a displacement [m]."""

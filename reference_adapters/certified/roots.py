@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from math import comb
 from typing import Any, NamedTuple
 
-from flint import arb, ctx
+from flint import arb, arb_poly, ctx
 
 from ghostball.reference_adapters.certified.arithmetic import ZERO
 
@@ -118,13 +118,10 @@ def first_entry(gap: Sequence[arb], low: arb, high: arb, bits: int) -> Bracket:
 
 def _cut(gap: Sequence[arb], start: arb, end: arb) -> arb:
     """Return a time at which to divide an interval, not at a root."""
-    middle = start
+    middle, value = start, arb_poly(gap)
     for part in _CUTS:
         middle = (start + part * (end - start)).mid()
-        at = ZERO
-        for c in reversed(gap):
-            at = at * middle + c
-        if not at.contains(0):
+        if not value(middle).contains(0):
             break
     return middle
 

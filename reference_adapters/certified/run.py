@@ -86,7 +86,7 @@ class CertifiedRun:
         else:
             self.bodies = [body_at_start(ball, problem, slide) for ball in problem.balls]
         self.segments = list(enumerate(self.bodies))
-        at_once = self._impacts.act_at_once
+        at_once = problem.simultaneous and not problem.airborne
         self._order = EventOrder(problem, self._agenda, self.bodies, act_at_once=at_once)
 
     def go(self, max_events: int, deadline: float) -> Ending:

@@ -6,10 +6,8 @@ import re
 import sys
 import tomllib
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 import tomli_w
 
@@ -18,7 +16,7 @@ from ghostball.model.scene.contents import SceneContents, usual_ball
 from ghostball.model.scene.messages import refusal
 from ghostball.model.scene.part import ScenePart
 from ghostball.model.scene.table import Table
-from ghostball.model.text_files import read_bytes
+from ghostball.model.text_files import read_bytes, write_whole
 
 LARGEST_FILE = 2**26
 """Largest size of a scene file [bytes], enough for half a million balls. Devices have no end."""
@@ -83,20 +81,15 @@ def _parsed(text: str, source: str) -> dict[str, Any]:
 
 
 def write(text: str, path: Path) -> None:
-    """Write the text of a scene file; if writing fails, no file is left behind.
+    """Write the text of a scene file, whole.
 
-    Each call writes a new file next to the scene file and then renames it. If several processes
-    save a scene at the same time, each replaces the file by a complete one.
+    Raises `SceneError` if the file can't be written.
     """
     if not path.name:
         raise refusal(f"{path}: can't write the scene: Is a directory")
-    temporary = path.with_name(f".{uuid4().hex}.part")
     try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(path)
-    except (OSError, ValueError) as error:  # ValueError: an impossible path or text
-        with suppress(OSError, ValueError):  # report the first error
-            temporary.unlink(missing_ok=True)
+        write_whole(path, text)
+    except (OSError, ValueError) as error:
         raise refusal(f"{path}: can't write the scene: {_reason(error)}") from None
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from ghostball.engine.library import cache
 from ghostball.engine.library.cache import KEPT, UNUSED
+from ghostball.model.cache_folder import note_use
 
 
 @pytest.fixture
@@ -42,9 +43,9 @@ def test_what_was_used_within_a_day_stays(folder):
 
 def test_use_makes_a_library_young(folder):
     one = library(folder, f"play-{0:020x}.so", 9.0 * UNUSED)
-    cache.use(one)
+    note_use(one)
     assert one.stat().st_mtime > time.time() - UNUSED
-    cache.use(folder / "gone.so")  # removed by another process; this one may have loaded it
+    note_use(folder / "gone.so")  # removed by another process; this one may have loaded it
 
 
 def test_what_is_not_ours_is_never_removed(folder, tmp_path):
