@@ -158,7 +158,7 @@ def _laid_out(scene: Scene, off: frozenset[Skip]) -> SceneLayout:
         block = Block(balls_of(scene, off), pairs_of(0), cells_of(scene), most_contacts(n))
     else:
         height = height_of(scene) if variant is Variant.FULL else None
-        block = _blank_block(n, variant).begun(state_of(scene), height)
+        block = blank_block(n, variant).begun(state_of(scene), height)
     return SceneLayout(
         block=block,
         laws=np.array(laws[:-1], dtype=np.float64),
@@ -171,7 +171,7 @@ def _laid_out(scene: Scene, off: frozenset[Skip]) -> SceneLayout:
 
 
 @lru_cache(maxsize=8)
-def _blank_block(n: int, variant: Variant) -> Block:
+def blank_block(n: int, variant: Variant) -> Block:
     """Return the block of n balls, with a bound for each pair, before their states are set.
 
     Scenes with the same number of balls share this block.

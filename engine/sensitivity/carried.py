@@ -114,12 +114,11 @@ def _pass(
 
 
 def _motion(scene: Scene, trajectory: ExactTrajectory) -> SegmentedMotion:
-    laws, layout = laws_of(scene), layout_of(scene)
+    laws = laws_of(scene)
     first = np.cumsum([0, *(len(segments) for segments in trajectory.segments)])
     return SegmentedMotion(
-        scene,
+        layout_of(scene),
         laws._replace(obstacles=[_Obstacle(*row) for row in laws.obstacles.tolist()]),
-        layout.state,
         np.concatenate(trajectory.segments),
         first,
     )

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.state import Laws
-from ghostball.engine.sensitivity.replay import Replay
-from ghostball.model import Scene
+from ghostball.engine.running.from_scene import SceneLayout
 
 FloatArray = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -32,22 +31,21 @@ SPIN_OVER_RADIUS = 2.5
 class SegmentedMotion:
     """The recorded motion of n balls, in k segments.
 
+    `layout`: that of the scene.
     `laws`: the laws of the scene; its obstacles are rows that Python can read.
-    `state` (n, STATE_COLUMNS) float64: radius, mass and decelerations of the balls are used.
     `segments` (k, SEGMENT_COLUMNS) float64.
     `first` (n + 1,): the index of each ball's first segment, then k.
     """
 
-    scene: Scene
+    layout: SceneLayout
     laws: Laws
-    state: FloatArray
     segments: FloatArray
     first: Rows
 
     @cached_property
-    def replay(self) -> Replay:
-        """The simulation of the balls from other states."""
-        return Replay(self.scene)
+    def state(self) -> FloatArray:
+        """The balls at the start of the shot, (n, STATE_COLUMNS); see `core.rows.BallRow`."""
+        return self.layout.state
 
     @cached_property
     def ball(self) -> Rows:

@@ -12,7 +12,7 @@ at the starts of the segments after the event.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine.core import state as st
-from ghostball.engine.impacts.laws.dispatch import is_ball_law_integrated, is_integrated
 from ghostball.engine.motion.obstacles import facing, row_at, turning
 from ghostball.engine.sensitivity.laws import (
     SEEN,
@@ -29,13 +28,8 @@ from ghostball.engine.sensitivity.laws import (
     WN,
     WT,
     WZ as ALONG_Z,
-    Law,
-    bounces_by_law,
     differentiated,
-    impacts_by_law,
     played,
-    steps_of_bounces,
-    steps_of_impacts,
 )
 from ghostball.engine.sensitivity.motion import (
     PARTS,
@@ -53,7 +47,7 @@ from ghostball.engine.sensitivity.motion import (
 from ghostball.model.events import EventKind, Events
 
 _CHUNK = 1024
-"""Number of events whose matrices are in memory at once: about 2 kB each."""
+"""Number of events whose matrices and simulated impacts are in memory at once: about 6 kB each."""
 
 
 class Passages(NamedTuple):
@@ -207,12 +201,6 @@ class _Crossing:
         found: FloatArray = self.motion.of_balls(column)[self.before]
         return found
 
-    @property
-    def told(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The constants for a law: radius, mass and friction of the cloth, (m, count) each."""
-        radii, masses = self.of_balls(st.RADIUS), self.of_balls(st.MASS)
-        return radii, masses, self.of_balls(st.CLOTH_FRICTION)
-
     def met(self, later: FloatArray) -> FloatArray:
         """Return changes at the place and time of each changed event, (m, count, PARTS, d).
 
@@ -271,43 +259,35 @@ def _through_impacts(at: _Crossing) -> Passages:
     moved = frame @ (arrived[:, 1, X : Y + 1] - arrived[:, 0, X : Y + 1])
     later = moved[:, 0] / along_n[:, np.newaxis]
     theta = (moved[:, 1] - along_t[:, np.newaxis] * later) / distance[:, np.newaxis]
-    if is_ball_law_integrated(motion.laws):
-        law = played(motion.replay, motion.ball[at.before], places, frame, [()] * m)
-    else:
-        law = impacts_by_law(motion.laws, *at.told)
-    return _through_law(at, law, steps_of_impacts, frame, later, theta)
+    return _through_law(at, places, [()] * m, frame, later, theta)
 
 
 def _through_bounces(at: _Crossing) -> Passages:
     """Return the effect of bounces off obstacles, which are round like a ball at rest, or flat."""
-    motion = at.motion
     rows, frame, later, theta = _obstacles_met(at, takes_out=False)
-    if is_integrated(motion.laws, rows[0]):  # all rows have the law of the scene
-        places = motion.segments[at.after, st.X : st.Y + 1]
-        law = played(motion.replay, motion.ball[at.before], places, frame, [(row,) for row in rows])
-    else:
-        law = bounces_by_law(motion.laws, rows, *(one[:, 0] for one in at.told))
-    return _through_law(at, law, steps_of_bounces, frame, later, theta)
+    places = at.motion.segments[at.after, st.X : st.Y + 1]
+    return _through_law(at, places, [(row,) for row in rows], frame, later, theta)
 
 
 def _through_law(
     at: _Crossing,
-    law: Law,
-    steps: Callable[[FloatArray, FloatArray], FloatArray],
+    places: FloatArray,
+    met: Sequence[tuple[int, ...]],
     frame: FloatArray,
     later: FloatArray,
     theta: FloatArray,
 ) -> Passages:
-    """Return the effect of a law that acts in the frames of the contacts.
+    """Return the effect of impacts, whose laws act in the frames of the contacts.
 
-    The frames turn by `theta` (m, d) with the changes: n by theta t, and t by -theta n.
+    `places` (m, count, 2): positions of the balls [m].
+    `met`: the rows of the obstacles that the balls hit, for each impact.
+    `theta` (m, d): turning of the frames with the changes: n by theta t, and t by -theta n.
     """
     m, count = at.before.shape
     changed = at.met(later)
     local = _seen(frame, at.here)
-    radii = at.of_balls(st.RADIUS)
-    by = steps(local.reshape(m, -1), radii if count > 1 else radii[:, 0])
-    after, slopes = differentiated(law, local.reshape(m, -1), by)
+    outcomes = played(at.motion.layout, at.motion.ball[at.before], places, frame, met)
+    after, slopes = differentiated(outcomes, local, at.of_balls(st.RADIUS))
     seen = _seen_columns(frame, changed) + _turned_with(local, theta)
     given = (slopes @ seen.reshape(m, count * SEEN, -1)).reshape(seen.shape)
     given -= _turned_with(after.reshape(local.shape), theta)

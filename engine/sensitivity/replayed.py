@@ -21,7 +21,7 @@ from ghostball.engine.core.state import FloatArray
 from ghostball.engine.event_loop import play
 from ghostball.engine.running.from_scene import layout_of
 from ghostball.engine.sensitivity.passages import collisions_at_once
-from ghostball.engine.sensitivity.replay import Replay, ReplayedMotion
+from ghostball.engine.sensitivity.replay import ReplayedMotion, motion_after, states_after
 from ghostball.engine.sensitivity.rounding import LANES
 from ghostball.model import ExactTrajectory, Scene
 from ghostball.model.events import EventKind, Events
@@ -103,7 +103,7 @@ class Replayed:
             )
             changes[rolls, 6] *= -1.0
         self._scene, self._trajectory, self._events = scene, trajectory, events
-        self._replay = Replay(scene)
+        self._layout = layout_of(scene)
         self._long: tuple[int, list[ReplayedMotion]] = -1, []  # an instant, and what follows it
         self._instants = np.unique(events["t"])
         self.at = np.array([0.0, *self._measured()])
@@ -111,7 +111,7 @@ class Replayed:
         # The recorded first state is that after the impacts of balls that touch at the start.
         vectors = (scene.positions, scene.velocities, scene.angular_velocities)
         self._states[0] = np.concatenate(vectors, axis=1)
-        self._phases[0] = layout_of(scene).state[:, st.PHASE]
+        self._phases[0] = self._layout.state[:, st.PHASE]
         moves = np.any(scene.velocities != 0.0, axis=1)
         self._phases[0, (self._phases[0] == st.ROLLING) & ~moves] = st.RESTING
         self._kept = np.full((len(self.at), *changes.shape), np.nan)
@@ -316,11 +316,12 @@ class Replayed:
         since = self._events["t"] - self.at[j]
         met = np.count_nonzero((since > 0.0) & (since <= np.max(durations)))
         if met <= _MOST_REPLAYED:
-            ends = np.array([self._replay.after(each, s) for s in durations.tolist()])
+            ends = np.array([states_after(self._layout, each, s) for s in durations.tolist()])
         else:
             if self._long[0] != j:
                 end = float(np.append(self.at, self._trajectory.t_end)[j + 1]) + _MARGIN
-                self._long = j, [self._replay.motion(one, end - self.at[j]) for one in each]
+                lasts = end - self.at[j]
+                self._long = j, [motion_after(self._scene, one, lasts) for one in each]
             ends = np.stack([motion.states(durations) for motion in self._long[1]], axis=1)
         ends = ends.transpose(0, 1, 3, 2, 4)
         return ends.reshape(len(durations), *starts.shape[:3], STATE)
