@@ -155,12 +155,12 @@ def _laid_out(scene: Scene, off: frozenset[Skip]) -> SceneLayout:
     variant, radii = variant_of(scene, off), scene.radii
     radii.flags.writeable = False
     if uses_cells(scene, off):
-        block = Block(balls_of(scene, off), pairs_of(0), cells_of(scene), most_contacts(n))
+        blank = Block(blank_balls(n, variant), pairs_of(0), cells_of(scene), most_contacts(n))
     else:
-        height = height_of(scene) if variant is Variant.FULL else None
-        block = blank_block(n, variant).begun(state_of(scene), height)
+        blank = blank_block(n, variant)
+    height = height_of(scene) if variant is Variant.FULL else None
     return SceneLayout(
-        block=block,
+        block=blank.begun(state_of(scene), height),
         laws=np.array(laws[:-1], dtype=np.float64),
         obstacles=laws.obstacles,
         radii=radii,
@@ -176,7 +176,7 @@ def blank_block(n: int, variant: Variant) -> Block:
 
     Scenes with the same number of balls share this block.
     """
-    return Block(_blank_balls(n, variant), pairs_of(n), None, most_contacts(n))
+    return Block(blank_balls(n, variant), pairs_of(n), None, most_contacts(n))
 
 
 _COLUMNS = {
@@ -188,15 +188,6 @@ _COLUMNS = {
 
 _LAYOUTS: dict[int, tuple[weakref.ref[Scene], dict[frozenset[Skip], SceneLayout]]] = {}
 """The layouts of each scene, by the skips that are switched off."""
-
-
-def balls_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> Balls:
-    """Return the scene's balls, all marked: the kernel then sets accelerations and own events."""
-    variant = variant_of(scene, off)
-    balls = _blank_balls.__wrapped__(len(scene.balls), variant)
-    return balls._replace(
-        state=state_of(scene), height=height_of(scene) if variant is Variant.FULL else None
-    )
 
 
 def state_of(scene: Scene) -> FloatArray:
@@ -233,9 +224,11 @@ def _row_of(ball: Ball, physics: Physics) -> tuple[float, ...]:
     return x, y, vx, vy, wx, wy, wz, phase, radius, mass, rolling, slowing, rate, slide
 
 
-@lru_cache(maxsize=8)
-def _blank_balls(n: int, variant: Variant) -> Balls:
-    """Return n balls, all marked, before their states are set."""
+def blank_balls(n: int, variant: Variant) -> Balls:
+    """Return n balls before their states are set.
+
+    All are marked: the kernel then sets accelerations and own events.
+    """
     full = variant is Variant.FULL
     return Balls(
         np.zeros((n, STATE_COLUMNS)),

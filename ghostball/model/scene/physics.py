@@ -15,6 +15,7 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
+from pydantic_core import PydanticCustomError
 
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAWS, LawEntry
 from ghostball.model.scene.ball import CAROM_BALL, SNOOKER_BALL
@@ -234,40 +235,42 @@ def _check_laws(physics: Physics) -> None:
     for chooser, laws in (("cushion", CUSHION_LAWS), ("ball_impact", BALL_LAWS)):
         chosen = entry_of(laws, getattr(physics, chooser))
         for field in dict.fromkeys(field for law in laws for field in law.uses):
-            value = getattr(physics, field)
-            given = value in _preset_values(physics, field)
-            if field in chosen.uses or field == "sliding_friction" or given:
+            if field in chosen.uses or field == "sliding_friction" or not _is_set(physics, field):
                 continue  # the cloth uses sliding friction with every law
             if field == "cushion_height" and physics.airborne:
                 continue  # airborne balls hit cushions at this height with every law
-            raise problem(
-                f'`{field}` = {value} has no effect with `{chooser}` = "{chosen.name}". Set '
-                f"`{chooser}` = {choice(law.name for law in laws if field in law.uses)}, or remove "
-                "the field",
-                at=(field,),
-            )
+            needed = choice(law.name for law in laws if field in law.uses)
+            without = f'`{chooser}` = "{chosen.name}"'
+            raise _no_effect(physics, field, without, f"`{chooser}` = {needed}")
     _check_compliant(physics)
     _check_airborne(physics)
-    landing = physics.table_restitution
-    if not physics.airborne and landing not in _preset_values(physics, "table_restitution"):
-        raise problem(
-            f"`table_restitution` = {landing} has no effect with `airborne` = false: balls never "
-            "land. Set `airborne` = true, or remove the field",
-            at=("table_restitution",),
-        )
+    if not physics.airborne and _is_set(physics, "table_restitution"):
+        without = "`airborne` = false: balls never land"
+        raise _no_effect(physics, "table_restitution", without, "`airborne` = true")
+
+
+def _is_set(physics: Physics, field: str) -> bool:
+    """Return whether a field has neither its default nor the value of the preset."""
+    default = type(physics).model_fields[field].default
+    return getattr(physics, field) not in (default, from_preset(physics, field))
+
+
+def _no_effect(physics: Physics, field: str, without: str, needed: str) -> PydanticCustomError:
+    """Return the error of a field without effect: `without` is why, `needed` what to set."""
+    value = getattr(physics, field)
+    return problem(
+        f"`{field}` = {value} has no effect with {without}. Set {needed}, or remove the field",
+        at=(field,),
+    )
 
 
 def _check_compliant(physics: Physics) -> None:
     """Check the fields of impacts that last, and that no other choice excludes these impacts."""
     if physics.impacts != "compliant":
         for field in ("ball_youngs_modulus", "ball_poissons_ratio"):
-            value = getattr(physics, field)
-            if value not in _preset_values(physics, field):
-                raise problem(
-                    f'`{field}` = {value} has no effect with `impacts` = "{physics.impacts}". Set '
-                    '`impacts` = "compliant", or remove the field',
-                    at=(field,),
-                )
+            if _is_set(physics, field):
+                without = f'`impacts` = "{physics.impacts}"'
+                raise _no_effect(physics, field, without, '`impacts` = "compliant"')
         return
     if physics.ball_restitution < LEAST_RESTITUTION:
         raise problem(
@@ -319,11 +322,6 @@ def entry_of(laws: tuple[LawEntry, ...], name: str) -> LawEntry:
 def from_preset(physics: Physics, field: str) -> Any:
     """Return the value that the preset of `physics` sets for a field; None if it sets none."""
     return physics.PRESETS[physics.preset].get(field)
-
-
-def _preset_values(physics: Physics, field: str) -> tuple[Any, Any]:
-    """Return the values of a field that nobody set: the default, and that of the preset."""
-    return type(physics).model_fields[field].default, from_preset(physics, field)
 
 
 def choice(names: Iterable[str]) -> str:

@@ -8,14 +8,15 @@ from shots import ball, scene_of
 
 from ghostball.engine.core import block as at
 from ghostball.engine.core.block import Block
-from ghostball.engine.running.from_scene import balls_of, cells_of, pairs_of
+from ghostball.engine.running.from_scene import blank_balls, cells_of, pairs_of
+from ghostball.engine.running.variants import Variant
 
 
 @pytest.mark.parametrize("in_cells", [False, True])
 def test_each_array_begins_where_the_one_before_ends(in_cells):
     """Use three balls, whose booleans and 32-bit integers don't fill whole doubles."""
     scene = scene_of(*(ball((float(k), 0.0)) for k in range(3)))
-    balls, pairs = balls_of(scene), pairs_of(0 if in_cells else 3)
+    balls, pairs = blank_balls(3, Variant.LEAN), pairs_of(0 if in_cells else 3)
     cells = cells_of(scene) if in_cells else None
     made = Block(balls, pairs, cells, 1)
     offsets = made.offsets

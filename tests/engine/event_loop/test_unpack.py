@@ -10,7 +10,8 @@ from ghostball.engine.core import block as at
 from ghostball.engine.core.block import Block
 from ghostball.engine.core.rows import STATE_COLUMNS
 from ghostball.engine.event_loop.unpack import balls_in, cells_in, pairs_in, start_from
-from ghostball.engine.running.from_scene import balls_of, cells_of, pairs_of
+from ghostball.engine.running.from_scene import blank_balls, cells_of, pairs_of
+from ghostball.engine.running.variants import Variant
 
 AIR = {"air_drag": 0.1, "motion": "sliding", "airborne": True}
 
@@ -26,7 +27,8 @@ def fill(parts):
 @pytest.mark.parametrize("physics", [{}, AIR], ids=["on the cloth", "in air"])
 def test_every_array_comes_back(n, physics):
     scene = scene_of(*(ball((float(k), 0.0)) for k in range(n)), **physics)
-    balls, pairs, cells = balls_of(scene), pairs_of.__wrapped__(n), cells_of(scene)
+    balls = blank_balls(n, Variant.FULL if physics else Variant.LEAN)
+    pairs, cells = pairs_of.__wrapped__(n), cells_of(scene)
     fill([balls.state, *balls[1:6], *balls[7:]])
     fill(pairs)
     fill(cells)
@@ -51,8 +53,7 @@ def test_every_array_comes_back(n, physics):
 
 
 def test_a_shot_starts_with_everything_except_scratch():
-    scene = scene_of(ball((0.0, 0.0)), ball((1.0, 0.0)))
-    made = Block(balls_of(scene), pairs_of(2), None, 1)
+    made = Block(blank_balls(2, Variant.LEAN), pairs_of(2), None, 1)
     numbers = np.full(made.offsets[at.END], np.nan)
     start_from(numbers, made.numbers, made.offsets)
     scratch = made.offsets[at.SCRATCH]
