@@ -19,7 +19,8 @@ from ghostball.engine.running.room import (
     WORK_AT_ONCE,
     Limits,
     Log,
-    Room,
+    memory_for,
+    play_some,
     shots_of,
 )
 from ghostball.engine.running.skips import Skip
@@ -108,7 +109,7 @@ class KernelRun:
         self.variant, self.size = layout.variant, layout.count
         self.status, self.reason = Status.FAILED, ""
         self.t_end = self.wall_time = 0.0
-        self._room = Room(layout)
+        self._memory = memory_for(layout)
         self._log = log_of(_FIRST_LOG, self.size, layout.columns) if keep_log else NO_LOG
         self._logs: list[Log] = []
         self._shots = shots_of(1, self.size, 3)
@@ -120,7 +121,7 @@ class KernelRun:
     @property
     def _state(self) -> st.FloatArray:
         """`Balls.state` at the present time of the run."""
-        return self._room.numbers[: self.size * STATE_COLUMNS].reshape(self.size, STATE_COLUMNS)
+        return self._memory[: self.size * STATE_COLUMNS].reshape(self.size, STATE_COLUMNS)
 
     def go(self, limits: Limits) -> None:
         """Run to the end or to a limit."""
@@ -198,10 +199,10 @@ class KernelRun:
 
     def play(self, limits: Limits, budget: int = WORK_AT_ONCE) -> None:
         """Continue the run for as much work as `budget`, or to the end; see the counter STATUS."""
-        started = time.perf_counter()
+        shots, log, started = self._shots, self._log, time.perf_counter()
         begun = self._counters.item(st.STATUS) != st.RUN_CONTINUES
         try:
-            self._room.play(self._shots, _FIRST_SHOT, 0, begun, self._log, limits, budget=budget)
+            play_some(self._layout, self._memory, shots, _FIRST_SHOT, 0, begun, log, limits, budget)
         finally:
             self.wall_time += time.perf_counter() - started
 

@@ -1,4 +1,4 @@
-"""Calls of the kernels: a `Room` holds the memory in which a thread simulates shots of a scene.
+"""Calls of the kernels, and the memory in which a thread simulates one shot after the other.
 
 A single shot, a batch and a sweep use the same code; they differ in how they make the shots.
 """
@@ -67,64 +67,53 @@ NO_LOG: Log = log_of(0, 0)
 """The log of shots whose events are not recorded."""
 
 
-class Room:
-    """Memory in which shots are simulated one after the other, of one scene at a time.
+def memory_for(layout: SceneLayout) -> st.FloatArray:
+    """Return memory for one shot of a scene at a time: the block of its arrays, see `core.block`.
 
-    `numbers` (m,) float64: the block of arrays of the current shot; see `core.block`.
+    Shots of other scenes can use it too, if it is large enough.
     """
+    return np.empty(layout.block.offsets[END])
 
-    def __init__(self, layout: SceneLayout) -> None:
-        self.numbers = np.empty(layout.block.offsets[END])
-        self._layout = layout
 
-    def fits(self, layout: SceneLayout) -> bool:
-        """Return whether another scene has as many balls, and blocks of the same size."""
-        same = layout.count == self._layout.count
-        return same and layout.block.offsets[END] == len(self.numbers)
+def play_some(
+    layout: SceneLayout,
+    memory: st.FloatArray,
+    shots: Shots,
+    which: st.IntArray,
+    first: int,
+    continues: bool,
+    log: Log,
+    limits: Limits,
+    budget: int = WORK_AT_ONCE,
+    *,
+    who: int = 0,
+) -> int:
+    """Simulate shots, see `event_loop.play.play`; return the index of the next in `which`."""
+    numbers = (first, continues, who, *limits, budget)
+    return int(play(which, *shots, *log, memory, *numbers, *layout.arguments))
 
-    def turn_to(self, layout: SceneLayout) -> None:
-        """Simulate shots of another scene from now on; `fits` must be True for this scene."""
-        self._layout = layout
 
-    def play(
-        self,
-        shots: Shots,
-        which: st.IntArray,
-        first: int,
-        continues: bool,
-        log: Log,
-        limits: Limits,
-        *,
-        who: int = 0,
-        budget: int = WORK_AT_ONCE,
-    ) -> int:
-        """Simulate shots, see `event_loop.play.play`; return the index of the next in `which`."""
-        scene = self._layout.arguments
-        numbers = (first, continues, who, *limits, budget)
-        return int(play(which, *shots, *log, self.numbers, *numbers, *scene))
+def play_all(
+    layout: SceneLayout,
+    memory: st.FloatArray,
+    shots: Shots,
+    which: st.IntArray,
+    limits: Limits,
+    *,
+    who: int = 0,
+    stop: Event | None = None,
+) -> None:
+    """Simulate the shots `which` to their ends, without a log, and put the results in `shots`.
 
-    def play_all(
-        self,
-        shots: Shots,
-        which: st.IntArray,
-        limits: Limits,
-        *,
-        who: int = 0,
-        stop: Event | None = None,
-    ) -> None:
-        """Simulate the shots `which` to their ends, without a log, and put the results in `shots`.
-
-        `who`: the ball to which the first of `shots.starts` belongs.
-        `stop`: when another thread sets this event, the loop ends after its next return from the
-            kernel, and the remaining shots aren't simulated.
-        """
-        first, continues = 0, False
-        while first < len(which) and not (stop is not None and stop.is_set()):
-            first = self.play(shots, which, first, continues, NO_LOG, limits, who=who)
-            # The kernel also returns between two shots; then the next one has no status yet.
-            continues = (
-                first < len(which) and shots.counts[which[first], st.STATUS] == st.RUN_PAUSED
-            )
+    `who`: the ball to which the first of `shots.starts` belongs.
+    `stop`: when another thread sets this event, the loop ends after its next return from the
+        kernel, and the remaining shots aren't simulated.
+    """
+    first, continues = 0, False
+    while first < len(which) and not (stop is not None and stop.is_set()):
+        first = play_some(layout, memory, shots, which, first, continues, NO_LOG, limits, who=who)
+        # The kernel also returns between two shots; then the next one has no status yet.
+        continues = first < len(which) and shots.counts[which[first], st.STATUS] == st.RUN_PAUSED
 
 
 def needed(layout: SceneLayout, name: str) -> Needed:

@@ -9,10 +9,11 @@ from threading import Event
 import numpy as np
 
 from ghostball.engine.core import state as st
+from ghostball.engine.core.block import END
 from ghostball.engine.event_loop import play
 from ghostball.engine.running.driver import warm_up
 from ghostball.engine.running.from_scene import SceneLayout, phases_of
-from ghostball.engine.running.room import Limits, Room, Shots
+from ghostball.engine.running.room import Limits, Shots, memory_for, play_all
 from ghostball.model import Scene
 from ghostball.model.scene.contents import rolling
 
@@ -66,12 +67,11 @@ def run_tasks(
     stop = Event()
 
     def play_share(share: Sequence[Task]) -> None:
-        room: Room | None = None
+        memory = np.empty(0)
         for layout, which in share:
-            if room is None or not room.fits(layout):
-                room = Room(layout)
-            room.turn_to(layout)
-            room.play_all(shots, which, limits, who=who, stop=stop)
+            if len(memory) < layout.block.offsets[END]:
+                memory = memory_for(layout)
+            play_all(layout, memory, shots, which, limits, who=who, stop=stop)
 
     with ThreadPoolExecutor(threads) as pool:
         try:

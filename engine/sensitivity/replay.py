@@ -17,7 +17,7 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.state import FloatArray, Laws
 from ghostball.engine.running.driver import KernelRun, warm_up
 from ghostball.engine.running.from_scene import SceneLayout, blank_block
-from ghostball.engine.running.room import Limits, Room, shots_of
+from ghostball.engine.running.room import Limits, memory_for, play_all, shots_of
 from ghostball.model import ExactTrajectory, Scene
 
 _OUTER = Laws._fields.index("outer")
@@ -44,7 +44,7 @@ def states_after(layout: SceneLayout, starts: FloatArray, duration: float) -> Fl
     warm_up(layout.variant)
     k, n, _ = starts.shape
     shots = shots_of(k, n, 3)._replace(starts=np.ascontiguousarray(starts))
-    Room(layout.ending(duration)).play_all(shots, np.arange(k), _LIMITS)
+    play_all(layout.ending(duration), memory_for(layout), shots, np.arange(k), _LIMITS)
     shots.ends[~np.isin(shots.counts[:, st.STATUS], _ENDS)] = np.nan
     return shots.ends
 
