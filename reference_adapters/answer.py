@@ -70,7 +70,7 @@ from ghostball.model import (
 from ghostball.model.arrays import FloatArray
 from ghostball.model.features import Feature
 from ghostball.reference_adapters.base import EngineError
-from ghostball.reference_adapters.returned import partners_of
+from ghostball.reference_adapters.returned import partners_of, shown
 
 Plain = str | float | int | bool | None
 
@@ -196,15 +196,17 @@ class EngineAnswer(_AnswerPart):
     approximate: dict[FeatureName, str] = Field(default_factory=dict)
 
     @classmethod
-    def parse(cls, value: object, where: str) -> EngineAnswer:
+    def parse(cls, value: object, where: str, none: str = "null") -> EngineAnswer:
         """Return the result object described by plain values; error messages call it `where`.
+
+        `none`: the text for None in messages.
 
         Raises `EngineError` if the values are invalid.
         """
         try:
             return cls.model_validate(value)
         except ValidationError as error:
-            raise _refused(where, error) from None
+            raise _refused(where, error, none=none) from None
 
     @classmethod
     def returned(
@@ -219,7 +221,7 @@ class EngineAnswer(_AnswerPart):
         if not isinstance(answer, Mapping):
             raise EngineError(
                 f'{where} must be a dict, {{"rest_positions": ..., "events": ..., "samples": '
-                f"...}}, got {_shown(answer)}"
+                f"...}}, got {shown(answer)}"
             )
         if unknown := [str(key) for key in answer if key not in _FUNCTION_KEYS]:
             close = get_close_matches(unknown[0], _FUNCTION_KEYS, n=1)
@@ -229,15 +231,17 @@ class EngineAnswer(_AnswerPart):
             raise _wrong(where, lacks[0], f"is missing, got {', '.join(answer) or '{}'}")
         said = answer.get("scene", scene.name)
         if (said.get("name") if isinstance(said, Mapping) else said) != scene.name:
-            raise _wrong(where, "scene", f"must be the requested scene, got {_shown(said)}")
+            raise _wrong(where, "scene", f"must be the requested scene, got {shown(said)}")
         try:
             samples = RunSamples.model_validate(answer["samples"])
         except ValidationError as error:
-            raise _refused(where, error, "samples") from None
+            raise _refused(where, error, "samples", none="None") from None
         # By default, the run ends at the last sample, at rest or at the `t_max` of the scene.
         end = float(np.max(samples.t, initial=0.0))
         assumed = {"rest_time": end, "status": "rest", **known}
-        run = cls.parse({**assumed, **answer, "scene": scene.name, "samples": samples}, where)
+        run = cls.parse(
+            {**assumed, **answer, "scene": scene.name, "samples": samples}, where, "None"
+        )
         reached = scene.t_max is not None and run.rest_time >= scene.t_max * (1.0 - 1e-9)
         at_end = reached and "status" not in answer
         return run.model_copy(update={"status": "t-max"}) if at_end else run
@@ -370,8 +374,11 @@ def event_row(event: RunEvent, table: Table | None, where: str) -> tuple[float, 
     return event.t, int(kind), a, b
 
 
-def _refused(where: str, error: ValidationError, *inside: str) -> EngineError:
-    """Return an error for the first mistake that validation found: location, rule and value."""
+def _refused(where: str, error: ValidationError, *inside: str, none: str = "null") -> EngineError:
+    """Return an error for the first mistake that validation found: location, rule and value.
+
+    `none`: the text for None, which is null in JSON.
+    """
     first = error.errors()[0]
     places, value = (*inside, *first["loc"]), first["input"]
     if places[-1:] == ("[key]",):  # a wrong key of a mapping: the mapping is the location
@@ -381,12 +388,8 @@ def _refused(where: str, error: ValidationError, *inside: str) -> EngineError:
     if first["type"] == "missing":
         return _wrong(where, key, f"is missing, got {', '.join(map(str, value)) or '{}'}")
     rule = str(first["msg"]).removeprefix("Value error, ").replace("Input should", "must", 1)
-    return _wrong(where, key, f"{rule}, got {_shown(value)}")
+    return _wrong(where, key, f"{rule}, got {none if value is None else shown(value)}")
 
 
 def _wrong(where: str, key: str, rule: str) -> EngineError:
     return EngineError(f"{where}: `{key}` {rule}")
-
-
-def _shown(value: object) -> str:
-    return "null" if value is None else f"{value!r:.80} ({type(value).__name__})"

@@ -8,6 +8,7 @@ function or class: `my_module:simulate`, `my_package:MyEngine:dt=1e-3`.
 from __future__ import annotations
 
 import logging
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
@@ -33,6 +34,9 @@ GROUP = "ghostball.engines"
 """Entry-point group of engines; see `base`."""
 
 OURS = "ghostball"
+
+_NAMES_OF_STEP = "(time|fixed)?_?step_?(size)?|delta_?t|h"
+"""Regular expression of names that other programs give the time step, `dt` here."""
 
 # The members that `ReferenceEngine` requires; a protocol with data members has no `issubclass`.
 _REQUIRED = ("Settings", "capabilities", "settings", "unavailable", "simulate")
@@ -346,8 +350,10 @@ def _describe(error: ValidationError, name: str, settings: type[BaseModel]) -> s
 def _sentence(problem: Mapping[str, Any], name: str, defaults: Mapping[str, Any]) -> str:
     field = ".".join(str(part) for part in problem["loc"][:1])
     if problem["type"] == "extra_forbidden":
-        close = get_close_matches(field, defaults, n=1)
+        is_step = "dt" in defaults and re.fullmatch(_NAMES_OF_STEP, field, re.IGNORECASE)
+        close = ["dt"] if is_step else get_close_matches(field, defaults, n=1)
         hint = f". Did you mean `{close[0]}`?" if close else ""
+        hint = ". The time step is `dt` [s]" if is_step else hint
         return f"`{field}` is not a setting of engine `{name}`, got {problem['input']!r}{hint}"
     message = str(problem["msg"]).removeprefix("Value error, ")
     rule = message.replace("Input should", "must", 1)

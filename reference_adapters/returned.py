@@ -77,16 +77,16 @@ def _problem(result: object, scene: Scene, engine: str, record: Record) -> str:
     if not isinstance(result, Result):
         return f"`simulate` must return a `Result`, got {type(result).__name__}"
     if result.engine != engine:
-        return f"`engine` of the result must be {engine!r}, got {_shown(result.engine)}"
+        return f"`engine` of the result must be {engine!r}, got {shown(result.engine)}"
     if result.scene is not scene and result.scene != scene:
         return (
             f'`scene` of the result must be the scene that was run, "{scene.name}", got a '
             f"different scene, {getattr(result.scene, 'name', result.scene)!r}"
         )
     if not isinstance(result.status, Status):
-        return f"`status` must be a `Status` such as `Status.REST`, got {_shown(result.status)}"
+        return f"`status` must be a `Status` such as `Status.REST`, got {shown(result.status)}"
     if not isinstance(result.reason, str):
-        return f"`reason` must be text, got {_shown(result.reason)}"
+        return f"`reason` must be text, got {shown(result.reason)}"
     looks: tuple[Callable[[], str], ...] = (
         lambda: _end_problem(result, scene),
         lambda: _number_problem(result),
@@ -103,7 +103,7 @@ def _end_problem(result: Result, scene: Scene) -> str:
     failed = result.status is Status.FAILED
     t = result.rest_time
     if not _is_number(t) or not (failed or (math.isfinite(t) and t >= 0.0)):
-        return f"`rest_time` must be finite and at least 0 s, got {_shown(t)}"
+        return f"`rest_time` must be finite and at least 0 s, got {shown(t)}"
     wanted = (1, len(scene.balls), 3)
     if problem := _state_problem("final_state", result.final_state, wanted):
         return problem
@@ -144,7 +144,7 @@ def _number_problem(result: Result) -> str:
     """Check run time, counters and settings."""
     t = result.wall_time
     if not _is_number(t) or not (math.isfinite(t) and t >= 0.0):
-        return f"`wall_time` must be finite and at least 0 s, got {_shown(t)}"
+        return f"`wall_time` must be finite and at least 0 s, got {shown(t)}"
     return _mapping_problem("work", result.work, _is_count, "a whole number from 0 to 2^53") or (
         _mapping_problem(
             "settings",
@@ -158,12 +158,12 @@ def _number_problem(result: Result) -> str:
 def _mapping_problem(name: str, value: object, allowed: Callable[[object], bool], rule: str) -> str:
     """Check a value that must be a mapping of texts to allowed values."""
     if not isinstance(value, Mapping):
-        return f"`{name}` must map texts to {rule}, got {_shown(value)}"
+        return f"`{name}` must map texts to {rule}, got {shown(value)}"
     for key, one in value.items():
         if not isinstance(key, str):
-            return f"`{name}` must have texts as keys, got {_shown(key)}"
+            return f"`{name}` must have texts as keys, got {shown(key)}"
         if not allowed(one):
-            return f"`{name}[{key!r}]` must be {rule}, got {_shown(one)}"
+            return f"`{name}[{key!r}]` must be {rule}, got {shown(one)}"
     return ""
 
 
@@ -173,12 +173,12 @@ def _count_problem(result: Result) -> str:
     kinds = tuple(kind.label for kind in COLLISION_KINDS)
     listed = " and ".join(f'"{kind}"' for kind in kinds)
     if not isinstance(counts, Mapping) or set(counts) != set(kinds):
-        return f"`collision_counts` must have exactly the keys {listed}, got {_shown(counts)}"
+        return f"`collision_counts` must have exactly the keys {listed}, got {shown(counts)}"
     for kind in kinds:
         if not _is_count(counts[kind]):
             return (
                 f'`collision_counts["{kind}"]` must be a whole number from 0 to 2^53, got '
-                f"{_shown(counts[kind])}"
+                f"{shown(counts[kind])}"
             )
     return ""
 
@@ -192,7 +192,7 @@ def _event_problem(result: Result, scene: Scene, record: Record) -> str:
     if not isinstance(events, np.ndarray) or events.dtype != EVENT_DTYPE or events.ndim != 1:
         return (
             "`events` must be an array (k,) of dtype `EVENT_DTYPE`, with the fields t, kind, a and "
-            f"b, got {_shown(events)}"
+            f"b, got {shown(events)}"
         )
     for field, wrong, rule in _rules_of_events(result, scene):
         where = np.flatnonzero(wrong)
@@ -267,10 +267,10 @@ def _motion_problem(result: Result, scene: Scene, record: Record) -> str:
         lacks = [f"`{name}`" for name in ("sample", "t_end") if not hasattr(motion, name)]
         if not lacks:
             return ""
-        return f"`trajectory` must be a `Trajectory`: {_shown(motion)} lacks {' and '.join(lacks)}"
+        return f"`trajectory` must be a `Trajectory`: {shown(motion)} lacks {' and '.join(lacks)}"
     times = motion.times
     if not isinstance(times, np.ndarray) or times.ndim != 1 or not len(times):
-        return f"`trajectory.times` must be an array (k,), got {_shown(times)}"
+        return f"`trajectory.times` must be an array (k,), got {shown(times)}"
     if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
         return "`trajectory.times` must be finite and never decrease"
     shape = (len(times), len(scene.balls), 3)
@@ -309,7 +309,7 @@ def _state_problem(where: str, states: object, shape: tuple[int, ...]) -> str:
         if not isinstance(array, np.ndarray) or array.dtype.kind != "f" or array.shape != shape:
             return (
                 f"`{where}.{name}` must be an array of floats with shape {shape}, got "
-                f"{_shown(array)}"
+                f"{shown(array)}"
             )
     return ""
 
@@ -329,7 +329,7 @@ def _is_plain(value: object) -> bool:
     return isinstance(value, str | int | None)
 
 
-def _shown(value: object) -> str:
+def shown(value: object) -> str:
     """Return a value for a message, with its type if that is informative."""
     if isinstance(value, np.ndarray):
         return f"an array of {value.dtype} with shape {value.shape}"

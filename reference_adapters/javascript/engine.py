@@ -9,12 +9,9 @@ default friction and damping, and the restitution of the scene.
 
 from __future__ import annotations
 
-import atexit
 import math
 import shutil
 from dataclasses import replace
-from functools import cache
-from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -24,13 +21,13 @@ from ghostball.model import Record, Result, Scene, Status
 from ghostball.reference_adapters.base import EngineSettings
 from ghostball.reference_adapters.capabilities import ByConfiguration, capabilities_beside
 from ghostball.reference_adapters.javascript.packages import DRIVER, NODE, folder, why_unavailable
+from ghostball.reference_adapters.recording import FRAME_INTERVAL
 from ghostball.reference_adapters.stepping.plane_engine import PlaneEngine
 from ghostball.reference_adapters.stepping.run_end import ending_of
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import reach_beyond
 from ghostball.reference_adapters.stepping.step_ends import ExactSteps
-from ghostball.reference_adapters.workers.engine import run_of
-from ghostball.reference_adapters.workers.process import Worker
+from ghostball.reference_adapters.workers.engine import run_of, worker_of
 
 
 class JavascriptSettings(SteppingSettings):
@@ -73,17 +70,6 @@ class MatterSettings(JavascriptSettings):
     sides: Annotated[int, Field(ge=8, le=10_000, multiple_of=2)] = 240
 
 
-@cache
-def _worker(name: str, config: str, packages: Path, node: str) -> Worker:
-    worker = Worker([node, str(DRIVER / "serve.mjs"), str(packages), name, config])
-    atexit.register(worker.close)
-    return worker
-
-
-TIME_LIMIT = 600.0
-"""Time limit for Node.js [s]; callers have shorter limits."""
-
-
 class JavascriptEngine(PlaneEngine):
     """An engine whose driver is `driver/NAME.mjs`; `PACKAGE` is its package."""
 
@@ -102,9 +88,11 @@ class JavascriptEngine(PlaneEngine):
             "gap": ends.gap,
             "shortest": ends.shortest,
             "reach": reach_beyond(scene),
+            "frame_interval": FRAME_INTERVAL,
         }
-        worker = _worker(self.name, settings.config, folder(), shutil.which(NODE) or NODE)
-        run = run_of(self.name, worker, scene, record, TIME_LIMIT, asked)
+        driver = str(DRIVER / "serve.mjs")
+        command = (shutil.which(NODE) or NODE, driver, str(folder()), self.name, settings.config)
+        run = run_of(self.name, worker_of(*command), scene, record, asked)
         used: dict[str, Any] = {"dt": settings.step, "iterations": run.settings.get("iterations")}
         run = run.model_copy(update={"settings": settings.model_dump() | used})
         result = run.result(scene, record=record)

@@ -20,7 +20,9 @@ from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.newton.engine import TUNED_ITERATIONS, NewtonSettings
 from ghostball.reference_adapters.output import captured
 from ghostball.reference_adapters.stepping.contact_world import (
+    REMOVED_COORDINATE,
     SINGLE_PRECISION_NOISE,
+    THICKNESS,
     ContactWorld,
     WorldBody,
     collision_of,
@@ -41,12 +43,6 @@ GAP = 5e-7
 
 Newton's default is 0.2 m: contacts keep the normal that they had before the balls touched.
 """
-
-THICKNESS = 1e-6
-"""Half the thickness of a cushion segment [m]: Newton has no finite plane, so it is a thin box."""
-
-REMOVED_COORDINATE = -1e4
-"""Coordinate to which removed balls are moved [m]."""
 
 _CLOTH: WorldBody = (-1, True)
 

@@ -18,7 +18,9 @@ from ghostball.model import Disc, Scene, Segment
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.physx.engine import TUNED_ITERATIONS, PhysxSettings
 from ghostball.reference_adapters.stepping.contact_world import (
+    REMOVED_COORDINATE,
     SINGLE_PRECISION_NOISE,
+    THICKNESS,
     ContactWorld,
     WorldBody,
     collision_of,
@@ -41,12 +43,6 @@ with warnings.catch_warnings():
 
 _BALLS, _CUSHIONS, _CLOTH = 1, 2, 4
 """The bodies that a shape of a ball touches, as bits."""
-
-THICKNESS = 1e-6
-"""Half the thickness of a cushion segment [m]: PhysX has no finite plane, so it is a thin box."""
-
-REMOVED_COORDINATE = -1e4
-"""Coordinate to which removed balls are moved [m]."""
 
 MAX_SPIN = 1e6
 """Limit on spins [rad/s]; PhysX's default of 100 would limit a rolling pool ball to 2.86 m/s."""

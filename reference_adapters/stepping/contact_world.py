@@ -20,6 +20,12 @@ SINGLE_PRECISION_NOISE = 16.0 * float(np.finfo(np.float32).eps)
 DOUBLE_PRECISION_NOISE = 1e-12
 """The same for double precision, including the residual of a solver [1]."""
 
+THICKNESS = 1e-6
+"""Half the thickness of a cushion segment [m]: a thin box, in an engine without finite planes."""
+
+REMOVED_COORDINATE = -1e4
+"""Coordinate to which removed balls are moved [m]."""
+
 
 class ContactWorld:
     """Base class of a `PlaneWorld` whose steps find contacts, then solve velocities, then move.

@@ -35,15 +35,16 @@ TIME_LIMIT = 600.0
 
 
 @cache
-def _worker(module: str, python: Path) -> Worker:
-    # pooltool reads and writes its default physics in the user's home, which must not affect a run.
-    # numba stores compiled code next to the sources, and finds it there again.
-    home = cache_folder("workers") / module
-    home.mkdir(parents=True, exist_ok=True)
-    environment = os.environ | {"HOME": str(home), "XDG_CONFIG_HOME": str(home / "config")}
-    # Without PYTHONPATH and the user's packages, which belong to a different interpreter.
-    command = [str(python), "-E", "-s", str(SCRIPTS / "serve.py"), module]
-    worker = Worker(command, environment)
+def worker_of(*command: str, home: Path | None = None) -> Worker:
+    """Return the worker that a command starts, the same for each call; it exits with Ghostball.
+
+    `home`: folder that replaces the user's home.
+    """
+    environment = None
+    if home is not None:
+        home.mkdir(parents=True, exist_ok=True)
+        environment = os.environ | {"HOME": str(home), "XDG_CONFIG_HOME": str(home / "config")}
+    worker = Worker([*command], environment)
     atexit.register(worker.close)
     return worker
 
@@ -53,7 +54,6 @@ def run_of(
     worker: Worker,
     scene: Scene,
     record: Record,
-    longest: float,
     settings: Mapping[str, Any] | None = None,
 ) -> EngineAnswer:
     """Simulate a scene in a worker, and return its answer.
@@ -64,7 +64,7 @@ def run_of(
     support the scene, `WorkerFailedError` if it fails, and `EngineError` if the answer is invalid.
     """
     try:
-        answer = worker.play(scene, record, longest, settings)
+        answer = worker.play(scene, record, TIME_LIMIT, settings)
     except WorkerAbsentError as error:
         raise EngineUnavailableError(f"engine `{engine}` can't start: {error}") from None
     if "cannot" in answer:
@@ -97,8 +97,13 @@ class WorkerEngine(EngineBase):
     def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
         """Simulate the scene in the worker."""
         self.check(scene)
-        worker = _worker(self.MODULE, interpreter())
-        return run_of(self.name, worker, scene, record, TIME_LIMIT).result(scene, record=record)
+        # pooltool reads and writes its default physics in the user's home, which must not affect a
+        # run. numba stores compiled code next to the sources, and finds it there again.
+        home = cache_folder("workers") / self.MODULE
+        # Without PYTHONPATH and the user's packages, which belong to a different interpreter.
+        command = (str(interpreter()), "-E", "-s", str(SCRIPTS / "serve.py"), self.MODULE)
+        worker = worker_of(*command, home=home)
+        return run_of(self.name, worker, scene, record).result(scene, record=record)
 
 
 _SEQUENTIAL_ONLY = (

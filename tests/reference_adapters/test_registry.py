@@ -259,7 +259,10 @@ def test_values_are_read_as_the_type_of_their_setting(packages):
         ("dt=fast", ["`dt`", "must be a valid number", "'fast'"]),
         ("iterations=2.5", ["`iterations`", "must be a valid integer", "'2.5'"]),
         ("mode=slow", ["`mode`", "must be 'native' or 'landed'", "'slow'"]),
-        ("step=1e-3", ["`step`", "not a setting of engine `foreign`", "'1e-3'"]),
+        (
+            "step=1e-3",
+            ["`step`", "not a setting of engine `foreign`", "'1e-3'", "time step is `dt`"],
+        ),
         ("iteration=3", ["Did you mean `iterations`?"]),
         ("dt=-1,iterations=x", ["`dt`", "`iterations`"]),
     ],

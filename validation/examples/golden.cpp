@@ -17,7 +17,7 @@ string value(const string& text, const string& key, size_t from = 0, bool last =
     size_t at = last ? text.rfind('"' + key + '"') : text.find('"' + key + '"', from);
     if (at == string::npos) return "";
     at = text.find_first_not_of(" \t\r\n", text.find(':', at) + 1);
-    if (text[at] != '[') return text.substr(at, text.find_first_of(",}\n", at) - at);
+    if (text[at] != '[') return text.substr(at, text.find_first_of(",} \t\r\n", at) - at);
     size_t end = at;  // a list ends with its bracket
     for (int depth = 0; end == at || depth > 0; end++) depth += (text[end] == '[') - (text[end] == ']');
     return text.substr(at, end - at);
@@ -29,12 +29,16 @@ vector<double> numbers(const string& list) {
     }
     return found;
 }
+int index(const string& text) {  // of a ball; -1 if the text is no whole number
+    bool whole = !text.empty() && text.size() < 10 && text.find_first_not_of("0123456789") == string::npos;
+    return whole ? std::stoi(text) : -1;
+}
 vector<Event> events(const string& text) {
     vector<Event> found;
     string list = value(text, "events");
     for (size_t at = 0; (at = list.find('{', at)) != string::npos; at++) {
-        Event e{std::stod(value(list, "t", at)), value(list, "kind", at), std::stoi(value(list, "a", at)), value(list, "b", at)};
-        if (e.kind == "\"ball-ball\"" && std::stoi(e.b) < e.a) { int b = std::stoi(e.b); e.b = std::to_string(e.a); e.a = b; }
+        Event e{std::stod(value(list, "t", at)), value(list, "kind", at), index(value(list, "a", at)), value(list, "b", at)};
+        if (int b = index(e.b); e.kind == "\"ball-ball\"" && 0 <= b && b < e.a) { e.b = std::to_string(e.a); e.a = b; }
         found.push_back(e);
     }
     return found;
@@ -50,7 +54,14 @@ int main(int, char** argv) {
     for (auto& e : left) kinds += e.kind;
     int faults = 0;
     auto fault = [&](const string& what) { std::cout << argv[1] << ": " << what << "\n"; faults++; };
-    for (auto& e : left) if (!std::isfinite(e.t)) fault("the time of an event isn't finite");
+    int balls = 0;
+    string list = value(shot, "balls");
+    for (size_t at = 0; (at = list.find("\"position\":", at)) != string::npos; at++) balls++;
+    for (auto& e : left) {
+        if (!std::isfinite(e.t)) fault("the time of an event isn't finite");
+        bool second = e.kind != "\"ball-ball\"" || (0 <= index(e.b) && index(e.b) < balls && index(e.b) != e.a);
+        if (e.a < 0 || e.a >= balls || !second) fault("an event must name balls by their indices, from 0 to " + std::to_string(balls - 1));
+    }
     for (size_t k = 0; k < truth.size(); k++) {
         const Event& e = truth[k];
         if (kinds.find(e.kind) == string::npos) continue;

@@ -11,6 +11,10 @@ const PHASE_ENDS = ["slide-to-roll", "roll-to-rest", "ball-cloth"];
 function faults(shot, answer) {
   const numbers = [...answer.events.map((e) => e.t), ...(answer.rest_positions ?? []).flat()];
   if (!numbers.every(Number.isFinite)) return ["a number isn't finite"];
+  const isBall = (one) => Number.isInteger(one) && 0 <= one && one < shot.scene.balls.length;
+  const namesBalls = ({ kind, a, b }) => isBall(a) && (kind !== "ball-ball" || (isBall(b) && a !== b));
+  if (!answer.events.every(namesBalls)) return [`an event must name balls by their indices, from 0 to ${shot.scene.balls.length - 1}`];
+  if (shot.rest_positions && answer.rest_positions?.length !== shot.scene.balls.length) return ["number of rest positions"];
   const found = [], left = [...answer.events], tolerance = shot.tolerance;
   const kinds = new Set(["ball-ball", "ball-cushion", "pocketed", ...left.map((e) => e.kind)]);
   const key = (e) => [e.kind, ...(e.kind === "ball-ball" ? [e.a, e.b].sort((a, b) => a - b) : [e.a, e.b])].join();

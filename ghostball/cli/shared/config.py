@@ -14,6 +14,7 @@ the folder of the file.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -88,16 +89,22 @@ def load_config(start: Path | None = None) -> Config:
 
 
 def load_table(path: Path) -> Any:
-    """Return the table `[tool.ghostball]` of a file; None without a table, or without permission.
+    """Return the table `[tool.ghostball]` of a file; None without a file, or without a table.
 
-    Raises `ConfigError` if the file can't be read for another reason.
+    Raises `ConfigError` if the file can't be read.
     """
     try:
         text = read_text(path)
-    except (FileNotFoundError, NotADirectoryError, PermissionError):
+    except (FileNotFoundError, NotADirectoryError):
         return None
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: can't be read: {error}") from None
+        if not os.access(path.parent, os.X_OK):
+            return None  # a folder above that this user may not enter: no file of their project
+        why = getattr(error, "strerror", None) or str(error)
+        raise ConfigError(
+            f"{path}: can't be read: {why}. Its `[tool.ghostball]` may hold settings: make the "
+            "file readable"
+        ) from None
     if "ghostball" not in text:
         return None
     try:

@@ -17,8 +17,6 @@
 import { clothOf } from "./cloth.mjs";
 import { timeToContact } from "./contact_time.mjs";
 
-const FRAME_INTERVAL = 0.002; // shortest time between two samples, except at events [s]
-
 const NORMALS = { left: [1, 0], right: [-1, 0], bottom: [0, 1], top: [0, -1] };
 
 export const cushionsOf = ({ table }) =>
@@ -42,9 +40,11 @@ function largestMomentum({ balls }) {
 }
 
 class Recorder {
-  constructor(scene, record) {
+  // frameInterval: shortest time between two samples, except at events [s]
+  constructor(scene, record, frameInterval) {
     this.scene = scene;
     this.record = record;
+    this.frameInterval = frameInterval;
     this.events = [];
     this.samples = { t: [], positions: [], velocities: [], angular_velocities: [] };
     this.last = -Infinity;
@@ -58,7 +58,7 @@ class Recorder {
   }
 
   wants(t) {
-    return this.record === "trajectory" && (this.due || t - this.last >= FRAME_INTERVAL * (1 - 1e-9));
+    return this.record === "trajectory" && (this.due || t - this.last >= this.frameInterval * (1 - 1e-9));
   }
 
   frame(t, positions, motion) {
@@ -79,7 +79,7 @@ export function play(World, engine, scene, record, settings) {
   const end = Math.min(scene.t_max ?? Infinity, settings.max_time);
   const count = Math.max(1, Math.ceil((end / settings.dt) * (1 - 1e-12)));
   const exact = settings.contact_steps === "exact";
-  const recorder = new Recorder(scene, record);
+  const recorder = new Recorder(scene, record, settings.frame_interval);
   const motion = () => cloth.map((ball) => ({ velocity: [ball.vx, ball.vy], spin: ball.spin() }));
   let positions = scene.balls.map((_, i) => world.read(i).slice(0, 2));
   let lasting = new Set();

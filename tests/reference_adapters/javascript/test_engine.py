@@ -142,8 +142,8 @@ def test_an_engine_that_loops_ends_with_its_caller(loops: Path) -> None:
         "from ghostball.validation.scenes.library import find_scene;"
         "asked = threading.Thread(target=engine.PlanckEngine().simulate,"
         " args=(find_scene('stop'),), daemon=True); asked.start(); asked.join(3.0);"
-        f"worker = engine._worker('planck', 'tuned', engine.Path({str(folder())!r}),"
-        " engine.shutil.which('node'));"
+        "command = (engine.shutil.which('node'), str(engine.DRIVER / 'serve.mjs'));"
+        f"worker = engine.worker_of(*command, {str(folder())!r}, 'planck', 'tuned');"
         "print(worker._process.pid, flush=True); os._exit(0)"
     )
     done = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True)

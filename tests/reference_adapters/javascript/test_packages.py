@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 
 from ghostball.cli import app
 from ghostball.model import EngineFailedError
-from ghostball.reference_adapters.javascript import engine as javascript
 from ghostball.reference_adapters.javascript.engine import PlanckEngine
 from ghostball.reference_adapters.javascript.packages import (
     FOLDER_VARIABLE,
@@ -19,6 +18,7 @@ from ghostball.reference_adapters.javascript.packages import (
     installed,
     why_unavailable,
 )
+from ghostball.reference_adapters.workers import engine as workers
 from ghostball.validation.parallel.sources import code_here, versions
 from ghostball.validation.runs.engine_runs import run_engine
 from ghostball.validation.scenes.library import find_scene
@@ -121,7 +121,7 @@ def test_a_missing_package_is_named_with_its_installation(node: Node) -> None:
 def test_a_wrong_answer_is_the_engines_failure_in_one_sentence(
     node: Node, monkeypatch: pytest.MonkeyPatch, answer: str, says: str
 ) -> None:
-    monkeypatch.setattr(javascript, "TIME_LIMIT", 0.4 if "sleep" in answer else 20.0)
+    monkeypatch.setattr(workers, "TIME_LIMIT", 0.4 if "sleep" in answer else 20.0)
     node(answer)
     with pytest.raises(EngineFailedError, match=says):
         run_engine(PlanckEngine(), find_scene("stop"))

@@ -20,7 +20,7 @@ def test_an_interpreter_without_the_engine_is_absent_and_says_why(
     script = tmp_path / "none.py"
     script.write_text("import json; print(json.dumps({'absent': 'no chalk'}))")
     one = Worker([sys.executable, str(script)])
-    monkeypatch.setattr(workers, "_worker", lambda *_: one)
+    monkeypatch.setattr(workers, "worker_of", lambda *_, home: one)
     monkeypatch.setenv(PYTHON, sys.executable)
     with pytest.raises(EngineUnavailableError, match="no chalk"):
         make_engine("billiards").simulate(find_scene("galperin-1"))
@@ -28,7 +28,7 @@ def test_an_interpreter_without_the_engine_is_absent_and_says_why(
 
 def test_a_run_that_is_none_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     one = worker(tmp_path, {"status": "rest", "rest_time": "soon"})
-    monkeypatch.setattr(workers, "_worker", lambda *_: one)
+    monkeypatch.setattr(workers, "worker_of", lambda *_, home: one)
     monkeypatch.setenv(PYTHON, sys.executable)
     with pytest.raises(Exception, match="answer of `billiards`: `rest_time` must be a valid"):
         make_engine("billiards").simulate(find_scene("galperin-1"))

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import errno
+import os
+
 import pytest
 import tomli_w
 from commands import refused
 from damage import DEEP, VALUES, assert_refused_or_done, faults, reads
 
+from ghostball.cli.shared import config
 from ghostball.cli.shared.config import load_config
+from ghostball.model.text_files import read_text
 
 
 @pytest.mark.parametrize(
@@ -29,6 +34,23 @@ def test_a_configuration_that_is_wrong_is_refused(cli, tmp_path, monkeypatch, te
     for command in ("regress", "validate"):
         assert refused(cli(command), said)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_file_without_permission_is_refused(cli, tmp_path, monkeypatch):
+    (tmp_path / "pyproject.toml").write_text("[tool.ghostball]\n")
+    monkeypatch.chdir(tmp_path)
+
+    def forbidden(path):
+        if path.resolve().parent == tmp_path:
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return read_text(path)
+
+    monkeypatch.setattr(config, "read_text", forbidden)
+    for command in ("regress", "validate", "init"):
+        assert refused(cli(command), "pyproject.toml: can't be read: Permission denied")
+    access = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path and access(path, mode))
+    assert load_config() == config.Config()  # nobody's project: the folder can't be entered
 
 
 def test_settings_of_another_shape_are_refused(tmp_path, monkeypatch):
