@@ -18,7 +18,7 @@ import pytest
 from ghostball.cli.shared.config import load_config
 from ghostball.model import GhostballError, Scene
 from ghostball.pytest_plugin.names import PREFIX, TIME_LIMIT
-from ghostball.reference_adapters import ReferenceEngine
+from ghostball.reference_adapters import ReferenceEngine, engine_names, make_engine
 from ghostball.reference_adapters.output import harmless
 from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.style import format_length
@@ -36,16 +36,14 @@ from ghostball.validation.scenes.commands import regress as regress_command
 from ghostball.validation.scenes.library import scene_names, select
 from ghostball.validation.suite.conformance import (
     COMPLETES,
-    EngineUnderTest,
     RequirementResult,
     SceneRun,
+    Specs,
     asked_of_engine,
-    check_names,
-    engine_under_test,
     requirement_names,
     run_scene,
 )
-from ghostball.validation.suite.plan import criteria_beside_paths, shipped_criteria
+from ghostball.validation.suite.plan import criteria_beside_paths, own_criteria
 
 DEFAULT_SCENES = "smoke"
 
@@ -158,7 +156,7 @@ class _TestPlan:
     `printed`: what the engine printed in the current scene.
     """
 
-    engine: EngineUnderTest
+    specs: Specs
     scenes: tuple[Scene, ...]
     own: dict[str, Criteria]
     for_all: Criteria | None
@@ -173,21 +171,21 @@ class _TestPlan:
     def of(cls, config: pytest.Config, picked: Sequence[str]) -> _TestPlan:
         option, project = config.option, load_config(config.invocation_params.dir)
         spec = option.ghostball_engine or _only_engine(project.engines)
-        engine = engine_under_test(spec, option.ghostball_as)
+        specs = (spec,) if option.ghostball_as is None else (spec, option.ghostball_as)
+        # A named engine that doesn't exist, or can't run here, is an error.
+        engine, *_ = [make_engine(one) for one in specs]
+        known = dict.fromkeys((*engine_names(), engine.name))
         names = _asked_scenes(option.ghostball_scenes, project.scenes, picked)
-        scenes, beside = select(names), criteria_beside_paths(names)
+        scenes = select(names)
         gate = Gate.of(spec, Path(option.ghostball_baselines or project.baselines))
         gate.check([scene.name for scene in scenes])
-        own = {
-            scene.name: beside[scene.name] if scene.name in beside else shipped_criteria(scene)
-            for scene in scenes
-        }
+        own = own_criteria(scenes, criteria_beside_paths(names))
         for name, criteria in own.items():
-            check_names(criteria, engine, f'limits of scene "{name}"')
+            criteria.check_engines(known, f'limits of scene "{name}"')
         for_all = None
         if (file := option.ghostball_criteria) is not None:
             for_all = Criteria.load(file)
-            check_names(for_all, engine, file)
+            for_all.check_engines(known, file)
             if for_all.truth is not None:
                 raise GhostballError(
                     f"{file}: `truth` must be left out, because scenes have different kinds of "
@@ -213,33 +211,33 @@ class _TestPlan:
         }
         options = [word for pair in again.items() if pair[1] is not None for word in pair]
         fail_on = project.fail_on
-        return cls(engine, tuple(scenes), own, for_all, tuple(options), time_limit, gate, fail_on)
+        return cls(specs, tuple(scenes), own, for_all, tuple(options), time_limit, gate, fail_on)
 
     def asked(self, scene: Scene) -> Requirements:
-        return asked_of_engine(self.engine, self.own[scene.name], self.for_all)
+        return asked_of_engine(self.specs, self.own[scene.name], self.for_all)
 
     def run(self, scene: Scene, asked: Requirements) -> SceneRun:
         self.printed.clear()
         found = run_scene(
-            self.engine,
+            self.specs,
             scene,
             self.own[scene.name],
             asked,
-            lambda: self._player,
+            lambda _: self._player,
             every_record=scene.name == self._first,
         )
         return replace(found, record=replace(found.record, printed="\n".join(self.printed)))
 
     @cached_property
     def _first(self) -> str:
-        if is_ours(self.engine.spec):  # Ghostball's own tests check the shipped engines
+        if is_ours(self.specs[0]):  # Ghostball's own tests check the shipped engines
             return ""
-        return smallest_supported(self.engine.make(), self.scenes)
+        return smallest_supported(make_engine(self.specs[0]), self.scenes)
 
     @cached_property
     def _player(self) -> ReferenceEngine:
         """The engine in its own process, one for all scenes; `process` closes it."""
-        engine = self.engine.make()
+        engine = make_engine(self.specs[0])
         return self.process.enter_context(
             in_other_process(engine, self.time_limit, self.printed.append)
         )
@@ -248,7 +246,7 @@ class _TestPlan:
         """Yield the command that repeats a test, and the command that explains the error."""
         yield shlex.join(["pytest", nodeid, *self.options])
         if scene.name in scene_names():
-            yield shlex.join(["ghostball", "explain", scene.name, "--engine", self.engine.spec])
+            yield shlex.join(["ghostball", "explain", scene.name, "--engine", self.specs[0]])
 
 
 def _only_engine(engines: Sequence[str]) -> str:
@@ -288,7 +286,7 @@ class _SceneNode(_Node):
         super().__init__(**node)
         self.plan, self.scene = plan, scene
         self.asked = plan.asked(scene)
-        self.metrics = requirement_names(plan.engine, scene, self.asked)
+        self.metrics = requirement_names(plan.specs, scene, self.asked)
         if plan.gate.guards(scene.name):
             self.metrics += (BASELINE,)
         self.failure_reported = False  # whether one test has reported that the engine failed
@@ -341,7 +339,7 @@ class MetricItem(pytest.Item):
         if change.change in UNCOMPARED:
             pytest.skip(harmless(words))
         if change.failed:
-            command = regress_command(self.parent.scene.name, engine=plan.engine.spec)
+            command = regress_command(self.parent.scene.name, engine=plan.specs[0])
             pytest.fail(harmless(f"{words}\n  more      {command}"), pytrace=False)
 
     def reportinfo(self) -> tuple[Path, None, str]:

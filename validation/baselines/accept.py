@@ -19,7 +19,7 @@ from ghostball.validation.baselines.baseline import (
 from ghostball.validation.baselines.gate import Gate, accepted_now, compared_run_in, sources_hash
 from ghostball.validation.baselines.regression import Regression, SceneChange, load_regression
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.results.files import write_all_whole
+from ghostball.validation.results.files import write_files
 from ghostball.validation.results.store import Results
 
 CHANGES_FILE = "CHANGES.md"
@@ -127,7 +127,7 @@ def accept(
     texts = {baseline_path(gate.folder, one.scene): baselines[one.scene].text for one in chosen}
     changelog = gate.folder / CHANGES_FILE
     texts[changelog] = _with_entry(changelog, _entry(accepted, chosen))
-    _write(texts)
+    write_files(texts, "Choose another `--baselines`")
     written = tuple(one.scene for one in chosen)
     return Acceptance(written, left, tuple(broken), tuple(lost), changelog)
 
@@ -234,17 +234,3 @@ def _with_entry(changelog: Path, entry: str) -> str:
         raise AcceptError(f"{changelog}: can't be read: {error}. Fix or remove it") from None
     head, mark, rest = text.partition("\n## ")
     return head.rstrip("\n") + "\n\n" + entry + (f"\n## {rest}" if mark else "")
-
-
-def _write(texts: dict[Path, str]) -> None:
-    """Write all files; no file is replaced before all of them are on the disk."""
-    try:
-        for path in texts:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        write_all_whole(texts)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise AcceptError(
-            f"{error.filename or next(iter(texts)).parent}: can't be written: {reason}. Choose "
-            "another `--baselines`"
-        ) from error

@@ -104,7 +104,26 @@ def write_all_whole(contents: Mapping[Path, str | bytes]) -> None:
         raise
 
 
+def write_files(contents: Mapping[Path, str | bytes], remedy: str) -> None:
+    """Write files that belong together, as `write_all_whole`, and create their folders.
+
+    Raises `ResultsError` if they can't be written; its message ends with `remedy`.
+    """
+    try:
+        for path in contents:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        write_all_whole(contents)
+    except OSError as error:
+        where = error.filename or next(iter(contents)).parent
+        raise ResultsError(f"{where}: can't be written: {_reason(error)}. {remedy}") from error
+
+
 def cannot_write(path: Path, error: OSError) -> ResultsError:
     """Return the error for a folder that can't be written."""
-    reason = error.strerror or type(error).__name__
-    return ResultsError(f"{path}: can't write the results folder: {reason}. Choose another `--out`")
+    return ResultsError(
+        f"{path}: can't write the results folder: {_reason(error)}. Choose another `--out`"
+    )
+
+
+def _reason(error: OSError) -> str:
+    return error.strerror or type(error).__name__

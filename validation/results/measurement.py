@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field, ValidationError
 from ghostball.model import GhostballError
 from ghostball.model.text_files import read_text
 from ghostball.validation.results.environment import describe_environment
-from ghostball.validation.results.files import describe_validation_error, write_whole
+from ghostball.validation.results.files import describe_validation_error, write_files
 
 
 class MeasurementError(GhostballError):
@@ -55,13 +55,7 @@ class Measurement(Record):
         path = folder / f"{self.kind}.json"
         fields = self.model_dump(mode="json", by_alias=True)
         lines = (f'  "{name}": {_in_rows(value)}' for name, value in fields.items())
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            write_whole(path, "{\n" + ",\n".join(lines) + "\n}\n")
-        except OSError as error:
-            raise MeasurementError(
-                f"{path}: can't write the measurement: {error.strerror}. Choose another `--out`"
-            ) from error
+        write_files({path: "{\n" + ",\n".join(lines) + "\n}\n"}, "Choose another `--out`")
         return path
 
     @classmethod

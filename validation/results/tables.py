@@ -14,7 +14,7 @@ from pydantic import TypeAdapter
 from ghostball.model import GhostballError
 from ghostball.validation.results.comparisons import comparison_row
 from ghostball.validation.results.database import reading, record_of
-from ghostball.validation.results.files import ResultsError, cannot_write, write_all_whole
+from ghostball.validation.results.files import ResultsError, write_files
 from ghostball.validation.results.records import CaseRecord
 
 TABLES: Final[Mapping[str, str]] = {
@@ -92,11 +92,7 @@ def export(folder: Path, target: Path) -> list[Path]:
             contents[target / f"{table}.csv"] = csv_of(rows)
     if not contents:
         raise ResultsError(f"{folder}: contains nothing to export")
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-        write_all_whole(contents)
-    except OSError as error:
-        raise cannot_write(target, error) from error
+    write_files(contents, "Choose another folder")
     return list(contents)
 
 

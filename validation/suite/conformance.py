@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from ghostball.model import Scene
-from ghostball.reference_adapters import ReferenceEngine, engine_names, make_engine
+from ghostball.reference_adapters import ReferenceEngine, make_engine
 from ghostball.validation.checks import requirements
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.checks.requirements import Requirements
@@ -26,18 +27,10 @@ COMPLETES = "completes"
 Outcome = Literal["passed", "failed", "skipped"]
 
 
-@dataclass(frozen=True, eq=False)
-class EngineUnderTest:
-    """An engine with its settings.
-
-    `spec`: as the user wrote it: `NAME` or `MODULE:NAME`, with settings after another colon.
-    `make`: creates the engine.
-    `judged_as`: another engine, whose limits apply to this one; None: its own limits.
-    """
-
-    spec: str
-    make: Callable[[], ReferenceEngine]
-    judged_as: EngineUnderTest | None = None
+Specs = tuple[str, ...]
+"""The engine under test as the user wrote it, `NAME` or `MODULE:NAME` with settings after another
+colon; and, if the limits of another engine apply to it, that engine.
+"""
 
 
 @dataclass(frozen=True)
@@ -89,62 +82,36 @@ class SceneRun:
         return RequirementResult("passed", checks=checks)
 
 
-def engine_under_test(spec: str, judged_as: str | None = None) -> EngineUnderTest:
-    """Find an engine by its name or module, and check that it can be created.
-
-    `spec`: `NAME` of an installed engine, or `MODULE:NAME`; settings may follow as
-        `:key=value,...`.
-    `judged_as`: another engine in the same notation, whose limits apply to this one.
-
-    Raises `EngineError` if the engine doesn't exist, or can't run here.
-    """
-    make_engine(spec)
-    other = None if judged_as is None else engine_under_test(judged_as)
-    return EngineUnderTest(spec, lambda: make_engine(spec), other)
-
-
-def asked_of_engine(
-    engine: EngineUnderTest, own: Criteria, for_all: Criteria | None = None
-) -> Requirements:
+def asked_of_engine(specs: Specs, own: Criteria, for_all: Criteria | None = None) -> Requirements:
     """Return the requirements for an engine in a scene; see `requirements.asked_of`.
 
     Limits for the engine itself apply even if it is judged as another engine.
     """
-    makers = [engine, *([] if engine.judged_as is None else [engine.judged_as])]
-    engines = [one.make() for one in makers]
-    return requirements.asked_of([(one.name, plain_settings(one)) for one in engines], own, for_all)
+    engines = [(one.name, plain_settings(one)) for one in map(make_engine, specs)]
+    return requirements.asked_of(engines, own, for_all)
 
 
-def requirement_names(
-    engine: EngineUnderTest, scene: Scene, asked: Requirements
-) -> tuple[str, ...]:
+def requirement_names(specs: Specs, scene: Scene, asked: Requirements) -> tuple[str, ...]:
     """Return the names of the requirements: `COMPLETES`, then metrics in the order of `METRICS`."""
-    judged = engine if engine.judged_as is None else engine.judged_as
-    return (COMPLETES, *asked.metrics(requirements.claim_of(judged.make(), scene)))
+    return (COMPLETES, *asked.metrics(requirements.claim_of(make_engine(specs[-1]), scene)))
 
 
 def run_scene(
-    engine: EngineUnderTest,
+    specs: Specs,
     scene: Scene,
     own: Criteria,
     asked: Requirements,
-    make: Callable[[], ReferenceEngine] | None = None,
+    make: Callable[[str], ReferenceEngine] = make_engine,
     *,
     every_record: bool = False,
 ) -> SceneRun:
     """Run a scene on an engine; any error becomes part of the record.
 
     `own`: the criteria of the scene.
-    `make`: creates the engine that runs, for example one in another process; default:
-        `engine.make`.
+    `make`: creates the engine that runs, for example one in another process.
     `every_record`: also run with less recorded, which must not change the result.
     """
-    judged_as = None if engine.judged_as is None else engine.judged_as.make
+    judged_as = partial(make_engine, specs[-1]) if len(specs) > 1 else None
     truth = truth_or_failure(scene, own)
-    case = Case(scene, engine.spec, truth, asked, judged_as=judged_as, every_record=every_record)
-    return SceneRun(*run_case(case, lambda _: (make or engine.make)()))
-
-
-def check_names(criteria: Criteria, engine: EngineUnderTest, source: str) -> None:
-    """Check that all engines named in criteria exist; the engine under test counts as existing."""
-    criteria.check_engines(dict.fromkeys((*engine_names(), engine.make().name)), source)
+    case = Case(scene, specs[0], truth, asked, judged_as=judged_as, every_record=every_record)
+    return SceneRun(*run_case(case, make))

@@ -104,10 +104,7 @@ def plan(
         scenes = [*scenes, *(one for these in starts.values() for one in these)]
         check_each_once("scene", [scene.name for scene in scenes])
     settings = {label: _settings_of(label) for label in labels}
-    own = {
-        scene.name: criteria[scene.name] if scene.name in criteria else shipped_criteria(scene)
-        for scene in scenes
-    }
+    own = own_criteria(scenes, criteria)
     names = {label: engine_name(label) for label in labels}
     known = tuple(dict.fromkeys((*engine_names(), *names.values())))
     for scene in scenes:
@@ -156,6 +153,14 @@ def shipped_criteria(scene: Scene) -> Criteria:
     if scene.name not in scene_names() or find_scene(scene.name) != scene:
         return Criteria()
     return criteria_beside(scene_path(scene.name))
+
+
+def own_criteria(scenes: Sequence[Scene], given: Mapping[str, Criteria]) -> dict[str, Criteria]:
+    """Return the criteria of each scene by its name: the given ones, else the shipped ones."""
+    return {
+        scene.name: given[scene.name] if scene.name in given else shipped_criteria(scene)
+        for scene in scenes
+    }
 
 
 def criteria_beside_paths(names_or_tags: Sequence[str]) -> dict[str, Criteria]:

@@ -18,7 +18,7 @@ from ghostball.cli.shared.terminal import say, stdout
 from ghostball.reference_adapters.registry import OURS
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.parallel.cluster import cluster_at
-from ghostball.validation.results.files import cannot_write, write_whole
+from ghostball.validation.results.files import write_files
 from ghostball.validation.runs.starts_files import Shard, parquet_of, play_file
 from ghostball.validation.scenes.library import find_scene
 
@@ -42,11 +42,7 @@ def play_starts(asked: RunOptions, starts: Path) -> ExitStatus:
         frame = play_file(scene, starts, shard, cluster=cluster, progress=progress)
     seconds = time.perf_counter() - began
     file = folder / shard.file_name("shots")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_whole(file, parquet_of(frame))
-    except OSError as error:
-        raise cannot_write(folder, error) from None
+    write_files({file: parquet_of(frame)}, "Choose another `--out`")
     ended = dict(frame["status"].value_counts().sort("status").iter_rows())
     facts = {"file": str(file), "shots": len(frame), "ended": ended, "seconds": round(seconds, 3)}
     if asked.form is TextOrJson.JSON:

@@ -21,7 +21,7 @@ from ghostball.reference_adapters.registry import OURS
 from ghostball.reports.page.stress import FOLDER
 from ghostball.validation.checks.verdict import not_judged
 from ghostball.validation.exit_status import ExitStatus, worst
-from ghostball.validation.results.files import cannot_write, write_whole
+from ghostball.validation.results.files import write_files
 from ghostball.validation.results.store import Results
 from ghostball.validation.runs.starts_files import Shard, parquet_of
 from ghostball.validation.stress import (
@@ -96,10 +96,7 @@ def _write_shard(outcome: SuiteResult, file: Path) -> None:
     mine = {case.scene for case in outcome.cases}
     frame = Results.open(outcome.folder).to_frame()
     frame = frame.filter([scene in mine for scene in frame["scene"]])
-    try:
-        write_whole(file, parquet_of(frame))
-    except OSError as error:
-        raise cannot_write(file.parent, error) from None
+    write_files({file: parquet_of(frame)}, "Choose another `--out`")
     say(f"{len(frame)} cases written to {escape(str(file))}")
 
 

@@ -18,7 +18,7 @@ from ghostball.model import GhostballError
 from ghostball.model.text_files import read_text
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
-from ghostball.validation.results.files import write_all_whole
+from ghostball.validation.results.files import write_files
 
 _CONFIG = """\
 [tool.ghostball]
@@ -116,14 +116,7 @@ def _write(files: Mapping[Path, str]) -> None:
     there = [path for path in files if path.exists() and path.name != FILE]
     if there:
         raise ExistsError(f"{there[0]}: already exists. Choose another name, or remove it")
-    try:
-        for path in files:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        write_all_whole(files)
-    except OSError as error:
-        raise GhostballError(
-            f"{error.filename}: can't be written: {error.strerror or type(error).__name__}"
-        ) from None
+    write_files(files, "Choose another folder")
     for path in files:
         typer.echo(path)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import typer
@@ -20,8 +20,11 @@ from ghostball.model.scene.toml import dumps
 from ghostball.reference_adapters.pooltool_files import pooltool_json
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.golden.format import SCENE_SCHEMA_FILE, SCHEMA_FILES, json_values
-from ghostball.validation.results.files import write_all_whole
+from ghostball.validation.results.files import write_files
 from ghostball.validation.scenes.library import select
+
+ANOTHER = "Choose another folder"
+"""Remedy if files can't be written."""
 
 
 def run(asked: ScenesOptions) -> ExitStatus:
@@ -85,13 +88,13 @@ def _export(scenes: Sequence[Scene], folder: Path, *, for_pooltool: bool) -> Non
     Values from presets and defaults are written out.
     """
     if for_pooltool:
-        _write({folder / f"{one.name}.json": pooltool_json(one) for one in scenes}, folder)
+        write_files({folder / f"{one.name}.json": pooltool_json(one) for one in scenes}, ANOTHER)
         stdout().print(f"{len(scenes)} scenes for pooltool written to {folder}", soft_wrap=True)
         return
     files: dict[Path, str | bytes] = {folder / SCENE_SCHEMA_FILE: json_schema() + "\n"}
     for scene in scenes:
         files[folder / f"{scene.name}.json"] = json.dumps(json_values(scene), indent=1) + "\n"
-    _write(files, folder)
+    write_files(files, ANOTHER)
     count = "1 scene" if len(scenes) == 1 else f"{len(scenes)} scenes"
     stdout().print(f"{count} and the schema of scenes written to {folder}", soft_wrap=True)
 
@@ -106,17 +109,6 @@ def _write_golden(folder: Path) -> None:
         )
     with busy("golden shots: computing reference results"):
         files = golden_files()
-    _write({folder / name: text for name, text in files.items()}, folder)
+    write_files({folder / name: text for name, text in files.items()}, ANOTHER)
     shots = len(files) - len(SCHEMA_FILES) - 1
     stdout().print(f"{shots} golden shots and a README written to {folder}", soft_wrap=True)
-
-
-def _write(files: Mapping[Path, str | bytes], folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_all_whole(files)
-    except OSError as error:
-        raise GhostballError(
-            f"{error.filename or folder}: can't be written: "
-            f"{error.strerror or type(error).__name__}. Choose another folder"
-        ) from None

@@ -159,7 +159,7 @@ def test_another_kind_or_damage_is_refused_by_name(tmp_path):
 
 def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
     (tmp_path / "file").touch()
-    with pytest.raises(MeasurementError, match="can't write the measurement"):
+    with pytest.raises(ResultsError, match="can't be written"):
         MEASURED.save(tmp_path / "file")
     with pytest.raises(MeasurementError, match="can't create the folder"):
         make_folder(tmp_path / "file")

@@ -160,7 +160,7 @@ def test_what_cannot_be_exported_is_said(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(ResultsError, match="contains nothing to export"):
         export(tmp_path, tmp_path / "files")
     (tmp_path / "files").write_text("in the way")
-    with pytest.raises(ResultsError, match="can't write"):
+    with pytest.raises(ResultsError, match=r"files: can't be written: File exists\. Choose"):
         export(folder, tmp_path / "files")
 
 

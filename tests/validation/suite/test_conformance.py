@@ -1,16 +1,12 @@
 """One engine compared with the suite, as by the plugin for pytest."""
 
-import pytest
 from step_rules import limit_of_step
-from toy_engines import NoSettings, OtherShotEngine
 
-from ghostball.reference_adapters import EngineError
 from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.conformance import (
     COMPLETES,
     asked_of_engine,
-    engine_under_test,
     requirement_names,
     run_scene,
 )
@@ -22,7 +18,7 @@ HALF_BALL = find_scene("half-ball-cut")
 
 def test_an_engine_judged_as_another_engine_gets_the_limits_of_its_step():
     # The limit is computed from pymunk's time step, although the toy engine declares rounding only.
-    judged = engine_under_test(TOY, "pymunk")
+    judged = (TOY, "pymunk")
     own = shipped_criteria(HALF_BALL)
     asked = asked_of_engine(judged, own)
     assert requirement_names(judged, HALF_BALL, asked)[0] == COMPLETES
@@ -37,18 +33,3 @@ def test_an_engine_judged_as_another_engine_gets_the_limits_of_its_step():
     found = run_scene(judged, galperin, Criteria(), asked).finding("rest_error_max")
     assert found.outcome == "skipped"
     assert "no limit follows from the claims" in found.words
-
-
-def test_an_engine_is_found_by_where_its_class_is_with_settings():
-    engine = engine_under_test(f"{TOY}:dt=1e-3")
-    assert engine.make().name == "toy"
-    assert engine.make().settings.dt == 1e-3
-    assert engine_under_test("pymunk:contact_steps=exact").make().settings.contact_steps == "exact"
-
-
-def test_a_class_that_is_none_or_has_no_such_setting_is_refused():
-    assert OtherShotEngine.Settings is NoSettings
-    with pytest.raises(EngineError, match="`speed` is not a setting of engine `other-shot`"):
-        engine_under_test("toy_engines:OtherShotEngine:speed=1")
-    with pytest.raises(EngineError, match="Did you mean `toy_engines:ToyEngine`"):
-        engine_under_test("toy_engines:NoEngine")
