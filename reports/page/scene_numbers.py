@@ -84,7 +84,8 @@ def remarks(cases: Sequence[CaseRecord]) -> Iterator[Remark]:
 
 def counted_text(case: CaseRecord) -> str:
     """Return the counted approximations of a case in words; "" if there are none."""
-    return ", ".join(f"{case.work[name]} {words}" for name, words in _present(case))
+    found = ((case.work.get(name), words) for name, words in COUNTED.items())
+    return ", ".join(f"{count} {words}" for count, words in found if count)
 
 
 def work_text(case: CaseRecord) -> str:
@@ -112,7 +113,3 @@ def counted_rows(results: Results) -> Iterator[tuple[str, str, int, list[tuple[s
 def unsolved(results: Results) -> int:
     """Return the number of simultaneous impacts and contact steps left unsolved in all cases."""
     return sum(case.work.get(name, 0) for case in results.cases for name in UNSOLVED)
-
-
-def _present(case: CaseRecord) -> Iterator[tuple[str, str]]:
-    return ((name, words) for name, words in COUNTED.items() if case.work.get(name))

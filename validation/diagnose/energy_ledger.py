@@ -18,6 +18,7 @@ from ghostball.model import (
     EventKind,
     Events,
     Phase,
+    Samples,
     Scene,
     first_energy,
     initial_state,
@@ -73,7 +74,9 @@ def ledger_of(scene: Scene, motion: Motion) -> EnergyLedger:
     an event, so its losses count with the phase, too.
     """
     initial = first_energy(scene)
-    energy = ball_energies(scene, motion)
+    energy = _energies(
+        scene, Samples(motion.positions, motion.velocities, motion.angular_velocities)
+    )
     final = float(np.sum(energy[-1]))
     counts = {
         kind.label: int(np.count_nonzero(motion.events["kind"] == kind)) for kind in COLLISION_KINDS
@@ -85,20 +88,14 @@ def ledger_of(scene: Scene, motion: Motion) -> EnergyLedger:
     return EnergyLedger(initial, final, _entries(scene, motion, energy), counts)
 
 
-def ball_energies(scene: Scene, motion: Motion) -> FloatArray:
-    """Return the energy of each ball, (k, n) float64 [J], at the times of a stored motion."""
-    return _energies(scene, motion.positions, motion.velocities, motion.angular_velocities)
-
-
-def _energies(
-    scene: Scene, positions: FloatArray, velocities: FloatArray, spins: FloatArray
-) -> FloatArray:
+def _energies(scene: Scene, samples: Samples) -> FloatArray:
+    """Return the energy of each ball, (k, n) float64 [J]."""
     inertia = 0.4 * scene.masses * scene.radii**2
     with np.errstate(invalid="ignore", over="ignore"):  # diverged runs
         energy: FloatArray = (
-            0.5 * scene.masses * np.sum(velocities**2, axis=2)
-            + 0.5 * inertia * np.sum(spins**2, axis=2)
-            + scene.physics.gravity * scene.masses * (positions[:, :, 2] - scene.radii)
+            0.5 * scene.masses * np.sum(samples.velocities**2, axis=2)
+            + 0.5 * inertia * np.sum(samples.angular_velocities**2, axis=2)
+            + scene.physics.gravity * scene.masses * (samples.positions[:, :, 2] - scene.radii)
         )
     return energy
 
@@ -107,7 +104,7 @@ def _entries(scene: Scene, motion: Motion, energy: FloatArray) -> dict[str, floa
     assert motion.phases is not None  # `ledger_of` has checked this
     phases = motion.phases
     # The first stored state is the one after the events at t = 0.
-    before = _energies(scene, *initial_state(scene))
+    before = _energies(scene, initial_state(scene))
     # Row i is the loss of each ball between samples i - 1 and i; row 0 is the loss at t = 0.
     drops = -np.diff(np.concatenate([before, energy]), axis=0)
     of_phase = np.concatenate([phases[:1], phases[:-1]])

@@ -76,7 +76,7 @@ def _contacts(result: Result) -> str:
     first, obstacle = one.first_ball(result.scene), one.obstacle(result.scene)
     return (
         f"`events` says that {one.describe(result.scene)} at t = {one.t:.6g} s, but in its samples "
-        f"{first} is then {_length(gap)} away from {obstacle}"
+        f"{first} is then {1e3 * gap:.3g} mm away from {obstacle}"
     )
 
 
@@ -85,7 +85,3 @@ def _spacing(result: Result) -> float:
     if not isinstance(result.trajectory, SampledTrajectory):
         return 0.0
     return max((b - a for a, b in pairwise(result.trajectory.times.tolist())), default=0.0)
-
-
-def _length(metres: float) -> str:
-    return f"{1e3 * metres:.3g} mm"
