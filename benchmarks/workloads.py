@@ -13,8 +13,8 @@ import numpy as np
 
 from benchmarks.processes import prepare_cold_start, prepare_start
 from benchmarks.scenes import POOL_TABLE, random_rack, run
+from ghostball.engine.running.calls import Limits, Shots, shots_of
 from ghostball.engine.running.from_scene import layout_of
-from ghostball.engine.running.room import Limits, Shots, shots_of
 from ghostball.engine.running.threads import rows_of_starts, run_tasks, tasks_of
 from ghostball.model import POOL_BALL_RADIUS, Ball, Physics, Scene, Table
 from ghostball.validation.runs.interleave import Sampler

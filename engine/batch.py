@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ghostball.engine.core import state as st
+from ghostball.engine.running.calls import STATUS, Limits, Shots, shots_of
 from ghostball.engine.running.from_scene import layout_of
-from ghostball.engine.running.room import STATUS, Limits, Shots, shots_of
 from ghostball.engine.running.threads import run_tasks, tasks_of_each
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.engine.strokes import DrawnStrokes

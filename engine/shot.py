@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
-from ghostball.engine.running import driver, room
+from ghostball.engine.running import calls, driver
 from ghostball.engine.running.from_scene import admit
 from ghostball.engine.running.skips import Skip, chosen_skips
 from ghostball.engine.tangents import tangents_of
@@ -81,7 +81,7 @@ def simulate(
     off = frozenset() if no_skip == () else chosen_skips(no_skip, scene)
     run = driver.KernelRun(scene, record != "rest" or Skip.RECORDS in off, off)
     driver.warm_up(run.variant)
-    run.go(room.Limits(max_events, max_work))
+    run.go(calls.Limits(max_events, max_work))
     settings: dict[str, int | str] = {"max_events": max_events}
     if max_work != MAX_WORK:
         settings["max_work"] = max_work

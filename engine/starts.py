@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic_core import PydanticCustomError
 
 from ghostball.engine.batch import Batch, batch_of, workers_of
+from ghostball.engine.running.calls import Limits, Shots, shots_of
 from ghostball.engine.running.from_scene import layout_of
-from ghostball.engine.running.room import Limits, Shots, shots_of
 from ghostball.engine.running.threads import rows_of_starts, run_tasks, tasks_of
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.engine.strokes import DrawnStrokes, Strokes

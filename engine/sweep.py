@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ghostball.engine.batch import Batch, workers_of
-from ghostball.engine.running.room import Limits
+from ghostball.engine.running.calls import Limits
 from ghostball.engine.shot import MAX_EVENTS, MAX_WORK, check_request
 from ghostball.engine.starts import Given, play_starts
 from ghostball.engine.strokes import numbers_of

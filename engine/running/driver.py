@@ -11,9 +11,8 @@ import numpy as np
 from ghostball.engine.core import state as st
 from ghostball.engine.core.rows import STATE_COLUMNS
 from ghostball.engine.library.entry import Needed
-from ghostball.engine.running import room
-from ghostball.engine.running.from_scene import layout_of, log_of
-from ghostball.engine.running.room import (
+from ghostball.engine.running import calls
+from ghostball.engine.running.calls import (
     NO_LOG,
     STATUS,
     WORK_AT_ONCE,
@@ -23,6 +22,7 @@ from ghostball.engine.running.room import (
     play_some,
     shots_of,
 )
+from ghostball.engine.running.from_scene import layout_of, log_of
 from ghostball.engine.running.skips import Skip
 from ghostball.engine.running.variants import Variant, still_scene
 from ghostball.model import ExactTrajectory, Physics, Samples, Scene
@@ -58,7 +58,7 @@ def warm_up(variant: Variant) -> None:
 @cache
 def needed(variant: Variant) -> Needed:
     """Return a variant of the kernels, for compiling or loading."""
-    return room.needed(layout_of(still_scene(variant)), variant.value)
+    return calls.needed(layout_of(still_scene(variant)), variant.value)
 
 
 def _elastic_laws(physics: Physics) -> list[str]:

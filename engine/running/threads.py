@@ -11,9 +11,9 @@ import numpy as np
 from ghostball.engine.core import state as st
 from ghostball.engine.core.block import END
 from ghostball.engine.event_loop import play
+from ghostball.engine.running.calls import Limits, Shots, memory_for, play_all
 from ghostball.engine.running.driver import warm_up
 from ghostball.engine.running.from_scene import SceneLayout, phases_of
-from ghostball.engine.running.room import Limits, Shots, memory_for, play_all
 from ghostball.model import Scene
 from ghostball.model.scene.contents import rolling
 

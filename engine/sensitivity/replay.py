@@ -15,9 +15,9 @@ import numpy as np
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.state import FloatArray, Laws
+from ghostball.engine.running.calls import Limits, memory_for, play_all, shots_of
 from ghostball.engine.running.driver import KernelRun, warm_up
 from ghostball.engine.running.from_scene import SceneLayout, blank_block
-from ghostball.engine.running.room import Limits, memory_for, play_all, shots_of
 from ghostball.model import ExactTrajectory, Scene
 
 _OUTER = Laws._fields.index("outer")

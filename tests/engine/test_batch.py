@@ -13,8 +13,8 @@ from shots import FLIES, POOL_TABLE, R, ball, crowded_table, rack, random_break,
 from ghostball.engine import simulate, simulate_many, simulate_starts, simulate_sweep
 from ghostball.engine.batch import batch_of
 from ghostball.engine.core import state as st
+from ghostball.engine.running.calls import Limits
 from ghostball.engine.running.driver import KernelRun
-from ghostball.engine.running.room import Limits
 from ghostball.model import GhostballError, Scene, Table, UnsupportedSceneError
 
 

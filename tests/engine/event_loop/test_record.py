@@ -10,8 +10,8 @@ from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
+from ghostball.engine.running.calls import Limits
 from ghostball.engine.running.driver import KernelRun
-from ghostball.engine.running.room import Limits
 from ghostball.model import Status
 
 MOTION = ("X", "Y", "VX", "VY", "AX", "AY", "WX", "WY", "WZ", "BX", "BY", "BZ", "EPOCH")

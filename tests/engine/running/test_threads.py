@@ -8,7 +8,7 @@ from batches import assert_same
 from shots import POOL_TABLE, ball, scene_of
 
 from ghostball.engine import simulate, simulate_many, simulate_sweep
-from ghostball.engine.running import room, threads
+from ghostball.engine.running import calls, threads
 from ghostball.model import Scene
 from ghostball.model.sines import cosines_and_sines
 from ghostball.validation.scenes.random_scenes import random_scene
@@ -65,7 +65,7 @@ def test_an_error_in_a_thread_is_raised_and_ends_the_others(monkeypatch):
         assert stops[0].wait(60.0)
 
     monkeypatch.setattr(threads, "Event", Noted)
-    monkeypatch.setattr(room, "play_some", fail)
+    monkeypatch.setattr(calls, "play_some", fail)
     with pytest.raises(MemoryError, match="no room"):
         simulate_many([scene_of(ball((0.6, 0.6), (1.0, 0.0)))] * 400, threads=1)
     assert len(played) <= 2

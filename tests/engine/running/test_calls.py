@@ -9,7 +9,7 @@ import pytest
 from recorded import fingerprint
 
 from ghostball.engine import simulate
-from ghostball.engine.running import driver, room, skips
+from ghostball.engine.running import calls, driver, skips
 from ghostball.model import Scene
 from ghostball.validation.scenes.library import FOLDER
 
@@ -26,7 +26,7 @@ def pause_at_every_step(monkeypatch):
 
 
 def fill_scratch_with_nan(monkeypatch):
-    made = room.memory_for
+    made = calls.memory_for
     monkeypatch.setattr(driver, "memory_for", lambda layout: np.full_like(made(layout), math.nan))
 
 
