@@ -47,6 +47,9 @@ _CHUNK: Final = 500
 _TRIALS: Final = 60
 """Number of pairs of samples with which the size of a visible difference is found."""
 
+_MISSES: Final = round((1.0 - POWER) * _TRIALS)
+"""Number of these pairs in which a visible difference may be missed."""
+
 _HALVINGS: Final = 12
 """Number of bisections for the size of a visible difference."""
 
@@ -239,11 +242,7 @@ def _numbers(name: str, one: FloatArray, known: FloatArray, level: float) -> Qua
     least = _least_distance(min(len(one), len(known)), level)
     visible = None
     if least is not None and len(right) == len(known):
-        visible = _visible(
-            len(one),
-            right[:, np.newaxis, np.newaxis],
-            lambda a, b: _largest_step(a[:, 0, 0], b[:, 0, 0]) >= least,
-        )
+        visible = _visible(len(one), right, _step_test(least))
     by = 0.0 if mean == true else mean - true
     return QuantityVerdict(name, mean, deviation, true, by, p, visible)
 
@@ -278,40 +277,68 @@ def _largest_step(one: FloatArray, other: FloatArray) -> float:
 
 
 def _visible(
-    count: int, known: FloatArray, is_found: Callable[[FloatArray, FloatArray], bool]
+    count: int,
+    known: FloatArray,
+    test: Callable[[FloatArray, FloatArray], Callable[[float], bool]],
 ) -> float | None:
     """Return the shift that a test finds with the probability `POWER`; None if there is none.
 
     `count`: number of runs of the engine.
-    `known` (m, n, d): sample of Ghostball's engine; the samples of the trials are drawn from it.
-    `is_found`: whether a test finds the difference of two samples.
+    `known` (m, ...): sample of Ghostball's engine; the samples of the trials are drawn from it.
+    `test`: for two samples, returns whether a test finds a shift of the first sample.
     """
     scale = float(np.max(np.std(known, axis=0)))
     if scale == 0.0:
         return 0.0  # any difference
     random = np.random.default_rng(0)  # the same trials for every engine
     trials = [
-        (known[random.integers(len(known), size=count)], random.choice(known, size=len(known)))
+        test(known[random.integers(len(known), size=count)], random.choice(known, size=len(known)))
         for _ in range(_TRIALS)
     ]
-    shift = np.zeros(known.shape[2])
 
-    def power(size: float) -> float:
-        shift[0] = size
-        return float(np.mean([is_found(one + shift, other) for one, other in trials]))
+    def is_visible(size: float) -> bool:
+        """Return whether so few trials miss the shift as `POWER` permits, and try no more."""
+        missed = 0
+        for is_found in trials:
+            missed += not is_found(size)
+            if missed > _MISSES:
+                return False
+        return True
 
     low, high = 0.0, 64.0 * scale
-    if power(high) < POWER:
+    if not is_visible(high):
         return None
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if power(middle) >= POWER else (middle, high)
+        low, high = (low, middle) if is_visible(middle) else (middle, high)
     return high
+
+
+def _step_test(least: float) -> Callable[[FloatArray, FloatArray], Callable[[float], bool]]:
+    """Return a test for a shift of numbers: the distance of the distributions is `least`."""
+    return lambda one, other: lambda size: _largest_step(one + size, other) >= least
+
+
+def _energy_test(least: float) -> Callable[[FloatArray, FloatArray], Callable[[float], bool]]:
+    """Return a test for a shift of all balls along x: the energy distance exceeds `least` [m]."""
+
+    def test(one: FloatArray, other: FloatArray) -> Callable[[float], bool]:
+        # A shift doesn't change the distances within a sample.
+        within = _mean_distances(one, one).mean() + _mean_distances(other, other).mean()
+
+        def is_found(size: float) -> bool:
+            between = _mean_distances(one + np.array([size, 0.0]), other).mean()
+            return bool(2.0 * between - within > least)
+
+        return is_found
+
+    return test
 
 
 def _places(one: FloatArray, known: FloatArray, level: float) -> QuantityVerdict:
     """Compare rest positions of all balls, (runs, n, 2) [m], by their energy distance."""
-    distances = _mean_distances(np.concatenate([one, known]))
+    together = np.concatenate([one, known])
+    distances = _mean_distances(together, together)
     observed = _energy_distance(distances, len(one))
     random = np.random.default_rng(0)
     chance = np.concatenate(
@@ -321,14 +348,10 @@ def _places(one: FloatArray, known: FloatArray, level: float) -> QuantityVerdict
     above = np.count_nonzero(chance >= observed - 1e-9 * abs(observed))
     p = (1 + int(above)) / (1 + _PERMUTATIONS)
     off = np.linalg.norm(one.mean(axis=0) - known.mean(axis=0), axis=1)
-    least = float(np.quantile(chance, 1.0 - level))
-    visible = _visible(
-        len(one),
-        known,
-        lambda a, b: _energy_distance(_mean_distances(np.concatenate([a, b])), len(a)) > least,
-    )
-    if _least_distance(min(len(one), len(known)), level) is None:
-        visible = None
+    visible = None
+    if _least_distance(min(len(one), len(known)), level) is not None:
+        least = float(np.quantile(chance, 1.0 - level))
+        visible = _visible(len(one), known, _energy_test(least))
     return QuantityVerdict(
         REST_POSITIONS, math.nan, math.nan, math.nan, float(np.max(off)), p, visible
     )
@@ -338,12 +361,11 @@ def _chunks(count: int) -> list[int]:
     return [_CHUNK] * (count // _CHUNK) + [count % _CHUNK] * (count % _CHUNK > 0)
 
 
-def _mean_distances(runs: FloatArray) -> FloatArray:
-    """Return the distance of each ball between two runs, the mean over all balls, (k, k) [m]."""
-    total = np.zeros((len(runs), len(runs)))
+def _mean_distances(runs: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the distance of each ball between two runs, the mean over all balls, (k, m) [m]."""
+    total = np.zeros((len(runs), len(others)))
     for ball in range(runs.shape[1]):
-        places = runs[:, ball]
-        total += np.hypot(*(places[:, np.newaxis] - places).transpose(2, 0, 1))
+        total += np.hypot(*(runs[:, np.newaxis, ball] - others[:, ball]).transpose(2, 0, 1))
     mean: FloatArray = total / runs.shape[1]
     return mean
 

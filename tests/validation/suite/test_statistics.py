@@ -228,7 +228,8 @@ def test_the_energy_distance_is_that_of_its_definition() -> None:
     def mean(a: np.ndarray, b: np.ndarray) -> float:
         return float(np.mean([[np.linalg.norm(x - y, axis=1).mean() for y in b] for x in a]))
 
-    distances = _mean_distances(np.concatenate([one, other]))
+    together = np.concatenate([one, other])
+    distances = _mean_distances(together, together)
     expected = 2.0 * mean(one, other) - mean(one, one) - mean(other, other)
     assert _energy_distance(distances, 4) == pytest.approx(expected)
     permuted = _permuted(distances, 4, 7, np.random.default_rng(5))
