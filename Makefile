@@ -24,7 +24,9 @@ INSTALL := $(BIN)/python -m pip install --disable-pip-version-check \
 SCENES ?= full
 # Pictures beside the report: png, svg (both formats) or none.
 FIGURES ?= png
-PYTEST := $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
+# With more threads, numpy's library of linear algebra keeps all processors busy for matrices so
+# small that a single thread is faster, while the other workers need the processors.
+PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --quiet --numprocesses $(JOBS)
 # Python caches bytecode even if the caller's environment forbids it. Without the cache, each of
 # hundreds of processes compiles its modules: collecting the tests takes 12 s instead of 4 s.
 export PYTHONDONTWRITEBYTECODE :=

@@ -2,9 +2,11 @@
 
 import signal
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
+import typer.testing
 from hypothesis import HealthCheck, settings
 
 from ghostball.engine.library.entry import COMPILED
@@ -23,6 +25,9 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("repeatable")
+
+# Typer creates all commands at each call in a test, which takes longer than most calls.
+typer.testing._get_command = cache(typer.testing._get_command)
 
 # A shell that starts something in the background without job control has it ignore interrupts, and
 # all its children inherit that: tests that press Ctrl-C would wait for ever.

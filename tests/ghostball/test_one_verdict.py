@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 from _pytest.pytester import SysModulesSnapshot
-from typer.main import get_command
 from typer.testing import CliRunner
 from wrong_engines import CRASHES, RIGHT, ROWS, UNJUDGED, WRONG
 from wrong_runs import framed, frames_of
@@ -27,7 +26,6 @@ from ghostball.validation.scenes.library import find_scene
 
 pytest_plugins = ["pytester"]
 
-COMMAND = get_command(app)
 CACHES = str(cache_folder("kernels").parent)
 
 Said = dict[str, tuple[int, frozenset[str]]]
@@ -41,8 +39,6 @@ def here(pytester, monkeypatch):
     monkeypatch.setenv("COLUMNS", "2000")
     # Modules loaded by the inner pytest stay loaded: numpy and numba can't be loaded twice.
     monkeypatch.setattr(SysModulesSnapshot, "restore", lambda _: None)
-    # The commands are created only once, because creating them takes longer than most calls.
-    monkeypatch.setattr("typer.testing._get_command", lambda _: COMMAND)
     return pytester
 
 

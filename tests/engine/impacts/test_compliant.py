@@ -158,7 +158,7 @@ def reference_of(scene, slip):
 
     start = np.concatenate((x.ravel(), v.ravel(), w.ravel()))
     found = solve_ivp(
-        slopes, (0.0, scene.t_max), start, "DOP853", rtol=1e-9, atol=1e-12, max_step=4e-6
+        slopes, (0.0, scene.t_max), start, "DOP853", rtol=1e-9, atol=1e-12, max_step=2e-5
     ).y[:, -1]
     return found[2 * n : 4 * n].reshape(n, 2), found[4 * n :].reshape(n, 3)
 

@@ -78,7 +78,7 @@ class ClosedForm:
     rest_time_conditioning: float
 
 
-@lru_cache(maxsize=64)  # requested more than once for a scene; many balls take seconds
+@lru_cache(maxsize=256)  # requested more than once for a scene; many balls take seconds
 def closed_form(scene: Scene) -> ClosedForm | None:
     """Return the closed form of `scene`, or None if it has none.
 
@@ -116,7 +116,7 @@ def may_have_closed_form(scene: Scene) -> bool:
     return bool(_candidates(scene))
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def _solved(scene: Scene) -> tuple[Form, FormResult] | None:
     """Return the form of `scene` and its result, or None if it has none."""
     candidates = _candidates(scene)

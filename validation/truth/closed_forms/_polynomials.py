@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import Final
 
 from mpmath import mp, mpf
 
 Polynomial = tuple[mpf, ...]
 """Coefficients, constant first."""
+
+_MOST_STEPS: Final = 60
+_RESOLVED: Final = 1e-12
+"""Largest number of steps in double precision, and the relative step that ends them."""
 
 
 def first_fall_below_zero(polynomial: Polynomial, end: mpf, slack: mpf) -> mpf | None:
@@ -18,8 +25,8 @@ def first_fall_below_zero(polynomial: Polynomial, end: mpf, slack: mpf) -> mpf |
     the start of the interval may be `slack` below 0.
     """
     edges = [mp.mpf(0), *_roots(_derivative(polynomial), mp.mpf(0), end), end]
-    for low, high in pairwise(edges):
-        at_low, at_high = _value(polynomial, low), _value(polynomial, high)
+    values = [_value(polynomial, edge) for edge in edges]
+    for (low, high), (at_low, at_high) in zip(pairwise(edges), pairwise(values), strict=True):
         if at_high < 0 and at_high < at_low and at_low > -slack:
             return _root(polynomial, low, high) if at_low > 0 else low
     return None
@@ -30,24 +37,29 @@ def _roots(polynomial: Polynomial, low: mpf, high: mpf) -> list[mpf]:
     if len(polynomial) < 2:
         return []
     edges = [low, *_roots(_derivative(polynomial), low, high), high]
+    below = [_value(polynomial, edge) < 0 for edge in edges]
     return [
         _root(polynomial, a, b)
-        for a, b in pairwise(edges)
-        if (_value(polynomial, a) < 0) != (_value(polynomial, b) < 0)
+        for (a, b), (at_a, at_b) in zip(pairwise(edges), pairwise(below), strict=True)
+        if at_a != at_b
     ]
 
 
 def _root(polynomial: Polynomial, low: mpf, high: mpf) -> mpf:
     """Return the only sign change in [low, high], to the last digit.
 
-    It uses Newton's step if this stays inside the bracket, else bisection; the bracket shrinks at
-    each step. The error after a step is proportional to its square, so the search ends with a step
-    that changes only the last quarter of the digits. Rounding may prevent shorter steps.
+    The search starts at the sign change in double precision, which saves most of its steps. It uses
+    Newton's step if this stays inside the bracket, else bisection; the bracket shrinks at each
+    step. The error after a step is proportional to its square, so the search ends with a step that
+    changes only the last quarter of the digits. Rounding may prevent shorter steps.
     """
     derivative = _derivative(polynomial)
     starts_below = _value(polynomial, low) < 0
     resolved = mp.eps**0.75
-    at = (low + high) / 2
+    rounded = [float(one) for one in polynomial]
+    at = mp.mpf(_root_in_doubles(rounded, float(low), float(high), starts_below))
+    if not low < at < high:
+        at = (low + high) / 2
     for _ in range(mp.prec + 10):
         value, slope = _value(polynomial, at), _value(derivative, at)
         if (value < 0) == starts_below:
@@ -62,6 +74,32 @@ def _root(polynomial: Polynomial, low: mpf, high: mpf) -> mpf:
             newer = (low + high) / 2
             if newer == at:
                 return newer
+        at = newer
+    return at
+
+
+def _root_in_doubles(
+    polynomial: Sequence[float], low: float, high: float, starts_below: bool
+) -> float:
+    """Return about the only sign change in [low, high]; any number if rounding hides it.
+
+    The steps are those of `_root`.
+    """
+    at = 0.5 * (low + high)
+    for _ in range(_MOST_STEPS):
+        value = slope = 0.0
+        for coefficient in reversed(polynomial):
+            slope = slope * at + value
+            value = value * at + coefficient
+        if (value < 0.0) == starts_below:
+            low = at
+        else:
+            high = at
+        newer = at - value / slope if slope != 0.0 else math.inf
+        if not low < newer < high:
+            newer = 0.5 * (low + high)
+        if abs(newer - at) <= _RESOLVED * abs(at):
+            return newer
         at = newer
     return at
 
