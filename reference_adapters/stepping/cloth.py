@@ -38,6 +38,7 @@ class ClosedFormCloth:
 
     `velocities`: (n, 2) float64 [m/s].
     `rolling`: (n,) bool, which balls roll without slip or rest; the remaining balls slide.
+    `stopped`: whether a ball stopped sliding, rolling or spinning in the last call of `advance`.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -52,6 +53,7 @@ class ClosedFormCloth:
         # rest.
         self._angular_velocities = scene.angular_velocities
         self.rolling = scene.rolls
+        self.stopped = False
         # The kernel of the last step, bound to its arrays, and the duration of the step.
         self._again: Callable[[], Any] | None = None
         self._last_dt = math.nan
@@ -102,6 +104,7 @@ class ClosedFormCloth:
         started to roll or came to rest, in order of time.
         """
         changes: list[tuple[EventKind, int]] = []
+        self.stopped = False
         if self._again is not None and dt == self._last_dt and self._again():
             return self._displacements, changes
         displacements = np.zeros(self.velocities.shape)
@@ -112,6 +115,7 @@ class ClosedFormCloth:
             self._again = advance_within_phases.bind(*arguments) if dt == self._last_dt else None
             self._last_dt = dt
             return displacements, changes
+        self.stopped = True
         left = dt
         while left > 0.0:
             durations = self._durations()

@@ -318,7 +318,8 @@ class ClosedFormStepper(WorldStepper):
         else:
             self._known_positions, self.collisions = None, world.collisions
             self._cloth.keep(rubs=world.rubs)
-        if self.changes or self.falls:
+        # The end of a spin at rest is no event.
+        if self._cloth.stopped or self.falls:
             self._rests = None
         self.seen_at = self.t if world.collides_first else t
         self.t = t

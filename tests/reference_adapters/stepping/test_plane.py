@@ -79,6 +79,16 @@ def test_a_ball_is_pocketed_where_and_when_its_centre_enters_the_hole(spec: str)
     assert result.energy([result.rest_time]).total[0] == 0.0
 
 
+@pytest.mark.parametrize("spec", ["pymunk", "pymunk:contact_steps=exact", "pybullet"])
+def test_a_run_ends_with_the_spin_of_a_ball_that_stopped_before(spec: str) -> None:
+    """The end of a spin is no event, so the run once continued to its time limit."""
+    spins = ball((0.5, 0.5), (0.1, 0.0), angular_velocity=(0.0, 0.1 / R, 20.0))
+    physics = {"preset": "pool", "rolling_friction": 0.02, "spinning_friction_rate": 10.0}
+    result = play(spec, scene_of(spins, t_max=4.0, **physics))
+    assert result.status is Status.REST
+    assert 2.0 <= result.rest_time <= 2.0 + 2e-3
+
+
 @pytest.mark.parametrize("engine", ["pymunk", "pybullet", "mujoco"])
 @pytest.mark.parametrize("depth", [1e-2, 1e-4, 1e-7])
 def test_the_cloth_takes_all_its_energy_in_the_short_steps_of_a_contact(
