@@ -210,15 +210,15 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
     for name in names:  # the list grows in the loop
         if name in sys.stdlib_module_names or name == "ghostball":
             continue
-        own = dict(_files_of(name))
         distributions.update(one for owner in owners.get(name, ()) for one in _required(owner))
         is_installed = any(
-            path.resolve().is_relative_to(folder)
-            for path in own.values()
+            place.resolve().is_relative_to(folder)
+            for place in _places_of(name)
             for folder in installed_in
         )
         if is_installed and name != module:
             continue
+        own = dict(_files_of(name))
         files |= own
         code = [path for path in own.values() if path.suffix == ".py"]
         imported = {one for path in code for one in _imports(path.read_bytes())}
@@ -228,17 +228,25 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
 
 def _files_of(name: str) -> Iterator[tuple[str, Path]]:
     """Yield the files of code of a top-level module or package, each with its relative path."""
+    for place in _places_of(name):
+        if place.is_file():
+            yield place.name, place
+            continue
+        for path in code_files(place):
+            yield f"{name}/{path.relative_to(place).as_posix()}", path
+
+
+def _places_of(name: str) -> list[Path]:
+    """Return the folders of a top-level package, or the file of a module; empty if it has none."""
     try:
         spec = find_spec(name)
     except (ImportError, ValueError):  # ValueError: a module that was created, not imported
-        return
+        return []
     if spec is None:
-        return
-    for folder in map(Path, spec.submodule_search_locations or ()):
-        for path in code_files(folder):
-            yield f"{name}/{path.relative_to(folder).as_posix()}", path
-    if not spec.submodule_search_locations and spec.origin and Path(spec.origin).is_file():
-        yield Path(spec.origin).name, Path(spec.origin)
+        return []
+    if spec.submodule_search_locations:
+        return [Path(folder) for folder in spec.submodule_search_locations]
+    return [Path(spec.origin)] if spec.origin and Path(spec.origin).is_file() else []
 
 
 @cache  # a process asks for the code of an engine several times
