@@ -18,7 +18,7 @@ from ghostball.model import (
     Scene,
     Status,
 )
-from ghostball.model.arrays import FloatArray
+from ghostball.model.arrays import BoolArray, FloatArray, IntArray
 from ghostball.model.events import LEAVING_KINDS
 from ghostball.reference_adapters.base import Resolution, resolution_of_step, stated_error
 from ghostball.validation.grading.near_misses import gaps_of, things_of
@@ -29,6 +29,9 @@ _CONTACTS = (*COLLISION_KINDS, *LEAVING_KINDS)
 
 _TOUCHING_GAP = 1e-3
 """Gap at which a ball counts as touching a body, in units of the smallest radius."""
+
+_LARGEST_PART = 200_000
+"""Number of positions of balls that are compared at once."""
 
 
 def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float = 0.0) -> float:
@@ -61,22 +64,21 @@ def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float =
     # An engine without a stated resolution may use each interval of samples as a time step.
     ends = np.concatenate([times[:1], times, times[-1:]])
     since, until = ends[:-3] - step, ends[3:] + step
-    reported = np.zeros(energies.shape, dtype=bool)
+    suspect, top = np.sum(energies, axis=1) > share, np.max(speeds, axis=1)
     for ball in range(len(scene.balls)):
         contacts = _contacts_of(ball, events_of(result))
         before, after = np.searchsorted(contacts, since), np.searchsorted(contacts, until, "right")
-        reported[:, ball] = after > before
-    for k in np.flatnonzero(np.sum(energies, axis=1) > share).tolist():
-        for ball in np.flatnonzero(energies[k]).tolist():
-            # A report counts from the sample before to the sample after it, and one more step on
-            # each side.
-            more = 1 if reported[k, ball] else 0
-            rows = slice(max(k - more, 0), k + 2 + more)
-            # Two balls may close their gap by this length [m] from one sample to the next.
-            longest = float(np.max(np.diff(times[rows])))
-            near = 2.0 * ((1 + more) * late + float(np.max(speeds[rows])) * longest)
-            if _touches(scene, ball, positions[rows], near):
-                energies[k, ball] = 0.0
+        changed = suspect & (energies[:, ball] != 0.0)
+        for more, reported in enumerate((after <= before, after > before)):
+            for k in _parts(np.flatnonzero(changed & reported), len(scene.balls)):
+                # A report counts from the sample before to the sample after it, and one more step
+                # on each side.
+                window = np.arange(-more, 2 + more)
+                rows = np.clip(k[:, np.newaxis] + window, 0, len(times) - 1)
+                # Two balls may close their gap by this length [m] from one sample to the next.
+                longest = np.max(np.diff(times[rows], axis=1), axis=1)
+                near = 2.0 * ((1 + more) * late + np.max(top[rows], axis=1) * longest)
+                energies[k[_touches(scene, ball, positions, rows, near)], ball] = 0.0
     largest = float(np.max(np.sum(energies, axis=1), initial=0.0))
     return largest if largest > share else 0.0
 
@@ -114,12 +116,26 @@ def _contacts_of(ball: int, events: Events) -> FloatArray:
     return contacts
 
 
-def _touches(scene: Scene, ball: int, positions: FloatArray, near: float) -> bool:
-    """Return True if a ball may come within `near` [m] of touching, at positions (k, n, 3)."""
-    reach = _TOUCHING_GAP * float(np.min(scene.radii)) + near
+def _parts(numbers: IntArray, balls: int) -> list[IntArray]:
+    """Return the numbers of samples in parts that need little memory."""
+    size = max(_LARGEST_PART // balls, 1)
+    return [numbers[start : start + size] for start in range(0, len(numbers), size)]
+
+
+def _touches(
+    scene: Scene, ball: int, positions: FloatArray, rows: IntArray, near: FloatArray
+) -> BoolArray:
+    """Return where a ball may come within `near` (k,) [m] of touching a body, (k,) bool.
+
+    `rows` (k, m): for each place, the samples of `positions` (samples, n, 3) [m] to look at.
+    """
+    used, places = np.unique(rows, return_inverse=True)
+    at, radii = positions[used], scene.radii
     others = [other for other in range(len(scene.balls)) if other != ball]
-    away = np.linalg.norm((positions - positions[:, ball : ball + 1])[:, others, :2], axis=2)
-    if np.any(away - scene.radii[others] - scene.radii[ball] <= reach):
-        return True
-    things = things_of(scene)
-    return any(bool(np.any(gaps_of(scene, ball, one, positions) <= reach)) for one in things)
+    away = np.linalg.norm((at - at[:, ball : ball + 1])[:, others, :2], axis=2)
+    gaps = np.min(away - radii[others] - radii[ball], axis=1, initial=np.inf)
+    for one in things_of(scene):
+        gaps = np.minimum(gaps, gaps_of(scene, ball, one, at))
+    nearest = np.min(gaps[places.reshape(rows.shape)], axis=1)
+    touches: BoolArray = nearest <= _TOUCHING_GAP * float(np.min(radii)) + near
+    return touches
