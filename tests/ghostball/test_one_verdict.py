@@ -8,6 +8,7 @@ little to be judged.
 import json
 import re
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -23,10 +24,14 @@ from ghostball.reference_adapters import make_engine
 from ghostball.reference_adapters.base import resolution_of, stated_error
 from ghostball.validation.results.store import Results
 from ghostball.validation.scenes.library import find_scene
+from ghostball.validation.truth.scene_truth import truth_of
 
 pytest_plugins = ["pytester"]
 
 CACHES = str(cache_folder("kernels").parent)
+
+TRUTH_OF = cache(truth_of)
+"""References depend on the scene alone: each is computed once for all engines and commands."""
 
 Said = dict[str, tuple[int, frozenset[str]]]
 """Exit status and failed limits, by command."""
@@ -37,6 +42,7 @@ def here(pytester, monkeypatch):
     """A temporary project; its home has no kernels."""
     monkeypatch.setenv("GHOSTBALL_CACHE_DIR", CACHES)
     monkeypatch.setenv("COLUMNS", "2000")
+    monkeypatch.setattr("ghostball.validation.suite.case.truth_of", TRUTH_OF)
     # Modules loaded by the inner pytest stay loaded: numpy and numba can't be loaded twice.
     monkeypatch.setattr(SysModulesSnapshot, "restore", lambda _: None)
     return pytester

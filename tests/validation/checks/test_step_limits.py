@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -213,12 +214,18 @@ def test_a_scene_may_say_that_an_engine_errs_by_more_than_its_step() -> None:
     assert Criteria().step_rule("pymunk", fixed, common_criteria()) is not None
 
 
+@cache
+def unchanged(scene: Scene, record: Record) -> Result:
+    """Simulate a scene with Pymunk, once for all changes."""
+    return PymunkEngine().simulate(scene, record=record)
+
+
 def with_change(change: Callable[[Result], Result]) -> type[PymunkEngine]:
     """Return Pymunk with a change of its results."""
 
     class Changed(PymunkEngine):
         def simulate(self, scene: Scene, *, record: Record = "rest") -> Result:
-            return change(super().simulate(scene, record=record))
+            return change(unchanged(scene, record))
 
     return Changed
 

@@ -491,13 +491,18 @@ def test_the_examples_say_the_same(shots, folder, tmp_path, language):
     for play in chosen:
         answers = answers_of(play, shots)
         caught = {name for name, one in answers.items() if faults_of(shots[name], one)}
+        given = tmp_path / "answer.json"
+        if language == "mjs":
+            given.write_text(json.dumps(answers))
+            command = ["node", source, str(folder), str(given)]
+            status, shown = verdicts(command, tmp_path)
+            assert status == (shown != "")
+            assert {line.partition(": ")[0] for line in shown.splitlines()} == caught
+            continue
         said = set()
         for name, one in answers.items():
-            given = tmp_path / "answer.json"
-            given.write_text(json.dumps(one if language == "cpp" else {name: one}))
-            command = ["node", source, str(folder), str(given)]
-            if language == "cpp":
-                command = [program, str(folder / f"{name}.json"), str(given)]
+            given.write_text(json.dumps(one))
+            command = [program, str(folder / f"{name}.json"), str(given)]
             status, shown = verdicts(command, tmp_path)
             assert status == (shown != "")
             said |= {name} if status else set()
