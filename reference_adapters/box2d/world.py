@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,10 +21,11 @@ from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE_PRECISION_NOISE,
     ContactWorld,
     collision_of,
+    tuples_of,
 )
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.laws import SpeedDependentRestitution, restitutions, rubs
-from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.plane import Collision, Planned
 from ghostball.reference_adapters.stepping.sides import (
     Normals,
     corners_of,
@@ -79,22 +81,29 @@ class Box2dWorld(ContactWorld):
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step."""
-        in_units = self.set_velocities(velocities)
+        (planned,) = self.planned(velocities[np.newaxis])
+        self.start_planned(planned)
         if self._friction is not None and spins is not None:
             for body, spin in zip(self._bodies, spins[:, 2].tolist(), strict=True):
                 body.angularVelocity = spin
             given = spins.copy()
             given[:, 2] = self._vertical_spins()
             self._friction.set_spins(given)
-        rounded: FloatArray = in_units.astype(np.float32) / np.float64(self._units)
-        return rounded
+        return planned[0]
 
-    def set_velocities(self, velocities: FloatArray) -> FloatArray:
-        """Set the velocities, (n, 2) [m/s]; return them in Box2D's unit of length."""
-        in_units = velocities * self._units
-        for body, (x, y) in zip(self._bodies, in_units.tolist(), strict=True):
-            body.linearVelocity = x, y
-        return in_units
+    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
+        """Return the velocities of coming steps, (k, n, 2) [m/s]; see `PlaneWorld`."""
+        rounded = (velocities * self._units).astype(np.float32)
+        return list(zip(rounded / np.float64(self._units), tuples_of(rounded), strict=True))
+
+    def start_planned(self, planned: Planned) -> None:
+        """Set the velocities of the balls for a step."""
+        for body, velocity in zip(self._bodies, planned[1], strict=True):
+            body.linearVelocity = velocity
+
+    def set_velocities(self, velocities: FloatArray) -> None:
+        """Set the velocities, (n, 2) [m/s]."""
+        self.start(velocities, None)
 
     def add_rolling_joints(self) -> None:
         """Slow every ball by mu g with a friction joint, Box2D's friction of the top view."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,10 @@ from ghostball.reference_adapters.stepping.contact_world import (
     ContactWorld,
     WorldBody,
     collision_of,
+    tuples_of,
 )
 from ghostball.reference_adapters.stepping.laws import cushion_restitution, fastest
+from ghostball.reference_adapters.stepping.plane import Planned
 from ghostball.reference_adapters.stepping.sides import parts_of, reach_beyond_corners, sides_of
 
 SUB_STEPS = 4
@@ -39,6 +42,7 @@ class Box2d3World(ContactWorld):
             values |= {"restitution_threshold": 0.0, "maximum_linear_speed": speed}
         self._world = pyb2d3.World(**values)
         self._parts: dict[int, WorldBody] = {}
+        self._rounded: Sequence[tuple[float, ...]] = ()  # velocities given for a step, in units
         self._balls = [self._ball(i) for i in range(len(scene.balls))]
         for side in sides_of(scene):
             ends = side.ends(reach_beyond_corners(scene))
@@ -48,11 +52,20 @@ class Box2d3World(ContactWorld):
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Set the velocities of the balls, (n, 2) [m/s], for a step."""
-        in_units = velocities * self._units
-        for body, (x, y) in zip(self._balls, in_units.tolist(), strict=True):
-            body.linear_velocity = (x, y)
-        self._given = in_units.astype(np.float32) / np.float64(self._units)
+        (planned,) = self.planned(velocities[np.newaxis])
+        self.start_planned(planned)
         return self._given
+
+    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
+        """Return the velocities of coming steps, (k, n, 2) [m/s]; see `PlaneWorld`."""
+        rounded = (velocities * self._units).astype(np.float32)
+        return list(zip(rounded / np.float64(self._units), tuples_of(rounded), strict=True))
+
+    def start_planned(self, planned: Planned) -> None:
+        """Set the velocities of the balls for a step."""
+        self._given, self._rounded = planned
+        for body, velocity in zip(self._balls, self._rounded, strict=True):
+            body.linear_velocity = velocity
 
     def advance(self, dt: float) -> None:
         """Advance Box2D by `dt` [s]: it finds contacts, then solves velocities and moves."""
@@ -60,10 +73,10 @@ class Box2d3World(ContactWorld):
 
     def read_contacts(self, dt: float) -> None:  # noqa: ARG002
         """Store the collisions of the last step, of `dt` [s]."""
-        # A lasting contact has no event.
-        self.touched = self._velocities().tobytes() != self._given.tobytes()
+        self.touched = self._have_changed()
         if not self.touched:
-            self._note(set())
+            if self._lasting:
+                self._note(set())
             return
         events = self._world.get_contact_events().hit_events()
         self._note(
@@ -77,6 +90,14 @@ class Box2d3World(ContactWorld):
         """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
         places = np.array([(body.position.x, body.position.y) for body in self._balls])
         return places / self._units, self._velocities()
+
+    def _have_changed(self) -> bool:
+        """Return whether the last step changed a velocity; a lasting contact has no event."""
+        for body, (x, y) in zip(self._balls, self._rounded, strict=True):
+            velocity = body.linear_velocity
+            if velocity.x != x or velocity.y != y:
+                return True
+        return False
 
     def _velocities(self) -> FloatArray:
         pairs = [body.linear_velocity for body in self._balls]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ from ghostball.reference_adapters.stepping.laws import (
     cushion_restitution,
     rubs,
 )
-from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.plane import Collision, Planned
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -62,15 +63,15 @@ class PhysxWorld(ContactWorld):
         self.on_cloth: set[int] = set()
         self._cloth: Any = None
         self._configure(settings)
-        self._scene_of = sapien.Scene([sapien.physx.PhysxCpuSystem()])
+        self._physx = sapien.physx.PhysxCpuSystem()
+        self._scene_of = sapien.Scene([self._physx])
         self._dt = math.nan
         self._add_bodies()
 
     def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
         """Set the velocities, (n, 2) [m/s], and spins, (n, 3) [rad/s], of the balls for a step."""
-        for body, (x, y) in zip(self._bodies, velocities.tolist(), strict=True):
-            body.set_linear_velocity([x, y, 0.0])
-        self._given = self._linear()[:, :2]
+        (planned,) = self.planned(velocities[np.newaxis])
+        self.start_planned(planned)
         if spins is not None:
             for body, spin in zip(self._bodies, spins.tolist(), strict=True):
                 body.set_angular_velocity(spin)
@@ -80,19 +81,32 @@ class PhysxWorld(ContactWorld):
             self._start = self._angular()
         return self._given
 
+    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
+        """Return the velocities of coming steps, (k, n, 2) [m/s]; see `PlaneWorld`."""
+        spatial = np.zeros((*velocities.shape[:2], 3), dtype=np.float32)
+        spatial[..., :2] = velocities
+        given = spatial[..., :2].astype(np.float64)
+        return list(zip(given, map(list, spatial), strict=True))
+
+    def start_planned(self, planned: Planned) -> None:
+        """Set the velocities of the balls for a step."""
+        self._given, velocities = planned
+        for body, velocity in zip(self._bodies, velocities, strict=True):
+            body.set_linear_velocity(velocity)
+
     def advance(self, dt: float) -> None:
         """Advance PhysX by `dt` [s]: it finds contacts, solves velocities, then moves."""
         if dt != self._dt:
-            self._scene_of.set_timestep(dt)
+            self._physx.set_timestep(dt)
             self._dt = dt
-        self._scene_of.step()
+        self._physx.step()
 
     def read_contacts(self, dt: float) -> None:  # noqa: ARG002
         """Store the collisions of the last step, of `dt` [s]."""
         pushing: set[Collision] = set()
         near: set[Collision] = set()
         self.on_cloth = set()
-        for contact in self._scene_of.get_contacts():
+        for contact in self._physx.get_contacts():
             impulse = sum(float(np.linalg.norm(point.impulse)) for point in contact.points)
             entities = [body.entity for body in contact.bodies]
             parts = [self._parts[entity] for entity in entities if entity != self._cloth]

@@ -8,6 +8,8 @@ All settings of pybullet are here, except the coefficients of bodies, which are 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 from types import TracebackType
 from typing import Any, Self
 
@@ -23,7 +25,7 @@ from ghostball.reference_adapters.stepping.contact_world import (
     WorldBody,
     collision_of,
 )
-from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.plane import Collision, Planned
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 from ghostball.reference_adapters.stepping.space import slowest_bounce
 
@@ -36,6 +38,8 @@ Bullet's default of 100 for both limits a rolling pool ball to 2.86 m/s.
 # Indices of the fields of a contact point, from the documentation of `getContactPoints`.
 _BODY_A, _BODY_B, _NORMAL_FORCE = 1, 2, 9
 
+
+_AT_REST = (0.0, 0.0, 0.0)
 
 NOSE_RADIUS = 1e-6
 """Radius of a cushion nose with airborne balls [m]: Bullet has no line, so it is a thin capsule."""
@@ -113,12 +117,25 @@ class PybulletWorld(ContactWorld):
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Set the velocities of the balls, (n, 2) [m/s], for a step without rotation."""
-        known = self._in_plane.tolist()
-        for i, (given, last) in enumerate(zip(velocities.tolist(), known, strict=True)):
-            if given != last:
-                self._set(i, [*given, 0.0], [0.0] * 3)
-        self._given = self._in_plane = velocities
+        (planned,) = self.planned(velocities[np.newaxis])
+        self.start_planned(planned)
         return velocities
+
+    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
+        """Return the velocities of coming steps, (k, n, 2) [m/s]; see `PlaneWorld`."""
+        known = [self._in_plane.tolist(), *velocities.tolist()]
+        changed = [
+            [(i, (x, y, 0.0)) for i, (x, y) in enumerate(given) if [x, y] != last[i]]
+            for last, given in pairwise(known)
+        ]
+        return list(zip(velocities, changed, strict=True))
+
+    def start_planned(self, planned: Planned) -> None:
+        """Set the velocities of the balls for a step without rotation."""
+        self._given, changed = planned
+        self._in_plane = self._given
+        for ball, velocity in changed:
+            self._set(ball, velocity, _AT_REST)
 
     def advance(self, dt: float) -> None:
         """Advance Bullet by `dt` [s]: it finds contacts, solves velocities, then moves."""
@@ -172,11 +189,11 @@ class PybulletWorld(ContactWorld):
     def remove(self, ball: int) -> None:
         """Remove a ball from the world: it stays where it is, but nothing meets it."""
         body, self._in_plane[ball] = self._balls[ball], 0.0
-        self._set(ball, [0.0] * 3, [0.0] * 3)
+        self._set(ball, _AT_REST, _AT_REST)
         self._change(body, mass=0.0)
         self._bullet.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
 
-    def _set(self, ball: int, velocity: list[float], spin: list[float]) -> None:
+    def _set(self, ball: int, velocity: Sequence[float], spin: Sequence[float]) -> None:
         self._bullet.resetBaseVelocity(
             self._balls[ball], velocity, spin, physicsClientId=self._client
         )

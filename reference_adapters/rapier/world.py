@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,10 @@ from ghostball.reference_adapters.stepping.contact_world import (
     ContactWorld,
     WorldBody,
     collision_of,
+    tuples_of,
 )
 from ghostball.reference_adapters.stepping.laws import multiplied_restitutions, restitutions
-from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.plane import Collision, Planned
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import parts_of, sides_of
 
@@ -54,7 +56,9 @@ class RapierWorld(ContactWorld):
         )
         self._parts: dict[Any, WorldBody] = {}
         self._colliders: list[Any] = []
-        self._balls = [self._ball(i) for i in range(len(scene.balls))]
+        handles = [self._ball(i) for i in range(len(scene.balls))]
+        self._bodies = [self._world.rigid_bodies[handle] for handle in handles]
+        self._rounded: Sequence[tuple[float, ...]] = ()  # the velocities given for a step
         for side in sides_of(scene):
             self._cushion(side)
         for part in parts_of(scene):
@@ -65,10 +69,21 @@ class RapierWorld(ContactWorld):
 
     def start(self, velocities: FloatArray, _: FloatArray | None) -> FloatArray:
         """Set the velocities of the balls, (n, 2) [m/s], for a step."""
-        for ball, (x, y) in zip(self._bodies(), velocities.tolist(), strict=True):
-            ball.linvel = (x, y, 0.0)
-        self._given = velocities.astype(np.float32).astype(np.float64)
+        (planned,) = self.planned(velocities[np.newaxis])
+        self.start_planned(planned)
         return self._given
+
+    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
+        """Return the velocities of coming steps, (k, n, 2) [m/s]; see `PlaneWorld`."""
+        rounded = np.zeros((*velocities.shape[:2], 3), dtype=np.float32)
+        rounded[..., :2] = velocities
+        return list(zip(rounded[..., :2].astype(np.float64), tuples_of(rounded), strict=True))
+
+    def start_planned(self, planned: Planned) -> None:
+        """Set the velocities of the balls for a step."""
+        self._given, self._rounded = planned
+        for ball, velocity in zip(self._bodies, self._rounded, strict=True):
+            ball.linvel = velocity
 
     def advance(self, dt: float) -> None:
         """Advance Rapier by `dt` [s]: it finds contacts, solves velocities, then moves."""
@@ -79,7 +94,7 @@ class RapierWorld(ContactWorld):
     def read_contacts(self, dt: float) -> None:  # noqa: ARG002
         """Store the collisions of the last step, of `dt` [s]."""
         if self._tuned and not self._own_cloth and not self._lasting:
-            self.touched = self._velocities().tobytes() != self._given.tobytes()
+            self.touched = self._have_changed()
             if not self.touched:  # without reading all pairs
                 self._note(set())
                 return
@@ -100,28 +115,32 @@ class RapierWorld(ContactWorld):
 
     def positions_and_velocities(self) -> tuple[FloatArray, FloatArray]:
         """Return the centres [m] and velocities [m/s], two arrays (n, 2) float64."""
-        places = np.array([tuple(ball.translation)[:2] for ball in self._bodies()])
+        places = np.array([tuple(ball.translation)[:2] for ball in self._bodies])
         return places, self._kept(self._velocities())
 
     def motion(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return centres [m], velocities [m/s] and spins [rad/s], three arrays (n, 3)."""
-        bodies = self._bodies()
+        bodies = self._bodies
         centres = np.array([tuple(ball.translation) for ball in bodies])
         velocities = np.array([tuple(ball.linvel) for ball in bodies])
         return centres, velocities, np.array([tuple(ball.angvel) for ball in bodies])
 
     def set_motion(self, velocities: FloatArray, spins: FloatArray) -> None:
         """Set the velocities [m/s] and spins [rad/s], two arrays (n, 3)."""
-        motions = zip(self._bodies(), velocities.tolist(), spins.tolist(), strict=True)
+        motions = zip(self._bodies, velocities.tolist(), spins.tolist(), strict=True)
         for ball, velocity, spin in motions:
             ball.linvel, ball.angvel = tuple(velocity), tuple(spin)
 
-    def _bodies(self) -> list[Any]:
-        bodies = self._world.rigid_bodies
-        return [bodies[handle] for handle in self._balls]
+    def _have_changed(self) -> bool:
+        """Return whether the last step changed a velocity."""
+        for ball, (x, y, _) in zip(self._bodies, self._rounded, strict=True):
+            velocity = ball.linvel
+            if velocity.x != x or velocity.y != y:
+                return True
+        return False
 
     def _velocities(self) -> FloatArray:
-        return np.array([tuple(ball.linvel)[:2] for ball in self._bodies()])
+        return np.array([tuple(ball.linvel)[:2] for ball in self._bodies])
 
     def _ball(self, i: int) -> Any:
         ball = self._scene.balls[i]
@@ -141,7 +160,7 @@ class RapierWorld(ContactWorld):
     def remove(self, ball: int) -> None:
         """Remove the shape of a ball; its body stays, but nothing meets it."""
         self._world.remove_collider(self._colliders[ball])
-        self._bodies()[ball].gravity_scale = 0.0
+        self._bodies[ball].gravity_scale = 0.0
 
     def _add_part(self, part: Segment | Disc) -> None:
         if isinstance(part, Disc):

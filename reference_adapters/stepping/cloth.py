@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.stepping.laws import slips_of
 from ghostball.reference_adapters.stepping.slowing import (
     accelerate,
+    advance_steps,
     advance_within_phases,
     all_rest,
     last,
@@ -31,6 +32,19 @@ EPS = float(np.finfo(np.float64).eps)
 
 SHORTEST_PHASE = 1e-6
 """Slides, rolls and spins shorter than this time after a contact end at once [s]."""
+
+
+class Steps(NamedTuple):
+    """The motion in coming steps of equal length in which nothing touches, and no phase ends.
+
+    `means`: (k, n, 2) float64 [m/s], mean velocities in each step.
+    `velocities`, `spins`: (k + 1, n, 2) float64 [m/s] and (k + 1, n, 3) float64 [rad/s], the motion
+        at the start of each step, and at the end of the last step; more rows have no meaning.
+    """
+
+    means: FloatArray
+    velocities: FloatArray
+    spins: FloatArray
 
 
 class ClosedFormCloth:
@@ -123,6 +137,36 @@ class ClosedFormCloth:
             displacements += self._move(step, durations <= step, changes)
             left -= step
         return displacements, changes
+
+    def steps(self, dt: float, most: int) -> Steps:
+        """Return the motion in the next steps of `dt` [s], at most `most`, without contacts.
+
+        The bits are those of `advance` and `keep` in each step. The present motion isn't changed;
+        see `set_motion`.
+        """
+        n = len(self.rolling)
+        means, velocities = np.empty((most, n, 2)), np.empty((most + 1, n, 2))
+        spins = np.empty((most + 1, n, 3))
+        count = advance_steps(
+            dt,
+            self.velocities.copy(),
+            self._angular_velocities.copy(),
+            self._radii,
+            self.rolling,
+            self._rolls_by,
+            self._slides_by,
+            self._spins_by,
+            self._may_slide,
+            means,
+            velocities,
+            spins,
+        )
+        return Steps(means[:count], velocities, spins)
+
+    def set_motion(self, steps: Steps, step: int) -> None:
+        """Set the motion at the start of one of the steps that `steps` returned."""
+        self.velocities, self._angular_velocities = steps.velocities[step], steps.spins[step]
+        self._again = None
 
     def kick(self, changes: FloatArray, turns: FloatArray | None, dt: float) -> None:
         """Add the velocity changes caused by the contacts of a step of `dt` [s], (n, 2) [m/s].
@@ -263,6 +307,7 @@ def needed() -> tuple[Needed, ...]:
     """Return the kernels that this module calls, for compilation or loading."""
     name, numbers, flags = "cloth between steps", np.ones(1), np.zeros(1, dtype=np.bool_)
     v, w = np.zeros((1, 2)), np.zeros((1, 3))
+    vs, ws = np.zeros((1, 1, 2)), np.zeros((1, 1, 3))
     motion, slowing = (v, w, numbers, flags), (numbers, numbers)
     return (
         Needed(accelerate, (*motion, *slowing, v), f"{name}: accelerations"),
@@ -272,6 +317,11 @@ def needed() -> tuple[Needed, ...]:
             advance_within_phases,
             (0.0, *motion, *slowing, numbers, True, v),
             f"{name}: motion within phases",
+        ),
+        Needed(
+            advance_steps,
+            (0.0, *motion, *slowing, numbers, True, vs, vs, ws),
+            f"{name}: motion in many steps",
         ),
         Needed(all_rest, (v, w, flags, numbers), f"{name}: rest"),
         Needed(turn, (0.0, w, v, numbers, flags, numbers, flags), f"{name}: spins"),

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ghostball.model import Scene
 from ghostball.model.arrays import BoolArray, FloatArray
 from ghostball.reference_adapters.stepping.laws import largest_momenta
-from ghostball.reference_adapters.stepping.plane import Collision
+from ghostball.reference_adapters.stepping.plane import Collision, Planned
 
 WorldBody = tuple[int, bool]
 """A ball or a cushion of a world: its index, and True for a cushion."""
@@ -51,6 +52,18 @@ class ContactWorld:
         self._lasting: Set[Collision] = set()
         self._given, self._start = scene.velocities[:, :2], scene.angular_velocities
 
+    def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
+        """Set the velocities and spins of the balls for a step; see `PlaneWorld`."""
+        raise NotImplementedError
+
+    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
+        """Return the velocities of coming steps, (k, n, 2) [m/s]; see `PlaneWorld`."""
+        return [(one, None) for one in velocities]
+
+    def start_planned(self, planned: Planned) -> None:
+        """Set the velocities for a step; see `PlaneWorld`."""
+        self.start(planned[0], None)
+
     def turns(self) -> FloatArray:
         """Return the spin changes by contacts of the step, (n, 3) [rad/s]: 0 without friction."""
         return np.zeros_like(self._start)
@@ -61,7 +74,8 @@ class ContactWorld:
         A contact that is inactive during one step, but stays `near`, is still the same collision.
         """
         if not pushing and not self._lasting:
-            self._pushing, self.collisions = pushing, []
+            if self._pushing or self.collisions:
+                self._pushing, self.collisions = pushing, []
             return
         self.contacts_solved += len(pushing)
         self.collisions = sorted(pushing - self._lasting)
@@ -92,6 +106,17 @@ def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
     for contact in pushing:
         free[contact.balls] = False
     return free
+
+
+def tuples_of(vectors: NDArray[np.floating]) -> list[tuple[tuple[float, ...], ...]]:
+    """Return the vectors of the balls in coming steps, (k, n, m), as k tuples of n tuples.
+
+    An engine takes tuples in less time than arrays, and this function makes them fast.
+    """
+    k, n, m = vectors.shape
+    columns = iter(vectors.reshape(k, n * m).T.tolist())
+    balls = zip(*[columns] * m, strict=True)
+    return list(zip(*(zip(*ball, strict=True) for ball in balls), strict=True))
 
 
 def collision_of(one: WorldBody, other: WorldBody) -> Collision:

@@ -1,20 +1,12 @@
-"""Balls of an external engine in the plane of the table; the cloth acts between the steps.
-
-The engine finds and resolves the contacts and moves the balls; the cloth friction is the closed
-form in `stepping.cloth`. Each ball gets its mean velocity over the coming step, so that the engine
-moves it as the cloth would. The change of this velocity by the engine is the effect of contacts.
-Any engine that accepts velocities can thus simulate rolling and sliding balls. The ends of the
-steps are determined in `stepping.step_ends`.
-"""
+"""What steppers have in common: the world of an external engine, its collisions, and its steps."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from statistics import fmean
 from time import perf_counter
-from typing import NamedTuple, Protocol
-
-import numpy as np
+from typing import Any, NamedTuple, Protocol
 
 from ghostball.model import (
     EventKind,
@@ -23,9 +15,6 @@ from ghostball.model import (
 )
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters.recording import Recorder
-from ghostball.reference_adapters.stepping import cloth
-from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth
-from ghostball.reference_adapters.stepping.laws import tangential_restitution
 from ghostball.reference_adapters.stepping.pocketing import (
     Fall,
     Pocketing,
@@ -33,7 +22,6 @@ from ghostball.reference_adapters.stepping.pocketing import (
     states_at_falls,
 )
 from ghostball.reference_adapters.stepping.sides import CornerNames, Normals
-from ghostball.reference_adapters.stepping.step_ends import BallMotion, StepEnds
 
 TIMED_STEPS = 16
 """One in this number of steps is timed: to time each step takes 4 % of a run of Pymunk."""
@@ -59,6 +47,10 @@ class Collision(NamedTuple):
 
 Change = tuple[EventKind, int] | tuple[EventKind, int, int]
 """Kind of event, ball and, if the ball left the table over a cushion, the index of the cushion."""
+
+
+Planned = tuple[FloatArray, Any]
+"""The velocities that `start` would return, (n, 2) [m/s], and those that it sets, in any form."""
 
 
 class PlaneWorld(Protocol):
@@ -99,6 +91,17 @@ class PlaneWorld(Protocol):
         Returns the velocities in the engine, (n, 2) float64 [m/s], rounded for an engine in single
         precision.
         """
+        ...
+
+    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
+        """Return the velocities of coming steps, (k, n, 2) [m/s], in the form of `start_planned`.
+
+        Only called if contacts don't change spins.
+        """
+        ...
+
+    def start_planned(self, planned: Planned) -> None:
+        """Set the velocities for a step as `start` does, in less time; `planned` is one step."""
         ...
 
     def advance(self, dt: float) -> None:
@@ -172,6 +175,14 @@ class WorldStepper(ABC):
     def step(self) -> None:
         """Advance by one step."""
 
+    def steps(self, most: int) -> int:  # noqa: ARG002
+        """Advance by a step, or by up to `most` steps; return their number.
+
+        Only the last of these steps has events.
+        """
+        self.step()
+        return 1
+
     def _step_world(self, world: PlaneWorld, dt: float) -> None:
         """Advance a world by `dt` [s]; one of `TIMED_STEPS` steps of the engine is timed."""
         self._until_timed -= 1
@@ -190,6 +201,9 @@ class WorldStepper(ABC):
 
     def tell(self, recorder: Recorder, started: float) -> None:
         """Pass the events of the last step, which started at `started` [s], to a recorder."""
+        if not (self.collisions or self.changes or self.falls):  # most steps
+            self.record(recorder, force=self.keep_frame)
+            return
         before = self.before
         if before is not None and self.collisions:
             recorder.frame(self.seen_at, before, force=True)
@@ -237,148 +251,6 @@ class WorldStepper(ABC):
         self.moving = moving
         if moving is not None:
             self.states_at_falls = list(states_at_falls(before, moving, self.falls))
-
-
-class ClosedFormStepper(WorldStepper):
-    """Steps in which the engine moves the balls by the closed form; see this module.
-
-    `ends` determines the ends of the steps.
-    """
-
-    def __init__(self, scene: Scene, world: PlaneWorld, ends: StepEnds) -> None:
-        super().__init__(scene)
-        cloth.warm_up()
-        self._ends = ends
-        self._world = world
-        self._known_positions: FloatArray | None = world.positions_and_velocities()[0]
-        self._rests: bool | None = None
-        self._cloth = ClosedFormCloth(scene)
-        self._along = tangential_restitution(scene.physics)
-        self._normals = Normals(scene)
-        # Whether the positions before a step are needed in the step.
-        self._needs_positions = bool(self._pocketing or self._corners or self._along != 1.0)
-        # The motion just after the last contacts, and the balls whose velocities they changed.
-        self._parted, self._kicked = self._cloth, np.zeros(len(scene.balls), dtype=np.bool_)
-
-    @property
-    def at_rest(self) -> bool:
-        """Whether no ball moves or spins."""
-        if self._rests is None:
-            self._rests = self._cloth.at_rest
-        return self._rests
-
-    @property
-    def _positions(self) -> FloatArray:
-        """The present centres, (n, 2) float64 [m]."""
-        if self._known_positions is None:
-            self._known_positions, _ = self._world.positions_and_velocities()
-        return self._known_positions
-
-    def state(self) -> Samples:
-        """Return the present state, arrays (1, n, 3)."""
-        return self._cloth.state(self._positions)
-
-    def step(self) -> None:
-        """Advance by one step."""
-        dt, t, self.keep_frame = self._ends.next(self.t, self._motion)
-        self._advance(dt, t)
-
-    def _motion(self) -> BallMotion:
-        """Return the present motion of the balls on the table."""
-        cloth, here = self._cloth, self._pocketing.here
-        return BallMotion(
-            self._positions[here],
-            cloth.velocities[here],
-            cloth.accelerations()[here],
-            self._radii[here],
-            cloth.time_to_change(),
-        )
-
-    def _advance(self, dt: float, t: float) -> None:
-        """Advance by `dt` [s], to the time `t` [s]."""
-        world = self._world
-        start = self._cloth.copy() if world.collides_first else None
-        before = self._positions if self._needs_positions else None
-        at_start = self._positions if self.recorded and start is not None else None
-        displacements, changes = self._cloth.advance(dt)
-        self.changes = list(changes)
-        if before is not None and self._pocketing and not world.collides_first:
-            # The balls move before they can collide, so a fallen ball has no further collisions.
-            self._let_fall(before, before + displacements)
-            displacements[self._pocketing.gone] = 0.0
-        spins = self._cloth.angular_velocities if world.rubs else None
-        given = world.start(displacements / dt, spins)
-        self._step_world(world, dt)
-        self._kicked[:] = False
-        if world.touched or before is not None:
-            if at_start is not None and start is not None and world.collisions:
-                self.before = start.state(at_start)
-            self._known_positions, velocities = world.positions_and_velocities()
-            self._meet(dt, before, given, velocities, start)
-        else:
-            self._known_positions, self.collisions = None, world.collisions
-            self._cloth.keep(rubs=world.rubs)
-        # The end of a spin at rest is no event.
-        if self._cloth.stopped or self.falls:
-            self._rests = None
-        self.seen_at = self.t if world.collides_first else t
-        self.t = t
-
-    def _meet(
-        self,
-        dt: float,
-        before: FloatArray | None,
-        given: FloatArray,
-        velocities: FloatArray,
-        start: ClosedFormCloth | None,
-    ) -> None:
-        """Add the effect of contacts on the motion after a step of `dt` [s].
-
-        `before`: (n, 2) [m], the centres at the start of the step; None if nothing needs them.
-        `given`, `velocities`: (n, 2) [m/s], in the engine, before and after the step.
-        `start`: the motion at the start of the step, in an engine that collides first.
-        """
-        world = self._world
-        met_at = self._positions if before is None or start is None else before
-        self._take_collisions(world.collisions, met_at)
-        if self._along != 1.0:
-            scale_along_cushions(velocities, met_at, self.collisions, self._normals, self._along)
-        kicks, turns = velocities - given, world.turns() if world.rubs else None
-        if turns is not None or kicks.any():
-            self._rests = None
-        if start is not None and kicks.any():
-            # The cloth friction of half a step acts on the motion after the contacts.
-            self._cloth = start
-            _, first = start.advance(0.5 * dt)
-            start.kick(kicks, turns, dt)
-            self._parted, self._kicked = start.copy(), np.any(kicks != 0.0, axis=1)
-            _, second = start.advance(0.5 * dt)
-            self.changes = [*first, *second]
-        else:
-            self._cloth.kick(kicks, turns, dt)
-        if before is not None and self._pocketing:
-            if start is not None:
-                self._let_fall(before, self._positions)
-            self._pocketing.keep(self._positions)
-
-    def _just_after(self, before: Samples) -> Samples:
-        if self.moving is not None:
-            return self.moving
-        parted = self._parted.state(self._positions)
-        velocities, spins = before.velocities.copy(), before.angular_velocities.copy()
-        velocities[0, self._kicked] = parted.velocities[0, self._kicked]
-        spins[0, self._kicked] = parted.angular_velocities[0, self._kicked]
-        return Samples(before.positions, velocities, spins)
-
-    def _let_fall(self, before: FloatArray, after: FloatArray) -> None:
-        """Remove the balls that fall on their paths in this step, (n, 2) [m] each."""
-        self.falls = self._pocketing.take(before, after)
-        self._note_falls(before, self._cloth.state(after) if self.falls else None)
-        fallen = {fall.ball for fall in self.falls}
-        for ball in fallen:
-            self._world.remove(ball)
-            self._cloth.stop(ball)
-        self.changes = [change for change in self.changes if change[1] not in fallen]
 
 
 def scale_along_cushions(

@@ -11,11 +11,8 @@ from ghostball.model import Record, Result, Scene
 from ghostball.model.features import Capabilities
 from ghostball.reference_adapters.base import EngineBase, lacking_sequence, resolution_of_step
 from ghostball.reference_adapters.capabilities import ByConfiguration
-from ghostball.reference_adapters.stepping.plane import (
-    ClosedFormStepper,
-    PlaneWorld,
-    WorldStepper,
-)
+from ghostball.reference_adapters.stepping.closed_form import ClosedFormStepper
+from ghostball.reference_adapters.stepping.plane import PlaneWorld, WorldStepper
 from ghostball.reference_adapters.stepping.run_end import end_of, run
 from ghostball.reference_adapters.stepping.step_ends import (
     Clock,

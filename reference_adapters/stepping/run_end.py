@@ -34,8 +34,7 @@ def run(
     stepper.record(recorder)
     while not stepper.at_rest and stepper.t < t_end and steps < settings.max_steps:
         started = stepper.t
-        stepper.step()
-        steps += 1
+        steps += stepper.steps(1 if stepper.recorded else settings.max_steps - steps)
         stepper.tell(recorder, started)
     state = stepper.state()
     status, reason = ending_of(scene, settings, stepper.t, state, at_rest=stepper.at_rest)

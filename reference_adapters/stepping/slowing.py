@@ -149,8 +149,8 @@ def _later(
     return d0, d1, v[i, 0] + a0 * dt, v[i, 1] + a1 * dt, w0, w1
 
 
-@kernel(entry=True)
-def advance_within_phases(
+@kernel
+def _advance(
     dt: float,
     v: FloatArray,
     w: FloatArray,
@@ -162,11 +162,6 @@ def advance_within_phases(
     turns: bool,
     displacements: FloatArray,
 ) -> bool:
-    """Advance all balls by `dt`, unless a ball stops sliding, rolling or spinning by then.
-
-    `turns`: whether spins change. The results have the bits of `accelerate`, `move` and `turn`.
-    Returns False, and changes nothing, if a ball stops.
-    """
     for i in range(len(radii)):
         u0, u1 = _slowed(v, w, radii, rolling, i)
         by = rolls_by[i] if rolling[i] else 3.5 * slides_by[i]
@@ -193,6 +188,74 @@ def advance_within_phases(
             slower = math.copysign(abs(w[i, 2]) - spins_by[i] * dt, w[i, 2])
             w[i, 2] = 0.0 if _duration(abs(w[i, 2]), spins_by[i]) == 0.0 else slower
     return True
+
+
+@kernel(entry=True)
+def advance_within_phases(
+    dt: float,
+    v: FloatArray,
+    w: FloatArray,
+    radii: FloatArray,
+    rolling: BoolArray,
+    rolls_by: FloatArray,
+    slides_by: FloatArray,
+    spins_by: FloatArray,
+    turns: bool,
+    displacements: FloatArray,
+) -> bool:
+    """Advance all balls by `dt`, unless a ball stops sliding, rolling or spinning by then.
+
+    `turns`: whether spins change. The results have the bits of `accelerate`, `move` and `turn`.
+    Returns False, and changes nothing, if a ball stops.
+    """
+    return _advance(dt, v, w, radii, rolling, rolls_by, slides_by, spins_by, turns, displacements)
+
+
+@kernel
+def _store(
+    v: FloatArray, w: FloatArray, step: int, velocities: FloatArray, spins: FloatArray
+) -> None:
+    for i in range(len(v)):
+        for k in range(2):
+            velocities[step, i, k] = v[i, k]
+        for k in range(3):
+            spins[step, i, k] = w[i, k]
+
+
+@kernel(entry=True)
+def advance_steps(
+    dt: float,
+    v: FloatArray,
+    w: FloatArray,
+    radii: FloatArray,
+    rolling: BoolArray,
+    rolls_by: FloatArray,
+    slides_by: FloatArray,
+    spins_by: FloatArray,
+    turns: bool,
+    means: FloatArray,
+    velocities: FloatArray,
+    spins: FloatArray,
+) -> int:
+    """Advance all balls by steps of `dt`, until a ball stops sliding, rolling or spinning.
+
+    `means`: (k, n, 2) [m/s], the mean velocities in each step.
+    `velocities`, `spins`: (k + 1, n, 2) [m/s] and (k + 1, n, 3) [rad/s], v and w at the start of
+        each step, and at the end of the last step.
+    Returns the number of steps, at most k. The results have the bits of `advance_within_phases`.
+    """
+    _store(v, w, 0, velocities, spins)
+    for step in range(len(means)):
+        if not _advance(
+            dt, v, w, radii, rolling, rolls_by, slides_by, spins_by, turns, means[step]
+        ):
+            return step
+        for i in range(len(radii)):
+            for k in range(2):
+                means[step, i, k] = means[step, i, k] / dt
+                v[i, k] = v[i, k] + 0.0  # no -0, as in `ClosedFormCloth.keep`
+        _store(v, w, step + 1, velocities, spins)
+    return len(means)
 
 
 @kernel(entry=True)

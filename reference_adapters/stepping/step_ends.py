@@ -59,9 +59,14 @@ class Clock:
         self._step = 0
         self.dt = t_end / self._count
 
-    def tick(self) -> float:
-        """Advance by one step and return the time of its end [s]."""
-        self._step += 1
+    @property
+    def left(self) -> int:
+        """Number of steps that are left."""
+        return self._count - self._step
+
+    def tick(self, steps: int = 1) -> float:
+        """Advance by some steps and return the time of their end [s]."""
+        self._step += steps
         return self._t_end if self._step == self._count else self._step * self.dt
 
     def next(self, _t: float, _motion: Callable[[], BallMotion]) -> tuple[float, float, bool]:
