@@ -72,6 +72,7 @@ class OwnClothStepper(WorldStepper):
         self._slows_by = scene.rolling_frictions * scene.physics.gravity * half
         # The friction of a step ends any smaller slip; a remaining slip comes from the solver.
         self._no_slip = scene.sliding_frictions * scene.physics.gravity * self._clock.dt
+        self._slip_per_step = 3.5 * self._no_slip  # friction also turns a ball
         self._spins_by = scene.spinning_friction_rates * half
         # The step of the settings, as in the world, not the step shortened to end at `t_end`.
         self._slowest_fall = slowest_bounce(scene, dt)
@@ -118,15 +119,20 @@ class OwnClothStepper(WorldStepper):
         """Advance the engine by dt; slow rolling balls, one half before and one half after."""
         self.before = self.state() if self.recorded and self._world.collides_first else None
         had_stopped, before = self._stopped, self._centres[:, :2]
+        rolled, slips = self._rolling, None if self._rolling.all() else self._slips()
         if self._slows:
-            self._slow(self._rolling)
+            self._slow(rolled)
         lands = self._step_and_land()
         left = self._remove_balls_that_left()
-        rolling = self._rolls()
+        rolling, halves = self._rolls(), None
+        if slips is not None:  # a ball has rolled since its slide ended, inside the step
+            slid = slips / np.maximum(self._slip_per_step, 1e-300)
+            rolling &= rolled | (slid <= 1.0)
+            halves = np.where(rolling & ~rolled, 2.0 * (1.0 - slid), 1.0)
         if self._slows:
-            self._slow(rolling)
+            self._slow(rolling, halves)
         stopped = self._stopped
-        starts_rolling = rolling & ~self._rolling & ~stopped
+        starts_rolling = rolling & ~rolled & ~stopped
         self.changes = [(EventKind.BALL_CLOTH, i) for i in lands]
         self.changes += [
             (EventKind.SLIDE_TO_ROLL, i) for i in np.flatnonzero(starts_rolling).tolist()
@@ -181,11 +187,14 @@ class OwnClothStepper(WorldStepper):
                 self._velocities[i] = self._spins[i] = 0.0
         return changes
 
-    def _slow(self, rolling: BoolArray) -> None:
+    def _slow(self, rolling: BoolArray, halves: FloatArray | None = None) -> None:
+        """Apply rolling friction and the friction of spins for a half step.
+
+        `halves`: how long rolling friction acts instead, (n,) [half steps].
+        """
         speeds = np.linalg.norm(self._velocities[:, :2], axis=1)
-        factors = np.where(
-            speeds > self._slows_by, 1.0 - self._slows_by / np.maximum(speeds, 1e-300), 0.0
-        )
+        slows_by = self._slows_by if halves is None else halves * self._slows_by
+        factors = np.where(speeds > slows_by, 1.0 - slows_by / np.maximum(speeds, 1e-300), 0.0)
         vertical = self._spins[:, 2]
         slower = np.sign(vertical) * np.maximum(np.abs(vertical) - self._spins_by, 0.0)
         lies = self._lies()
@@ -198,10 +207,14 @@ class OwnClothStepper(WorldStepper):
         self._world.set_motion(self._velocities, self._spins)
 
     def _rolls(self) -> BoolArray:
-        """Return which balls roll: their slip is negligible and they are on the cloth."""
-        slips = slips_of(self._velocities, self._spins, self._radii)
-        rolls: BoolArray = (np.hypot(*slips.T) < self._no_slip) & self._lies()
+        """Return which balls may roll: their slip is negligible and they are on the cloth."""
+        rolls: BoolArray = (self._slips() < self._no_slip) & self._lies()
         return rolls
+
+    def _slips(self) -> FloatArray:
+        """Return the slips of the balls on the cloth, (n,) [m/s]."""
+        slips: FloatArray = np.hypot(*slips_of(self._velocities, self._spins, self._radii).T)
+        return slips
 
     def _lies(self) -> BoolArray:
         """Return which balls are on the cloth, or have left the table; all if none may fly."""
