@@ -155,3 +155,31 @@ def test_one_call_of_a_kernel_gives_the_bits_of_many(seed, physics, dt, monkeypa
         assert one.angular_velocities.tobytes() == many.angular_velocities.tobytes()
         assert one.at_rest == many.at_rest
     assert in_one_call > 0.9 * 3.0 / dt - 20
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("motion", ["sliding", "rolling"])
+@pytest.mark.parametrize("dt", [1e-3, 0.013])
+def test_steps_planned_at_once_have_the_bits_of_single_steps(seed, motion, dt) -> None:
+    scene = distant(seed, t_max=3.0)
+    if motion == "rolling":
+        rolls = [ball(one.position[:2], one.velocity[:2]) for one in scene.balls]
+        scene = scene_of(*rolls, t_max=3.0)
+    cloth, planned = ClosedFormCloth(scene), 0
+    while not cloth.at_rest:
+        steps = cloth.steps(dt, 50)
+        planned += len(steps.means)
+        ahead = ClosedFormCloth(scene)
+        ahead.rolling = cloth.rolling.copy()
+        for k, means in enumerate(steps.means):
+            ahead.set_motion(steps, k)
+            assert ahead.velocities.tobytes() == cloth.velocities.tobytes()
+            assert ahead.angular_velocities.tobytes() == cloth.angular_velocities.tobytes()
+            displacements, ended = cloth.advance(dt)
+            assert (displacements / dt).tobytes() == means.tobytes()
+            assert not ended
+            cloth.keep(rubs=False)
+        if len(steps.means) < 50:  # a phase ends in the next step
+            assert cloth.advance(dt)[1] or motion == "sliding"  # spins end without an event
+            cloth.keep(rubs=False)
+    assert planned > 100

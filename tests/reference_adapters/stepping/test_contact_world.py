@@ -10,6 +10,7 @@ from ghostball.reference_adapters.stepping.contact_world import (
     SINGLE_PRECISION_NOISE,
     ContactWorld,
     collision_of,
+    tuples_of,
 )
 from ghostball.reference_adapters.stepping.plane import Collision
 
@@ -48,3 +49,11 @@ def test_what_nothing_pushed_keeps_the_velocity_that_it_was_given(world):
 def test_of_two_parts_the_ball_comes_first_and_of_two_balls_the_first():
     assert collision_of((2, True), (1, False)) == RAIL
     assert collision_of((1, False), (0, False)) == PAIR
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_vectors_of_coming_steps_become_tuples(dtype):
+    vectors = np.arange(24, dtype=dtype).reshape(4, 3, 2)
+    found = tuples_of(vectors)
+    assert found == [tuple(map(tuple, step)) for step in vectors.tolist()]
+    assert isinstance(found[0], tuple)

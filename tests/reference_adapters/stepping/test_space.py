@@ -120,3 +120,16 @@ def test_cushions_take_a_part_of_the_speed_along_them_on_an_own_cloth_too(name: 
     )
     places = play(f"{name}:cloth=own", scene).rest_positions
     assert np.abs(places - simulate(scene).rest_positions).max() < 7e-3
+
+
+@pytest.mark.parametrize("spec", ["pybullet", pytest.param("dart:cloth=own", marks=needs("dart"))])
+def test_the_end_of_a_slide_inside_a_step_costs_no_rolling_friction(spec: str) -> None:
+    """The rest error is that of the engine's slide, mu g dt / 2 for 0.29 s, at any phase."""
+    ball_ = ball((0.0, 0.0), (2.0, 0.0), angular_velocity=(0.0, 0.0, 0.0))
+    scene = scene_of(ball_, motion="sliding", rolling_friction=0.2, sliding_friction=0.2)
+    end = simulate(scene).rest_positions[0, 0]
+    for part in (0.0, 0.4, 0.8):
+        # The slide lasts for 291.25 steps of 1 ms.
+        dt = 1e-3 * (1.0 - part / 291.0)
+        off = end - play(f"{spec}:dt={dt}".replace("own:", "own,"), scene).rest_positions[0, 0]
+        assert off == pytest.approx(0.286e-3, rel=0.03)
