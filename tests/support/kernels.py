@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from ghostball.engine.core import state as st
 from ghostball.engine.core.contacts import no_contacts, numbers_of_contacts
 from ghostball.engine.library.entry import COMPILED, Entry
+from ghostball.engine.library.reached import reached_by
 from ghostball.engine.running.from_scene import most_contacts
 
 
@@ -24,8 +26,30 @@ def room_for_contacts(n: int) -> tuple[st.BoolArray, st.IntArray, st.FloatArray]
 
 @cache
 def entry_to(inner: Any) -> Any:
-    """Return a compiled kernel that calls `inner`; if kernels are interpreted, `inner` itself."""
-    return Entry(inner) if COMPILED and not isinstance(inner, Entry) else inner
+    """Return `inner` compiled in this process, or `inner` itself if kernels are interpreted.
+
+    Unlike an `Entry`, the result takes and returns named tuples.
+    """
+    if not COMPILED or isinstance(inner, Entry) or hasattr(inner, "py_func"):
+        return inner
+    from ghostball.engine.library import build
+
+    return build._compilable(inner, reached_by(inner).functions, _in_process())
+
+
+@cache
+def _in_process() -> Any:
+    """Return a compiler whose kernels Python can call."""
+    import numba
+
+    from ghostball.engine.library import plain_numba
+
+    class InProcess(plain_numba.Plain):
+        def dispatcher(self, function: Callable[..., Any], **options: Any) -> Any:
+            options |= {"error_model": "numpy", "pipeline_class": plain_numba.Passes}
+            return numba.njit(**options)(function)
+
+    return InProcess()
 
 
 def checks_bounds() -> bool:
