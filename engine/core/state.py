@@ -308,10 +308,9 @@ class World(NamedTuple):
     """All arrays of a run.
 
     The scheduler works with either `pairs` or `cells`; the arrays of the other are empty. In the
-    lean kernel, `powers`, `series` and `height` of `balls` are None. The compiler removes the code
-    after `x is not None` if x is an argument whose type is None, but not if x is a field. Therefore
-    kernels with such a test get these fields as arguments. In the full kernel, laws such as
-    `airborne` and `air_drag` decide at run time.
+    lean kernel, `powers`, `series` and `height` of `balls` are None, and the compiler leaves out
+    the code after `x is not None`. In the full kernel, laws such as `airborne` and `air_drag`
+    decide at run time.
     """
 
     balls: Balls

@@ -379,7 +379,7 @@ def _meet_obstacle(world: World, k: int, t: float) -> None:
     row[REACHED] = 0.0
     if laws.obstacles[obstacle].law == st.TAKES_OUT:
         balls.own_kind[k] = st.OWN_NONE
-        fall_into(balls.height, world, k, obstacle, t)
+        fall_into(world, k, obstacle, t)
         return
     held_at = int(row[HELD_AT])
     if (held_at >> obstacle) & 1 == 1:

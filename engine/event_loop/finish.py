@@ -9,8 +9,7 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, World
 from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.event_loop.record import is_finite
-from ghostball.engine.motion.flight import flies
-from ghostball.engine.motion.position import advance
+from ghostball.engine.motion.position import advance, flies
 
 
 @kernel
@@ -32,7 +31,7 @@ def finish(world: World, status: int, end: FloatArray) -> int:
         t = log.clock[st.LAST_EVENT]
         for i in range(len(balls.own_kind)):
             spin, rate = balls.state[i].wz, balls.state[i].spin_slowing
-            if spin != 0.0 and rate > 0.0 and not flies(balls.height, balls, i):
+            if spin != 0.0 and rate > 0.0 and not flies(balls, i):
                 # Four ulps late, so that the spin computed from its decay at this time is 0.
                 t = max(t, (balls.state[i].epoch + abs(spin) / rate) * (1.0 + 4.0 * EPS))
     if t > laws.t_max:
@@ -60,22 +59,14 @@ def _put_state(balls: Balls, i: int, end: FloatArray) -> None:
     """Put position, velocity and angular velocity into end[:, i], as far as `end` has rows."""
     ball = balls.state[i]
     end[0, i, 0], end[0, i, 1] = ball.x, ball.y
-    end[0, i, 2] = ball.radius + _rise(balls.height, i)
+    rise, up = 0.0, 0.0
+    if balls.height is not None:
+        rise, up = balls.height[i, st.RISE], balls.height[i, st.UP_SPEED]
+    end[0, i, 2] = ball.radius + rise
     if len(end) > 1:
-        end[1, i, 0], end[1, i, 1] = ball.vx, ball.vy
-        end[1, i, 2] = _up_speed(balls.height, i)
+        end[1, i, 0], end[1, i, 1], end[1, i, 2] = ball.vx, ball.vy, up
     if len(end) > 2:
-        turns = ball.phase == st.SLIDING or flies(balls.height, balls, i)
+        turns = ball.phase == st.SLIDING or flies(balls, i)
         end[2, i, 0] = ball.wx if turns else -ball.vy / ball.radius
         end[2, i, 1] = ball.wy if turns else ball.vx / ball.radius
         end[2, i, 2] = ball.wz
-
-
-@kernel(inline=True)
-def _rise(height: FloatArray | None, i: int) -> float:
-    return 0.0 if height is None else height[i, st.RISE]
-
-
-@kernel(inline=True)
-def _up_speed(height: FloatArray | None, i: int) -> float:
-    return 0.0 if height is None else height[i, st.UP_SPEED]

@@ -21,7 +21,7 @@ from ghostball.engine.event_loop.record import (
 from ghostball.engine.impacts.impact import collide_balls
 from ghostball.engine.impacts.in_space import bounce_off_nose, collide_in_space, fastest_nose
 from ghostball.engine.impacts.lying_still import let_go, list_touching, load, share_load
-from ghostball.engine.impacts.on_table import end_bounces, land
+from ghostball.engine.impacts.on_table import land
 from ghostball.engine.impacts.slow_impacts import lies_on
 from ghostball.engine.motion.flight import one_is_loaded
 from ghostball.engine.motion.next_piece import leave, mark
@@ -29,31 +29,19 @@ from ghostball.engine.motion.obstacles import hole_at
 
 
 @kernel(inline=True)
-def bounces_have_ended(
-    height: FloatArray | None, balls: Balls, i: int, kind: int, t: float
-) -> bool:
-    """Move ball i to the end of its low bounces, if this is the event; return whether it is."""
-    if height is None:
-        return False
-    if kind != st.OWN_BOUNCES_END:
-        return False
-    end_bounces(height, balls, i, t)
-    return True
-
-
-@kernel(inline=True)
-def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t: float) -> bool:
+def resolve_flight(world: World, i: int, kind: int, t: float) -> bool:
     """Resolve an event of ball i alone in the air: landing, hitting a nose, or leaving the table.
 
     Return whether the event is one of these.
     """
     balls, laws, log = world.balls, world.laws, world.log
+    height = balls.height
     if height is None:
         return False
     hole = hole_at(laws, balls.state[i].x, balls.state[i].y) if kind == st.OWN_LAND else -1
     if hole >= 0:
         height[i, st.RISE] = 0.0  # as at a landing, because the computed height is rounding
-        fall_into(height, world, i, hole, t)
+        fall_into(world, i, hole, t)
     elif kind in (st.OWN_LAND, st.OWN_BOUNCES_END):
         note_event(BALL_CLOTH_EVENT, i, -1, t, log)
         if kind == st.OWN_LAND:
@@ -61,11 +49,11 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
     elif kind >= st.OWN_OVER:
         row = laws.obstacles[kind - st.OWN_OVER]
         first = st.FIRST_HOLE if row.law == st.TAKES_OUT else 0
-        _take_out(height, world, i, LEAVES_TABLE_EVENT, first + int(row.index), t)
+        _take_out(world, i, LEAVES_TABLE_EVENT, first + int(row.index), t)
     elif kind >= st.OWN_CUSHION and laws.obstacles[kind - st.OWN_CUSHION].law == st.TAKES_OUT:
-        fall_into(height, world, i, kind - st.OWN_CUSHION, t)
+        fall_into(world, i, kind - st.OWN_CUSHION, t)
     elif kind >= st.OWN_CUSHION and balls.state[i].phase == st.FLYING:
-        nose = nose_of(height, balls, laws, i, kind - st.OWN_CUSHION)
+        nose = fastest_nose(height, balls, i, kind - st.OWN_CUSHION, laws)
         log.counters[st.BALL_CUSHION] += 1
         note_event(BALL_CUSHION_EVENT, i, int(laws.obstacles[nose].index), t, log)
         bounce_off_nose(height, balls, i, nose, laws)
@@ -78,16 +66,15 @@ def resolve_flight(height: FloatArray | None, world: World, i: int, kind: int, t
 
 
 @kernel(inline=True)
-def fall_into(height: FloatArray | None, world: World, i: int, k: int, t: float) -> None:
+def fall_into(world: World, i: int, k: int, t: float) -> None:
     """Let ball i fall into the hole with row k."""
-    _take_out(height, world, i, POCKETED_EVENT, int(world.laws.obstacles[k].index), t)
+    _take_out(world, i, POCKETED_EVENT, int(world.laws.obstacles[k].index), t)
 
 
 @kernel(inline=True)
-def _take_out(
-    height: FloatArray | None, world: World, i: int, kind: int, index: int, t: float
-) -> None:
+def _take_out(world: World, i: int, kind: int, index: int, t: float) -> None:
     """Remove ball i from the run at its position."""
+    height = world.balls.height
     world.log.counters[st.BALLS_GONE] += 1
     note_event(kind, i, index, t, world.log)
     leave(world.balls, i)
@@ -96,72 +83,45 @@ def _take_out(
 
 
 @kernel(inline=True)
-def collide_pair(height: FloatArray | None, world: World, i: int, j: int) -> None:
+def collide_pair(world: World, i: int, j: int) -> None:
     """Collide two balls that have no other impact at this time."""
     balls, laws = world.balls, world.laws
-    if height is None:
-        collide_balls(balls, i, j, laws)
-        return
-    if laws.airborne:
-        let_go(height, balls, i)
-        let_go(height, balls, j)
-        collide_in_space(height, world, i, j)
+    if balls.height is not None and laws.airborne:
+        let_go(balls.height, balls, i)
+        let_go(balls.height, balls, j)
+        collide_in_space(balls.height, world, i, j)
     else:
         collide_balls(balls, i, j, laws)
 
 
 @kernel(inline=True)
-def nose_of(height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int) -> int:
-    """Return the cushion that ball i hits first, of the given one and those that it touches."""
-    if height is None:
-        return cushion
-    return fastest_nose(height, balls, i, cushion, laws) if laws.airborne else cushion
-
-
-@kernel(inline=True)
-def bounces_in_space(
-    height: FloatArray | None, balls: Balls, laws: Laws, i: int, cushion: int
-) -> bool:
-    """Bounce ball i off one nose, if balls may fly; return whether this was done.
-
-    In a corner, the first bounce may lift the ball away from the second cushion. If it doesn't, the
-    ball still approaches the second cushion, which causes a separate event.
-    """
-    if height is None:
-        return False
-    if not laws.airborne:
-        return False
-    bounce_off_nose(height, balls, i, cushion, laws)
-    return True
-
-
-@kernel(inline=True)
-def is_slow_impact(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> bool:
+def is_slow_impact(balls: Balls, laws: Laws, t: float) -> bool:
     """Return whether the first pair of `balls.touching`, at t [s], is one ball on another."""
-    if height is None:
+    if balls.height is None:
         return False
-    return lies_on(
-        height, balls, balls.touching[0, st.FIRST], balls.touching[0, st.SECOND], laws, t
-    )
+    a, b = balls.touching[0, st.FIRST], balls.touching[0, st.SECOND]
+    return lies_on(balls.height, balls, a, b, laws, t)
 
 
 @kernel(inline=True)
-def list_below(height: FloatArray | None, world: World, t: float) -> int:
+def list_below(world: World, t: float) -> int:
     """List in `balls.touching` the contacts closed by its first pair's bounce; count them."""
     balls = world.balls
+    height = balls.height
     if height is None:
         return 0
     a, b = int(balls.touching[0, st.FIRST]), int(balls.touching[0, st.SECOND])
     load(height, balls, world.laws, a, b, t)
     count = list_touching(world, a, t, 0, True)
     count = list_touching(world, b, t, count, True)
-    share_loads(height, balls, count, t)
+    share_loads(balls, count, t)
     return count
 
 
 @kernel(inline=True)
-def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -> None:
+def share_loads(balls: Balls, count: int, t: float) -> None:
     """Mark the balls of all touching pairs as loaded that are linked to a loaded ball at t [s]."""
+    height = balls.height
     if height is not None:
         for _ in range(count):  # each round reaches the next balls of a row, in any order of pairs
             is_new = False
@@ -169,7 +129,7 @@ def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -
                 i, j = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
                 if j < 0 or height[i, st.LOADED] == height[j, st.LOADED]:
                     continue
-                if one_is_loaded(height, i, j, t):
+                if one_is_loaded(balls, i, j, t):
                     share_load(height, i, j)
                     is_new = True
             if not is_new:
@@ -177,12 +137,12 @@ def share_loads(height: FloatArray | None, balls: Balls, count: int, t: float) -
 
 
 @kernel(inline=True)
-def note_held(height: FloatArray | None, world: World, count: int, t: float) -> None:
+def note_held(world: World, count: int, t: float) -> None:
     """Log which balls of the first `count` touching pairs came to rest on other balls."""
-    if height is not None:
+    if world.balls.height is not None:
         for c in range(count):
             for end in (st.FIRST, st.SECOND):
-                _note_held(height, world, int(world.balls.touching[c, end]), t)
+                _note_held(world.balls.height, world, int(world.balls.touching[c, end]), t)
 
 
 @kernel(inline=True)

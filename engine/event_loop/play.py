@@ -131,14 +131,9 @@ def _begin(balls: Balls, who: int, starts: FloatArray) -> None:
         ball.vx, ball.vy = starts[j, START_VX], starts[j, START_VY]
         ball.wx, ball.wy, ball.wz = starts[j, START_WX], starts[j, START_WY], starts[j, START_WZ]
         ball.phase = starts[j, START_PHASE]
-        _begin_above(balls.height, who + j, starts[j])
-
-
-@kernel(inline=True)
-def _begin_above(height: FloatArray | None, i: int, start: FloatArray) -> None:
-    if height is not None:
-        height[i, st.RISE] = start[START_RISE]
-        height[i, st.UP_SPEED] = start[START_UP]
+        if balls.height is not None:
+            balls.height[who + j, st.RISE] = starts[j, START_RISE]
+            balls.height[who + j, st.UP_SPEED] = starts[j, START_UP]
 
 
 @kernel(inline=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Balls, FloatArray, Laws, World
+from ghostball.engine.core.state import World
 from ghostball.engine.impacts.lying_still import let_go_above
 from ghostball.engine.motion.geometry import at_rest
 from ghostball.engine.motion.next_piece import predict_motion
@@ -25,14 +25,8 @@ def predict(world: World, held: int, t: float) -> None:
     _predict_marked(world)
     if held > 0 or world.contacts.waiting[0] > 0:
         start_steps(world, held, t)
-    _let_go_above(world.balls.height, world.balls, world.laws, t)
-
-
-@kernel(inline=True)
-def _let_go_above(height: FloatArray | None, balls: Balls, laws: Laws, t: float) -> None:
-    """Let balls fall that lie still on a moving ball, if there are any."""
-    if height is not None:
-        let_go_above(height, balls, laws, t)
+    if world.balls.height is not None:
+        let_go_above(world.balls.height, world.balls, world.laws, t)
 
 
 @kernel(inline=True)

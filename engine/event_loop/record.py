@@ -6,7 +6,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Balls, FloatArray, Log, World
+from ghostball.engine.core.state import Balls, Log, World
 from ghostball.engine.impacts.impact import MOST_IN_CORNER
 from ghostball.model.events import EventKind
 from ghostball.model.trajectory.polynomial import PER_POWER
@@ -117,24 +117,14 @@ def note_motion(world: World, i: int) -> None:
         log.motion[row, st.BZ] = ball.bz
         in_leg = balls.own_kind[i] == st.OWN_LEG
         log.motion[row, st.PHASE] = st.COMPRESSED if in_leg else ball.phase
-        _note_height(balls.height, i, log.motion, row)
-        _note_powers(balls.powers, i, log.motion, row)
+        if balls.height is not None:
+            for k, column in enumerate((st.RISE, st.UP_SPEED, st.FALL)):
+                log.motion[row, st.SEGMENT_COLUMNS + k] = balls.height[i, column]
+        if balls.powers is not None:
+            first, size = st.SEGMENT_COLUMNS + 3, PER_POWER * int(balls.powers[i, st.COUNT])
+            for k in range(log.motion.shape[1] - first):
+                log.motion[row, first + k] = balls.powers[i, st.POWERS + k] if k < size else 0.0
         log.counters[st.LOGGED_MOTIONS] = row + 1
-
-
-@kernel(inline=True)
-def _note_height(height: FloatArray | None, i: int, motion: FloatArray, row: int) -> None:
-    if height is not None:
-        for k, column in enumerate((st.RISE, st.UP_SPEED, st.FALL)):
-            motion[row, st.SEGMENT_COLUMNS + k] = height[i, column]
-
-
-@kernel(inline=True)
-def _note_powers(powers: FloatArray | None, i: int, motion: FloatArray, row: int) -> None:
-    if powers is not None:
-        first, size = st.SEGMENT_COLUMNS + 3, PER_POWER * int(powers[i, st.COUNT])
-        for k in range(motion.shape[1] - first):
-            motion[row, first + k] = powers[i, st.POWERS + k] if k < size else 0.0
 
 
 @kernel(inline=True)
@@ -171,12 +161,9 @@ def is_finite(balls: Balls, i: int) -> bool:
     spin = (balls.state[i].wx + balls.state[i].wy) + balls.state[i].wz
     pull = (balls.state[i].ax + balls.state[i].ay) + (balls.state[i].bx + balls.state[i].by)
     size = abs((place + spin) + (pull + balls.state[i].bz))
-    return bool(_with_height(balls.height, i, size) < math.inf)
-
-
-@kernel(inline=True)
-def _with_height(height: FloatArray | None, i: int, size: float) -> float:
-    return size if height is None else size + abs(height[i, st.RISE] + height[i, st.UP_SPEED])
+    if balls.height is not None:
+        size += abs(balls.height[i, st.RISE] + balls.height[i, st.UP_SPEED])
+    return bool(size < math.inf)
 
 
 @kernel(inline=True)

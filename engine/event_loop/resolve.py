@@ -12,13 +12,10 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, Laws, World
 from ghostball.engine.event_loop.compression import begin_cluster, end_leg
 from ghostball.engine.event_loop.in_flight import (
-    bounces_have_ended,
-    bounces_in_space,
     collide_pair,
     fall_into,
     is_slow_impact,
     list_below,
-    nose_of,
     note_held,
     resolve_flight,
     share_loads,
@@ -37,6 +34,8 @@ from ghostball.engine.impacts.impact import (
     contact_normal,
     has_collapsed,
 )
+from ghostball.engine.impacts.in_space import bounce_off_nose, fastest_nose
+from ghostball.engine.impacts.on_table import end_bounces
 from ghostball.engine.impacts.simultaneous import collide_together
 from ghostball.engine.motion.flight import meets_in_space
 from ghostball.engine.motion.frame import only_cushion
@@ -93,7 +92,9 @@ def advance_to(world: World, event: Event) -> None:
         come_to_rest(balls, laws, ball, t)
     elif kind == st.OWN_ROLL:
         start_rolling(balls, laws, ball, t)
-    elif kind >= st.OWN_PIECE and not bounces_have_ended(balls.height, balls, ball, kind, t):
+    elif balls.height is not None and kind == st.OWN_BOUNCES_END:
+        end_bounces(balls.height, balls, ball, t)
+    elif kind >= st.OWN_PIECE:
         advance(balls, ball, t)
 
 
@@ -121,7 +122,7 @@ def _resolve_own(world: World, i: int, t: float) -> int:
     """
     balls, contacts, log = world.balls, world.contacts, world.log
     kind = balls.own_kind[i]
-    if resolve_flight(balls.height, world, i, kind, t):
+    if resolve_flight(world, i, kind, t):
         return 0
     if kind == st.OWN_REST:
         if contacts.island[i] != st.FREE:
@@ -144,7 +145,7 @@ def _resolve_own(world: World, i: int, t: float) -> int:
     elif kind >= st.OWN_CUSHION:
         cushion = kind - st.OWN_CUSHION
         if world.laws.obstacles[cushion].law == st.TAKES_OUT:
-            fall_into(balls.height, world, i, cushion, t)
+            fall_into(world, i, cushion, t)
             mark(balls, i)
             return 0
         partner = _held_against(world, i, cushion, t)
@@ -169,9 +170,12 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> int:
     Return the number of contacts in `balls.touching` that must be held.
     """
     balls, laws, log = world.balls, world.laws, world.log
-    cushion = nose_of(balls.height, balls, laws, i, cushion)
     other, bounces, jams = -1, 1, False
-    if not laws.airborne:
+    if balls.height is not None and laws.airborne:
+        # In a corner, the first bounce may lift the ball away from the second cushion. If it
+        # doesn't, the ball still approaches the second cushion, which causes a separate event.
+        cushion = fastest_nose(balls.height, balls, i, cushion, laws)
+    else:
         other = _corner_cushion(balls, laws, i, cushion, t)
     if other >= 0:
         bounces, jams = _bounce_in_corner(balls, laws, i, cushion, other)
@@ -181,7 +185,9 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> int:
     for turn in range(bounces):
         off = cushion if turn % 2 == 0 else other
         note_event(BALL_CUSHION_EVENT, i, name_of_obstacle(balls, laws, i, off), t, log)
-    if other < 0 and not bounces_in_space(balls.height, balls, laws, i, cushion):
+    if balls.height is not None and laws.airborne:
+        bounce_off_nose(balls.height, balls, i, cushion, laws)
+    elif other < 0:
         bounce(balls, i, cushion, laws)
     balls.state[i].impacts += 1.0
     if jams:
@@ -284,10 +290,10 @@ def _resolve_contacts(world: World, event: Event) -> int:
     balls, log = world.balls, world.log
     count, t = event.pairs, event.t
     is_slow = event.verdict != LASTING and count == 1
-    is_slow = is_slow and is_slow_impact(balls.height, balls, world.laws, t)
+    is_slow = is_slow and is_slow_impact(balls, world.laws, t)
     log.counters[st.ADVANCEMENTS] += event.judged
     if event.verdict == LASTING:
-        share_loads(balls.height, balls, count, t)
+        share_loads(balls, count, t)
         return count
     for c in range(count):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
@@ -304,11 +310,11 @@ def _resolve_contacts(world: World, event: Event) -> int:
     if world.laws.compliant:
         left = begin_cluster(world, left, t)
     if left == 1:
-        collide_pair(balls.height, world, balls.touching[0, st.FIRST], balls.touching[0, st.SECOND])
+        collide_pair(world, balls.touching[0, st.FIRST], balls.touching[0, st.SECOND])
     else:
         _collide_groups(world, left)
-    note_held(balls.height, world, count, t)
-    return list_below(balls.height, world, t) if is_slow else 0
+    note_held(world, count, t)
+    return list_below(world, t) if is_slow else 0
 
 
 @kernel
@@ -316,7 +322,7 @@ def _collapses(world: World, c: int) -> bool:
     """Return whether pair c of `balls.touching`, on the cloth, must not rebound any more."""
     balls, laws = world.balls, world.laws
     a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-    if meets_in_space(balls.height, balls, a, b):
+    if meets_in_space(balls, a, b):
         return False
     return has_collapsed(balls, a, laws) or has_collapsed(balls, b, laws)
 
@@ -349,7 +355,7 @@ def _end_collapses(world: World, count: int, t: float) -> int:
 def _approaches(balls: Balls, c: int, t: float) -> bool:
     """Return whether pair c of `balls.touching` still approaches; True for pairs in flight."""
     a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
-    if meets_in_space(balls.height, balls, a, b):
+    if meets_in_space(balls, a, b):
         return True
     nx, ny = contact_normal(balls, a, b)
     vx, vy = balls.state[b].vx - balls.state[a].vx, balls.state[b].vy - balls.state[a].vy
@@ -367,7 +373,7 @@ def _collide_groups(world: World, count: int) -> None:
     for c in range(count):
         a, b = balls.touching[c, st.FIRST], balls.touching[c, st.SECOND]
         if contacts.motion[a].degree == 1.0 and contacts.motion[b].degree == 1.0:
-            collide_pair(balls.height, world, a, b)
+            collide_pair(world, a, b)
             contacts.motion[a].degree = 0.0
             contacts.motion[b].degree = 0.0
         else:

@@ -37,6 +37,7 @@ def balls_in(
     state = numbers[offsets[at.STATE] : offsets[at.OWN_KIND]]
     rows = state.view(BALL) if COMPILED else rows_of(state.reshape(n, STATE_COLUMNS), BallRow)
     pairs = numbers[offsets[at.TOUCHING] : offsets[at.NEAR]].view(np.int32)
+    powers, series, height = _full_in(numbers, offsets, full)
     return Balls(
         rows,
         numbers[offsets[at.OWN_KIND] : offsets[at.CHANGED]].view(np.int64),
@@ -45,9 +46,9 @@ def balls_in(
         pairs.reshape(len(pairs) // 2, 2),
         numbers[offsets[at.NEAR] : offsets[at.SERIES]].view(np.int32)[:n],
         counters,
-        _powers_in(numbers, offsets, full),
-        _series_in(numbers, offsets, full),
-        _height_in(numbers, offsets, full),
+        powers,
+        series,
+        height,
     )
 
 
@@ -66,27 +67,20 @@ def contacts_from(numbers: FloatArray, offsets: IntArray) -> Contacts:
 
 
 @kernel(inline=True)
-def _powers_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> FloatArray | None:
+def _full_in(
+    numbers: FloatArray, offsets: IntArray, full: int | None
+) -> tuple[FloatArray | None, FloatArray | None, FloatArray | None]:
+    """Return the last arrays of `Balls`, which the lean kernel doesn't have."""
     if full is None:
-        return None
-    return numbers[offsets[at.POWERS] : offsets[at.HEIGHT]].reshape(
-        offsets[at.COUNT], st.POWERS_COLUMNS
-    )
-
-
-@kernel(inline=True)
-def _series_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> FloatArray | None:
-    if full is None:
-        return None
-    return numbers[offsets[at.SERIES] : offsets[at.TRACK]].reshape(st.SERIES_ROWS, st.SERIES_TERMS)
-
-
-@kernel(inline=True)
-def _height_in(numbers: FloatArray, offsets: IntArray, full: int | None) -> FloatArray | None:
-    if full is None:
-        return None
-    return numbers[offsets[at.HEIGHT] : offsets[at.BOUND]].reshape(
-        offsets[at.COUNT], st.HEIGHT_COLUMNS
+        return None, None, None
+    n = offsets[at.COUNT]
+    powers = numbers[offsets[at.POWERS] : offsets[at.HEIGHT]]
+    series = numbers[offsets[at.SERIES] : offsets[at.TRACK]]
+    height = numbers[offsets[at.HEIGHT] : offsets[at.BOUND]]
+    return (
+        powers.reshape(n, st.POWERS_COLUMNS),
+        series.reshape(st.SERIES_ROWS, st.SERIES_TERMS),
+        height.reshape(n, st.HEIGHT_COLUMNS),
     )
 
 

@@ -30,10 +30,10 @@ from typing import Any
 import numba
 from numba import types
 from numba.core.codegen import CodeLibrary
-from numba.core.compiler import Compiler
 
 from ghostball.engine.library.plain_numba import (
     OPTIONS,
+    Passes,
     Plain,
     for_machine,
     name_of_entry,
@@ -132,7 +132,7 @@ def _modules(code: Any, machine: Any) -> list[Any]:
     return code.made
 
 
-class _Compiler(Compiler):
+class _Compiler(Passes):
     def compile_extra(self, function: Callable[..., Any]) -> Any:
         """Compile as numba does, but into a `_Code`, which this process doesn't run."""
         self.state.flags.no_compile = True

@@ -3,7 +3,7 @@
 Three parts are undocumented and can't be replaced: the options `_nrt` and `no_*_wrapper`, without
 which a kernel calls functions that exist only with numba, and `populate_array`, which makes an
 array from an address. If one of them is gone, compiling fails with TypeError or ImportError. The
-same holds for the models of types in `generated`, which numba documents.
+same holds for the models of types in `generated`, and for the pass below, which numba documents.
 """
 
 from __future__ import annotations
@@ -15,6 +15,11 @@ import llvmlite.binding as llvm
 import numba
 from llvmlite import ir
 from numba import types
+from numba.core import ir as code
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.ir_utils import get_definition, guard
+from numba.core.untyped_passes import InlineClosureLikes
 from numba.np.arrayobj import populate_array
 
 OPTIONS: dict[str, Any] = {
@@ -29,6 +34,59 @@ OPTIONS: dict[str, Any] = {
 }
 
 
+@register_pass(mutates_CFG=False, analysis_only=False)  # type: ignore[no-untyped-call]
+class _FieldsWithoutValue(FunctionPass):
+    """Replace each field of an argument by None if its type says that it is None.
+
+    numba leaves out the code after `x is not None` if x is an argument or a constant that is None,
+    but not if x is a field of a named tuple. The lean kernel has such fields: see
+    `core.state.World`.
+    """
+
+    _name = "fields_without_value"
+
+    def __init__(self) -> None:
+        super().__init__()  # type: ignore[no-untyped-call]
+
+    def run_pass(self, state: Any) -> bool:
+        """Change the function that numba compiles; return whether there was such a field."""
+        changed = False
+        for block in state.func_ir.blocks.values():
+            for line in block.find_insts(code.Assign):
+                field = line.value
+                if isinstance(field, code.Expr) and _kind(state, field) == types.none:
+                    line.value = code.Const(None, line.loc)  # type: ignore[no-untyped-call]
+                    found = state.func_ir._definitions[line.target.name]
+                    found[found.index(field)] = line.value
+                    changed = True
+        return changed
+
+
+def _kind(state: Any, value: Any) -> Any:
+    """Return the type of an argument or of its field, or of a field of the field; else None."""
+    if isinstance(value, code.Var):
+        value = guard(get_definition, state.func_ir, value)  # type: ignore[no-untyped-call]
+    if isinstance(value, code.Arg):
+        return state.args[value.index]
+    if isinstance(value, code.Expr) and value.op == "getattr":
+        whole = _kind(state, value.value)
+        if isinstance(whole, types.NamedTuple | types.NamedUniTuple) and value.attr in whole.fields:
+            return whole.types[whole.fields.index(value.attr)]
+    return None
+
+
+class Passes(CompilerBase):
+    """numba's compiler, with one more pass."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's passes, with `_FieldsWithoutValue` before branches are left out."""
+        builder: Any = DefaultPassBuilder
+        passes = builder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(_FieldsWithoutValue, InlineClosureLikes)
+        passes.finalize()
+        return [passes]
+
+
 class Plain:
     """The compiler without doors; it compiles a kernel as often as there are kernels above it."""
 
@@ -39,7 +97,7 @@ class Plain:
 
     def dispatcher(self, function: Callable[..., Any], **options: Any) -> Any:
         """Return numba's dispatcher of a function; it is compiled with a kernel that calls it."""
-        return numba.njit(**OPTIONS, **options)(function)
+        return numba.njit(**OPTIONS, **options, pipeline_class=Passes)(function)
 
     def module(self, dispatcher: Any, machine: Any) -> tuple[Any, str]:
         """Compile a function of one integer; return its module with all callees, and its name."""

@@ -38,7 +38,13 @@ from ghostball.engine.motion.flight_in_air import flight_piece, time_to_pass
 from ghostball.engine.motion.frame import flies_inside
 from ghostball.engine.motion.geometry import speed_of
 from ghostball.engine.motion.obstacles import MOST_BOUNDS, facing, is_post, turning
-from ghostball.engine.motion.position import FOR_EVER, jerk_along, whole_motion, with_rises
+from ghostball.engine.motion.position import (
+    FOR_EVER,
+    jerk_along,
+    one_flies,
+    whole_motion,
+    with_rises,
+)
 
 HIGHEST_AT_BACK = 1.4
 """Largest height of a ball's centre, in radii, at which the edge of a hole keeps it in.
@@ -56,38 +62,26 @@ This distance is larger than rounding, so that no ball escapes between two piece
 
 
 @kernel(inline=True)
-def flies(height: FloatArray | None, balls: Balls, i: int) -> bool:
-    """Return whether ball i is in flight."""
-    return False if height is None else bool(balls.state[i].phase == st.FLYING)
-
-
-@kernel(inline=True)
-def may_meet_in_space(height: FloatArray | None, balls: Balls) -> bool:
+def may_meet_in_space(balls: Balls) -> bool:
     """Return whether any ball is in flight, or lies higher than others because it is larger.
 
     Mostly there is no such ball, even in scenes where balls may leave the cloth.
     """
-    if height is None:
+    if balls.height is None:
         return False
     count = 0
     for i in range(len(balls.own_kind)):
         count += balls.state[i].phase == st.FLYING
-        count += height[i, st.BASE] != height[0, st.BASE]
+        count += balls.height[i, st.BASE] != balls.height[0, st.BASE]
     return count > 0
 
 
 @kernel(inline=True)
-def one_flies(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
-    """Return whether one of two balls is in flight."""
-    return flies(height, balls, i) or flies(height, balls, j)
-
-
-@kernel(inline=True)
-def meets_in_space(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
+def meets_in_space(balls: Balls, i: int, j: int) -> bool:
     """Return whether two balls touch along a line that isn't horizontal."""
-    if height is None:
+    if balls.height is None:
         return False
-    return one_flies(height, balls, i, j) or bool(height[i, st.BASE] != height[j, st.BASE])
+    return one_flies(balls, i, j) or bool(balls.height[i, st.BASE] != balls.height[j, st.BASE])
 
 
 @kernel(inline=True)
@@ -101,7 +95,7 @@ def vertical_motion(
     s = t - balls.state[i].epoch
     up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
     z = height[i, st.BASE] + height[i, st.RISE] + s * (up - 0.5 * fall * s)
-    return with_rises(balls.powers, i, s, z, up - fall * s, -fall)
+    return with_rises(balls, i, s, z, up - fall * s, -fall)
 
 
 @kernel
@@ -127,9 +121,11 @@ def motion_in_space(
 
 
 @kernel(inline=True)
-def one_is_loaded(height: FloatArray | None, i: int, j: int, t: float) -> bool:
+def one_is_loaded(balls: Balls, i: int, j: int, t: float) -> bool:
     """Return whether a flying ball has lain on one of two balls just before the time t [s]."""
-    return False if height is None else bool(max(height[i, st.LOADED], height[j, st.LOADED]) > t)
+    if balls.height is None:
+        return False
+    return bool(max(balls.height[i, st.LOADED], balls.height[j, st.LOADED]) > t)
 
 
 @kernel
@@ -153,8 +149,9 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
         balls.own_kind[i] = st.OWN_NONE
         return
     height[i, st.FALL] = laws.gravity
-    duration = _time_in_air(balls.powers, balls.series, height, balls, i, laws)
-    if duration < 0.0:
+    if laws.air_drag > 0.0:
+        duration = flight_piece(height, balls, i, laws)
+    else:
         rise, up = height[i, st.RISE], height[i, st.UP_SPEED]
         root = math.sqrt(up * up + 2.0 * laws.gravity * rise)
         duration = (up + root) / laws.gravity if up > 0.0 else 2.0 * rise / (root - up)
@@ -170,7 +167,9 @@ def fly(height: FloatArray, balls: Balls, i: int, laws: Laws) -> None:
                 balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
         away, rate = _way_over(balls, i, laws, k)
         if rate < 0.0 and away < -rate * duration:
-            s = _time_over(balls.powers, balls.series, balls, i, laws, away, rate, duration)
+            s = away / -rate
+            if laws.air_drag > 0.0:
+                s = time_to_pass(balls, i, away, rate, duration)
             kind = _passes(height, balls, i, laws, k, s) if s < duration else st.OWN_NONE
             if kind != st.OWN_NONE:
                 duration = s
@@ -231,61 +230,25 @@ def _passes(height: FloatArray, balls: Balls, i: int, laws: Laws, k: int, s: flo
     z, _, _ = vertical_motion(height, balls, i, ball.epoch + s)
     if z <= HIGHEST_AT_BACK * ball.radius:
         return st.OWN_CUSHION + k
-    x, y, _, _, _, _ = _in_plan(balls.powers, balls, i, s)
+    x, y, _, _, _, _ = _in_plan(balls, i, s)
     # In front of the middle of the hole is the table, between two facings.
     behind = row.nx * (x - row.x) + row.ny * (y - row.y) <= 0.0
     return st.OWN_OVER + k if behind else st.OWN_NONE
 
 
 @kernel(inline=True)
-def _time_in_air(
-    powers: FloatArray | None,
-    series: FloatArray | None,
-    height: FloatArray,
-    balls: Balls,
-    i: int,
-    laws: Laws,
-) -> float:
-    """Start a piece of ball i's flight in air; return its duration [s], or -1 without air."""
-    duration = -1.0
-    if powers is not None and series is not None and laws.air_drag > 0.0:
-        duration = flight_piece(powers, series, height, balls, i, laws)
-    return duration
-
-
-@kernel(inline=True)
-def _time_over(
-    powers: FloatArray | None,
-    series: FloatArray | None,
-    balls: Balls,
-    i: int,
-    laws: Laws,
-    away: float,
-    rate: float,
-    duration: float,
-) -> float:
-    """Return when ball i passes a line [s]; without air, it would pass within `duration` [s]."""
-    s = away / -rate
-    if powers is not None and series is not None and laws.air_drag > 0.0:
-        s = time_to_pass(powers, series, balls, i, away, rate, duration)
-    return s
-
-
-@kernel(inline=True)
-def _in_plan(
-    powers: FloatArray | None, balls: Balls, i: int, s: float
-) -> tuple[float, float, float, float, float, float]:
+def _in_plan(balls: Balls, i: int, s: float) -> tuple[float, float, float, float, float, float]:
     """Return position, velocity and acceleration of a ball s seconds after its flight started."""
     ball = balls.state[i]
-    if powers is not None and powers[i, st.COUNT] > 0.0:
+    if balls.powers is not None and balls.powers[i, st.COUNT] > 0.0:
         return whole_motion(balls, i, ball.epoch + s)
     return ball.x + s * ball.vx, ball.y + s * ball.vy, ball.vx, ball.vy, 0.0, 0.0
 
 
 @kernel(inline=True)
-def jerk_up(powers: FloatArray | None, i: int) -> float:
+def jerk_up(balls: Balls, i: int) -> float:
     """Return the largest rate of change of ball i's upward acceleration, on its piece [m/s^3]."""
-    bent: float = 0.0 if powers is None else powers[i, st.JERK_UP]
+    bent: float = 0.0 if balls.powers is None else balls.powers[i, st.JERK_UP]
     return bent
 
 
@@ -306,7 +269,7 @@ def _time_to_nose(
     for _ in range(MOST_BOUNDS):
         balls.counters[st.WORK] += 4
         t = ball.epoch + s
-        x, y, vx, vy, ax, ay = _in_plan(balls.powers, balls, i, s)
+        x, y, vx, vy, ax, ay = _in_plan(balls, i, s)
         z, vz, az = vertical_motion(height, balls, i, t)
         nx, ny, away = facing(laws, k, x, y)
         above = z - laws.obstacles[k].height
@@ -317,7 +280,7 @@ def _time_to_nose(
         gap = max(distance - ball.radius, 0.0)
         rate = ex * (nx * vx + ny * vy) + ez * vz
         pull = ex * (nx * ax + ny * ay) + ez * az
-        bent = abs(ex) * jerk_along(balls, i, nx, ny) + abs(ez) * jerk_up(balls.powers, i)
+        bent = abs(ex) * jerk_along(balls, i, nx, ny) + abs(ez) * jerk_up(balls, i)
         left = min(lasts - s, FOR_EVER)
         # The nose is a point in this plane. The normal turns as the ball passes this point, and
         # also as it moves round a nose that is curved in plan.

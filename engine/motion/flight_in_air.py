@@ -57,13 +57,14 @@ _ALONG, _UP, _SPEED, _ROOT = 0, 1, 2, 3
 
 
 @kernel
-def flight_piece(
-    powers: FloatArray, row: FloatArray, height: FloatArray, balls: Balls, i: int, laws: Laws
-) -> float:
+def flight_piece(height: FloatArray, balls: Balls, i: int, laws: Laws) -> float:
     """Start a piece of ball i's flight in air; return its duration [s].
 
     Contract: there is air drag. `own_kind` is set to the event at the end: landing, or a new piece.
     """
+    powers, row = balls.powers, balls.series
+    if powers is None or row is None:
+        return math.inf
     balls.counters[st.WORK] += WORK_OF_SERIES
     ball = balls.state[i]
     rise, up, gravity = height[i, st.RISE], height[i, st.UP_SPEED], laws.gravity
@@ -248,20 +249,15 @@ def _put_piece(
 
 
 @kernel
-def time_to_pass(
-    powers: FloatArray,
-    row: FloatArray,
-    balls: Balls,
-    i: int,
-    away: float,
-    rate: float,
-    duration: float,
-) -> float:
+def time_to_pass(balls: Balls, i: int, away: float, rate: float, duration: float) -> float:
     """Return the time at which ball i passes a line on the piece that has just started [s], or inf.
 
     `away` [m]: distance of the line. `rate` [m/s]: rate of change of this distance, negative.
     `duration` [s]: only passes before it count.
     """
+    powers, row = balls.powers, balls.series
+    if powers is None or row is None:
+        return math.inf
     degree = int(powers[i, st.COUNT])
     part = rate / row[_ALONG, 0]
     row[_ROOT, 0] = away

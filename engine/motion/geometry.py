@@ -10,7 +10,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Balls, Cells, FloatArray, Laws, World
+from ghostball.engine.core.state import Balls, Cells, Laws, World
 from ghostball.engine.core.tolerances import (
     APPROACH_ROUNDING,
     CAPTURE_HEIGHT,
@@ -21,7 +21,13 @@ from ghostball.engine.core.tolerances import (
     STOP_DISTANCE,
 )
 from ghostball.engine.motion.obstacles import facing, nose_reach
-from ghostball.engine.motion.position import pair_reach, relative_motion, velocity
+from ghostball.engine.motion.position import (
+    flies,
+    one_flies,
+    pair_reach,
+    relative_motion,
+    velocity,
+)
 from ghostball.model.rounding import CONTACT_TOLERANCE
 
 
@@ -45,25 +51,9 @@ def speed_of(vx: float, vy: float) -> float:
 def at_rest(balls: Balls, i: int) -> bool:
     """Return whether the centre of ball i rests, and stays at rest if nothing hits it."""
     slides = balls.state[i].phase == st.SLIDING and balls.state[i].slide_slowing > 0.0
-    if _falls(balls.height, balls, i):
+    if balls.height is not None and flies(balls, i) and balls.height[i, st.HELD] == 0.0:
         return False
     return bool(balls.state[i].vx == 0.0 and balls.state[i].vy == 0.0 and not slides)
-
-
-@kernel(inline=True)
-def _falls(height: FloatArray | None, balls: Balls, i: int) -> bool:
-    """Return whether ball i is in flight, and nothing holds it there."""
-    if height is None:
-        return False
-    return bool(balls.state[i].phase == st.FLYING and height[i, st.HELD] == 0.0)
-
-
-@kernel(inline=True)
-def _in_air(height: FloatArray | None, balls: Balls, i: int, j: int) -> bool:
-    """Return whether one of two balls is in flight."""
-    if height is None:
-        return False
-    return bool(balls.state[i].phase == st.FLYING or balls.state[j].phase == st.FLYING)
 
 
 @kernel
@@ -180,11 +170,7 @@ def in_contact(gap: float, rate: float, tolerance: float, pull: float, noise: fl
 def obstacle_in_contact(balls: Balls, i: int, laws: Laws, k: int) -> bool:
     """Return whether ball i counts as in contact with an obstacle, at its epoch."""
     ball = balls.state[i]
-    if (
-        ball.phase == st.GONE
-        or _in_air(balls.height, balls, i, i)
-        or laws.obstacles[k].law == st.TAKES_OUT
-    ):
+    if ball.phase == st.GONE or flies(balls, i) or laws.obstacles[k].law == st.TAKES_OUT:
         return False
     nx, ny, distance = facing(laws, k, ball.x, ball.y)
     gap = distance - nose_reach(balls, i, laws, k)
@@ -203,7 +189,7 @@ def pair_in_contact(balls: Balls, i: int, j: int, t: float) -> bool:
     """
     if balls.state[i].phase == st.GONE or balls.state[j].phase == st.GONE:
         return False
-    if _in_air(balls.height, balls, i, j):
+    if one_flies(balls, i, j):
         return False
     rx, ry, vx, vy, _, _ = relative_motion(balls, i, j, t)
     distance = math.sqrt(rx * rx + ry * ry)

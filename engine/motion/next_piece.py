@@ -10,7 +10,7 @@ import math
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import Balls, FloatArray, Laws
+from ghostball.engine.core.state import Balls, Laws
 from ghostball.engine.core.tolerances import SLIP_ROUNDING, TIME_ROUNDING
 from ghostball.engine.motion.air import in_air
 from ghostball.engine.motion.drag import roll_piece, slide_piece, trim_piece
@@ -41,49 +41,43 @@ def mark(balls: Balls, i: int) -> None:
 def come_to_rest(balls: Balls, laws: Laws, i: int, t: float) -> None:
     """Move ball i to where it stops rolling, at the time t [s], and stop it exactly.
 
-    A uniformly slowed ball travels half the distance that it would at its initial speed; unlike the
-    full polynomial, this form cancels no digits. The ball may keep its spin about the vertical.
+    The ball may keep its spin about the vertical.
     """
-    if in_air(balls.powers, laws):
-        advance(balls, i, t)
-        balls.state[i].vx, balls.state[i].vy = 0.0, 0.0
-        balls.state[i].phase = st.ROLLING
-        return
-    s = t - balls.state[i].epoch
-    balls.state[i].x += 0.5 * s * balls.state[i].vx
-    balls.state[i].y += 0.5 * s * balls.state[i].vy
-    balls.state[i].vx = 0.0
-    balls.state[i].vy = 0.0
-    balls.state[i].phase = st.ROLLING
-    turn_about_vertical(balls, i, s)
-    balls.state[i].fastest = 0.0
-    balls.state[i].impacts = impacts_after(balls, i, s, t)
-    balls.state[i].epoch = t
+    _end_piece(balls, laws, i, t, 0.0, 0.0)
+    balls.state[i].vx, balls.state[i].vy = 0.0, 0.0  # in air, rounding is left
 
 
 @kernel
 def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
     """Move ball i to where its slip ends, at the time t [s]; it rolls from there.
 
-    The cloth has then taken 2/7 of the slip from the velocity, whatever the friction. The mean of
-    the two velocities gives the displacement without cancellation.
+    The cloth has then taken 2/7 of the slip from the velocity, whatever the friction.
     """
-    if in_air(balls.powers, laws):
-        advance(balls, i, t)
-        balls.state[i].phase = st.ROLLING
-        return
-    s = t - balls.state[i].epoch
     ux, uy = slip(balls, i)
-    vx, vy = balls.state[i].vx - ux / 3.5, balls.state[i].vy - uy / 3.5
-    balls.state[i].x += 0.5 * s * (balls.state[i].vx + vx)
-    balls.state[i].y += 0.5 * s * (balls.state[i].vy + vy)
-    balls.state[i].vx = vx
-    balls.state[i].vy = vy
-    balls.state[i].phase = st.ROLLING
+    _end_piece(balls, laws, i, t, balls.state[i].vx - ux / 3.5, balls.state[i].vy - uy / 3.5)
+
+
+@kernel
+def _end_piece(balls: Balls, laws: Laws, i: int, t: float, vx: float, vy: float) -> None:
+    """Move ball i to the end of its piece, at the time t [s]; it rolls from there.
+
+    Without air, its velocity there is (vx, vy) [m/s]. The mean of the velocities at both ends then
+    gives the displacement; unlike the full polynomial, this form cancels no digits.
+    """
+    ball = balls.state[i]
+    if in_air(balls, laws):
+        advance(balls, i, t)
+        ball.phase = st.ROLLING
+        return
+    s = t - ball.epoch
+    ball.x += 0.5 * s * (ball.vx + vx)
+    ball.y += 0.5 * s * (ball.vy + vy)
+    ball.vx, ball.vy = vx, vy
+    ball.phase = st.ROLLING
     turn_about_vertical(balls, i, s)
-    balls.state[i].fastest = 0.0
-    balls.state[i].impacts = impacts_after(balls, i, s, t)
-    balls.state[i].epoch = t
+    ball.fastest = 0.0
+    ball.impacts = impacts_after(balls, i, s, t)
+    ball.epoch = t
 
 
 @kernel
@@ -144,63 +138,33 @@ def predict_motion(balls: Balls, i: int, laws: Laws) -> None:
     """
     balls.state[i].bz = 0.0
     straighten(balls, i)
-    if _moves_by_itself(balls.height, balls, i, laws):
+    if _moves_by_itself(balls, i, laws):
         return
     duration = _start_slide(balls, i, laws) if balls.state[i].phase == st.SLIDING else _NO_MOTION
     if duration == _NO_MOTION:
         duration = _start_roll(balls, i, laws)
     if duration != _NO_MOTION:
         predict_obstacles(balls, i, laws, duration, 0)
-        _trim(balls.powers, balls, i, laws)
+        if in_air(balls, laws):
+            trim_piece(balls, i)
 
 
 @kernel(inline=True)
-def _moves_by_itself(height: FloatArray | None, balls: Balls, i: int, laws: Laws) -> bool:
+def _moves_by_itself(balls: Balls, i: int, laws: Laws) -> bool:
     """Start a flight, or bounces too low to be followed; return False if the ball has neither."""
+    height = balls.height
     if height is None:
         return False
     if balls.state[i].phase == st.FLYING:
         fly(height, balls, i, laws)
-        _trim(balls.powers, balls, i, laws)
+        if in_air(balls, laws):
+            trim_piece(balls, i)
         return True
     if height[i, st.LASTS] > 0.0:
         bounce_on(balls, i)
         predict_obstacles(balls, i, laws, height[i, st.LASTS], 0)
         return True
     return False
-
-
-@kernel(inline=True)
-def _trim(powers: FloatArray | None, balls: Balls, i: int, laws: Laws) -> None:
-    """Remove powers of ball i's piece that have no effect until its own next event."""
-    if powers is not None:
-        if not in_air(powers, laws):
-            return
-        trim_piece(balls, i)
-
-
-@kernel(inline=True)
-def _rolls_in_air(powers: FloatArray | None, balls: Balls, i: int, laws: Laws) -> float:
-    """Start a piece of ball i's roll in air; return its duration [s], or _NO_MOTION without air."""
-    duration: float = _NO_MOTION
-    if powers is not None:
-        if not in_air(powers, laws):
-            return duration
-        duration = roll_piece(balls, i, laws)
-    return duration
-
-
-@kernel(inline=True)
-def _slides_in_air(
-    powers: FloatArray | None, balls: Balls, i: int, laws: Laws, ux: float, uy: float, size: float
-) -> float:
-    """Start a piece of ball i's slide in air; return its duration [s]; _NO_MOTION without air."""
-    duration: float = _NO_MOTION
-    if powers is not None:
-        if not in_air(powers, laws):
-            return duration
-        duration = slide_piece(balls, i, laws, ux, uy, size)
-    return duration
 
 
 @kernel
@@ -223,9 +187,8 @@ def _start_roll(balls: Balls, i: int, laws: Laws) -> float:
         return _NO_MOTION
     balls.state[i].phase = st.ROLLING
     balls.own_kind[i] = st.OWN_REST
-    slowed = _rolls_in_air(balls.powers, balls, i, laws)
-    if slowed != _NO_MOTION:
-        return slowed
+    if in_air(balls, laws):
+        return roll_piece(balls, i, laws)
     if deceleration == 0.0:
         return math.inf
     duration: float = speed_of(vx, vy) / deceleration
@@ -242,9 +205,8 @@ def _start_slide(balls: Balls, i: int, laws: Laws) -> float:
     terms += radius * (abs(balls.state[i].wx) + abs(balls.state[i].wy))
     if size <= SLIP_ROUNDING * terms:
         return _NO_MOTION
-    slowed = _slides_in_air(balls.powers, balls, i, laws, ux, uy, size)
-    if slowed != _NO_MOTION:
-        return slowed
+    if in_air(balls, laws):
+        return slide_piece(balls, i, laws, ux, uy, size)
     ax, ay = friction_against(ux, uy, balls.state[i].slide_slowing)
     balls.state[i].ax = ax
     balls.state[i].ay = ay

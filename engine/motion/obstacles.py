@@ -86,7 +86,7 @@ def nose_reach(balls: Balls, i: int, laws: Laws, k: int) -> float:
     """
     if laws.obstacles[k].law == st.TAKES_OUT:
         return 0.0
-    return _nose_reach(balls.height, laws, k, balls.state[i].radius)
+    return _nose_reach(balls, laws, k, balls.state[i].radius)
 
 
 @kernel(inline=True)
@@ -107,9 +107,9 @@ def above_nose(height: FloatArray, i: int, laws: Laws, k: int) -> float:
 
 
 @kernel(inline=True)
-def _nose_reach(height: FloatArray | None, laws: Laws, k: int, radius: float) -> float:
+def _nose_reach(balls: Balls, laws: Laws, k: int, radius: float) -> float:
     reach = radius
-    if height is not None and laws.airborne and not is_post(laws, k):
+    if balls.height is not None and laws.airborne and not is_post(laws, k):
         nose = laws.obstacles[k].height
         reach = math.sqrt(nose * (2.0 * radius - nose))
     return reach
@@ -172,7 +172,7 @@ def time_to_obstacle(
         if rate >= 0.0 and pull >= 0.0:
             return math.inf, True
         _, _, away = facing(laws, k, ball.x, ball.y)
-        gap = max(away - _nose_reach(balls.height, laws, k, ball.radius), 0.0)
+        gap = max(away - _nose_reach(balls, laws, k, ball.radius), 0.0)
         # Without pull the equation is linear; its root is the same number, without a square root.
         return (gap / -rate if pull == 0.0 else first_crossing(gap, rate, pull)), True
     return _time_to_any(balls, i, laws, k, duration, lasts)

@@ -37,7 +37,7 @@ def position_at(balls: Balls, i: int, t: float) -> tuple[float, float]:
     ball = balls.state[i]
     s = t - ball.epoch
     x, y = ball.x + displacement(ball.vx, ball.ax, s), ball.y + displacement(ball.vy, ball.ay, s)
-    return _with_tail(balls.powers, i, s, 0, x, y)
+    return _with_tail(balls, i, s, 0, x, y)
 
 
 @kernel(inline=True)
@@ -46,27 +46,24 @@ def velocity(balls: Balls, i: int, t: float) -> tuple[float, float]:
     ball = balls.state[i]
     s = t - ball.epoch
     vx, vy = speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
-    return _with_tail(balls.powers, i, s, 1, vx, vy)
+    return _with_tail(balls, i, s, 1, vx, vy)
 
 
 @kernel(inline=True)
 def acceleration(balls: Balls, i: int, t: float) -> tuple[float, float]:
     """Return the acceleration of ball i at the time t [s], x and y [m/s^2]."""
     ball = balls.state[i]
-    return _with_tail(balls.powers, i, t - ball.epoch, 2, ball.ax, ball.ay)
+    return _with_tail(balls, i, t - ball.epoch, 2, ball.ax, ball.ay)
 
 
 @kernel(inline=True)
 def _with_tail(
-    powers: FloatArray | None, i: int, s: float, order: int, x: float, y: float
+    balls: Balls, i: int, s: float, order: int, x: float, y: float
 ) -> tuple[float, float]:
     """Add the terms of a piece's powers beyond the second after s seconds to x and y."""
-    if powers is None:
+    if balls.powers is None or balls.powers[i, st.COUNT] == 0.0 or s == 0.0:
         return x, y
-    count = int(powers[i, st.COUNT])
-    if count == 0 or s == 0.0:
-        return x, y
-    further = _tails(powers[i, st.POWERS :], count, s)
+    further = _tails(balls.powers[i, st.POWERS :], int(balls.powers[i, st.COUNT]), s)
     return x + further[2 * order], y + further[2 * order + 1]
 
 
@@ -83,43 +80,28 @@ def bend(balls: Balls, i: int, duration: float) -> tuple[float, float]:
 
     The two values are for x and for y; they are 0 for a quadratic.
     """
-    return _bend(balls.powers, i, duration)
-
-
-@kernel(inline=True)
-def _bend(powers: FloatArray | None, i: int, duration: float) -> tuple[float, float]:
     # A piece of higher degree has an end; other pieces may have none.
-    if powers is None or powers[i, st.JERK_X] + powers[i, st.JERK_Y] == 0.0:
+    if balls.powers is None or jerk(balls, i) == 0.0:
         return 0.0, 0.0
     lasts = max(duration, 0.0)
-    return powers[i, st.JERK_X] * lasts, powers[i, st.JERK_Y] * lasts
+    return balls.powers[i, st.JERK_X] * lasts, balls.powers[i, st.JERK_Y] * lasts
 
 
 @kernel(inline=True)
 def jerk(balls: Balls, i: int) -> float:
     """Return the largest rate of change of ball i's acceleration until its piece ends [m/s^3]."""
-    return _jerk(balls.powers, i)
-
-
-@kernel(inline=True)
-def _jerk(powers: FloatArray | None, i: int) -> float:
-    if powers is None:
+    if balls.powers is None:
         return 0.0
-    x, y = powers[i, st.JERK_X], powers[i, st.JERK_Y]
+    x, y = balls.powers[i, st.JERK_X], balls.powers[i, st.JERK_Y]
     return math.sqrt(x * x + y * y)
 
 
 @kernel(inline=True)
 def jerk_along(balls: Balls, i: int, nx: float, ny: float) -> float:
     """Return the largest rate of change of ball i's acceleration along a unit vector [m/s^3]."""
-    return _jerk_along(balls.powers, i, nx, ny)
-
-
-@kernel(inline=True)
-def _jerk_along(powers: FloatArray | None, i: int, nx: float, ny: float) -> float:
-    if powers is None:
+    if balls.powers is None:
         return 0.0
-    most: float = abs(nx) * powers[i, st.JERK_X] + abs(ny) * powers[i, st.JERK_Y]
+    most: float = abs(nx) * balls.powers[i, st.JERK_X] + abs(ny) * balls.powers[i, st.JERK_Y]
     return most
 
 
@@ -129,20 +111,13 @@ def whole_jerk_along(balls: Balls, i: int, nx: float, ny: float, duration: float
 
     Powers along x and along y whose components along the vector cancel don't contribute.
     """
-    return _whole_jerk_along(balls.powers, i, nx, ny, duration)
-
-
-@kernel(inline=True)
-def _whole_jerk_along(
-    powers: FloatArray | None, i: int, nx: float, ny: float, lasts: float
-) -> float:
-    if powers is None:
+    if balls.powers is None:
         return 0.0
     size = 0.0
-    for power in range(int(powers[i, st.COUNT]) - 1, 0, -1):
+    for power in range(int(balls.powers[i, st.COUNT]) - 1, 0, -1):
         at = st.POWERS + PER_POWER * power
-        along = nx * powers[i, at + OF_X] + ny * powers[i, at + OF_Y]
-        size = size * lasts + abs(along) * float((power + 2) * (power + 1) * power)
+        along = nx * balls.powers[i, at + OF_X] + ny * balls.powers[i, at + OF_Y]
+        size = size * duration + abs(along) * float((power + 2) * (power + 1) * power)
     return size
 
 
@@ -181,14 +156,9 @@ def both_last(balls: Balls, i: int, j: int, t: float) -> float:
 @kernel(inline=True)
 def straighten(balls: Balls, i: int) -> None:
     """Make the piece of ball i a quadratic, at its start."""
-    _straighten(balls.powers, i)
-
-
-@kernel(inline=True)
-def _straighten(powers: FloatArray | None, i: int) -> None:
-    if powers is not None:
+    if balls.powers is not None:
         for column in range(st.POWERS):
-            powers[i, column] = 0.0
+            balls.powers[i, column] = 0.0
 
 
 @kernel(inline=True)
@@ -201,27 +171,14 @@ def meets_until(balls: Balls, i: int) -> float:
 @kernel(inline=True)
 def whole_motion(balls: Balls, i: int, t: float) -> tuple[float, float, float, float, float, float]:
     """Return position, velocity and acceleration of ball i at the time t [s], x and y each."""
-    return _whole_motion(balls.powers, balls, i, t)
-
-
-@kernel(inline=True)
-def _whole_motion(
-    powers: FloatArray | None, balls: Balls, i: int, t: float
-) -> tuple[float, float, float, float, float, float]:
-    if powers is None:
-        (x, y), (vx, vy), (ax, ay) = (
-            position_at(balls, i, t),
-            velocity(balls, i, t),
-            acceleration(balls, i, t),
-        )
-        return x, y, vx, vy, ax, ay
     ball = balls.state[i]
-    s, count = t - ball.epoch, int(powers[i, st.COUNT])
+    s = t - ball.epoch
     x, y = ball.x + displacement(ball.vx, ball.ax, s), ball.y + displacement(ball.vy, ball.ay, s)
     vx, vy = speed(ball.vx, ball.ax, s), speed(ball.vy, ball.ay, s)
-    if count == 0 or s == 0.0:
+    if balls.powers is None or balls.powers[i, st.COUNT] == 0.0 or s == 0.0:
         return x, y, vx, vy, ball.ax, ball.ay
-    fx, fy, fvx, fvy, fax, fay = _tails(powers[i, st.POWERS :], count, s)
+    count = int(balls.powers[i, st.COUNT])
+    fx, fy, fvx, fvy, fax, fay = _tails(balls.powers[i, st.POWERS :], count, s)
     return x + fx, y + fy, vx + fvx, vy + fvy, ball.ax + fax, ball.ay + fay
 
 
@@ -258,8 +215,12 @@ def advance(balls: Balls, i: int, t: float) -> None:
     if ball.phase == st.SLIDING:
         ball.wx += ball.bx * s
         ball.wy += ball.by * s
-        _turn_on(balls.powers, balls, i, s)
-    _rise_on(balls.height, balls.powers, i, s)
+        if balls.powers is not None:
+            wx, wy = _turns(balls.powers[i, st.POWERS :], int(balls.powers[i, st.COUNT]), s)
+            ball.wx += wx
+            ball.wy += wy
+    if balls.height is not None:
+        _rise_on(balls.height, balls, i, s)
     straighten(balls, i)
     turn_about_vertical(balls, i, s)
     ball.epoch = t
@@ -285,7 +246,7 @@ def slowed_spin(spin: float, slowed: float) -> float:
 def turn_about_vertical(balls: Balls, i: int, s: float) -> None:
     """Change ball i's vertical spin over s seconds, by the cloth and by a contact step."""
     spin = balls.state[i].wz
-    if spin != 0.0 and not _is_free(balls.height, balls, i):
+    if spin != 0.0 and not flies(balls, i):
         balls.state[i].wz = slowed_spin(spin, s * balls.state[i].spin_slowing)
     balls.state[i].wz += balls.state[i].bz * s
 
@@ -293,59 +254,42 @@ def turn_about_vertical(balls: Balls, i: int, s: float) -> None:
 @kernel(inline=True)
 def pair_reach(balls: Balls, i: int, j: int) -> float:
     """Return the distance in plan of two touching balls on the cloth [m]; see `motion.flight`."""
-    return _pair_reach(balls.height, balls, i, j)
-
-
-@kernel(inline=True)
-def _pair_reach(height: FloatArray | None, balls: Balls, i: int, j: int) -> float:
     reach: float = balls.state[i].radius + balls.state[j].radius
-    if height is not None:
-        above = height[i, st.BASE] - height[j, st.BASE]
+    if balls.height is not None:
+        above = balls.height[i, st.BASE] - balls.height[j, st.BASE]
         if above != 0.0:
             reach = math.sqrt(reach * reach - above * above)
     return reach
 
 
 @kernel(inline=True)
-def _is_free(height: FloatArray | None, balls: Balls, i: int) -> bool:
-    """Return whether no cloth slows ball i's spin."""
-    return False if height is None else bool(balls.state[i].phase == st.FLYING)
+def flies(balls: Balls, i: int) -> bool:
+    """Return whether ball i is in flight."""
+    return False if balls.height is None else bool(balls.state[i].phase == st.FLYING)
 
 
 @kernel(inline=True)
-def _rise_on(height: FloatArray | None, powers: FloatArray | None, i: int, s: float) -> None:
+def one_flies(balls: Balls, i: int, j: int) -> bool:
+    """Return whether one of two balls is in flight."""
+    return flies(balls, i) or flies(balls, j)
+
+
+@kernel(inline=True)
+def _rise_on(height: FloatArray, balls: Balls, i: int, s: float) -> None:
     """Let ball i rise or fall for s seconds; its remaining low bounces are cancelled."""
-    if height is not None:
-        up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
-        z, vz, _ = with_rises(powers, i, s, s * (up - 0.5 * fall * s), up - fall * s, -fall)
-        height[i, st.RISE] += z
-        height[i, st.UP_SPEED] = vz
-        height[i, st.LASTS] = 0.0
+    up, fall = height[i, st.UP_SPEED], height[i, st.FALL]
+    z, vz, _ = with_rises(balls, i, s, s * (up - 0.5 * fall * s), up - fall * s, -fall)
+    height[i, st.RISE] += z
+    height[i, st.UP_SPEED] = vz
+    height[i, st.LASTS] = 0.0
 
 
 @kernel(inline=True)
 def with_rises(
-    powers: FloatArray | None,
-    i: int,
-    s: float,
-    z: float,
-    vz: float,
-    az: float,
+    balls: Balls, i: int, s: float, z: float, vz: float, az: float
 ) -> tuple[float, float, float]:
     """Add the effect of air after s seconds to ball i's vertical motion: z, vz and az."""
-    if powers is None:
+    if balls.powers is None or balls.powers[i, st.COUNT] == 0.0:
         return z, vz, az
-    count = int(powers[i, st.COUNT])
-    if count == 0:
-        return z, vz, az
-    more, faster, pull = _rises(powers[i, st.POWERS :], count, s)
+    more, faster, pull = _rises(balls.powers[i, st.POWERS :], int(balls.powers[i, st.COUNT]), s)
     return z + more, vz + faster, az + pull
-
-
-@kernel(inline=True)
-def _turn_on(powers: FloatArray | None, balls: Balls, i: int, s: float) -> None:
-    """Add to wx and wy the terms of their powers beyond the first, after s seconds."""
-    if powers is not None:
-        wx, wy = _turns(powers[i, st.POWERS :], int(powers[i, st.COUNT]), s)
-        balls.state[i].wx += wx
-        balls.state[i].wy += wy

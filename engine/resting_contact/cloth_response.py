@@ -51,8 +51,8 @@ def accelerate(world: World, k: int, duration: float) -> None:
     # The velocity at mid-step, with the acceleration by the present forces.
     vx = balls.state[k].vx + 0.5 * duration * contacts.motion[k].new_ax
     vy = balls.state[k].vy + 0.5 * duration * contacts.motion[k].new_ay
-    fx, fy = slowed_by_air(balls.powers, laws, vx, vy, fx, fy)
-    limit = rolling_deceleration(balls.powers, laws, balls.state[k].roll_slowing, vx, vy)
+    fx, fy = slowed_by_air(balls, laws, vx, vy, fx, fy)
+    limit = rolling_deceleration(balls, laws, balls.state[k].roll_slowing, vx, vy)
     if not laws.slides:
         _roll(world, k, duration, fx, fy, limit)
         return

@@ -67,7 +67,7 @@ def _is_member(contacts: Contacts, k: int, members: int) -> bool:
 def _touch(balls: Balls, i: int, j: int, t: float) -> bool:
     """Return whether balls i and j, on the cloth, touch at t [s] within the contact tolerance."""
     gone = st.GONE in (balls.state[i].phase, balls.state[j].phase)
-    if gone or meets_in_space(balls.height, balls, i, j):
+    if gone or meets_in_space(balls, i, j):
         return False
     rx, ry, _, _, _, _ = relative_motion(balls, i, j, t)
     gap = math.sqrt(rx * rx + ry * ry) - pair_reach(balls, i, j)

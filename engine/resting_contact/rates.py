@@ -87,9 +87,9 @@ def _slow_by_cloth(world: World, m: int) -> bool:
     vx, vy = stage[m].vx, stage[m].vy
     if slides:
         stage[m].bx, stage[m].by = 2.5 * ay / radius, -2.5 * ax / radius
-        ax, ay = slowed_by_air(balls.powers, laws, vx, vy, ax, ay)
+        ax, ay = slowed_by_air(balls, laws, vx, vy, ax, ay)
     else:
-        ax, ay = slowed_while_rolling(balls.powers, laws, vx, vy, ax, ay)
+        ax, ay = slowed_while_rolling(balls, laws, vx, vy, ax, ay)
     stage[m].ax, stage[m].ay = ax, ay
     return True
 

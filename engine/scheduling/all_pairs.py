@@ -62,14 +62,8 @@ def _track(world: World, i: int) -> None:
     pairs.track[at + st.TRACK_EPOCH] = balls.state[i].epoch
     pairs.track[at + st.TRACK_RADIUS] = balls.state[i].radius
     pairs.track[at + st.TRACK_OWN_TIME] = meets_until(balls, i)
-    _track_bend(balls.powers, world, i, at)
-
-
-@kernel(inline=True)
-def _track_bend(powers: FloatArray | None, world: World, i: int, at: int) -> None:
-    """Copy the jerk of ball i to `pairs.track`, if the run has motions with jerk."""
-    if powers is not None:
-        world.pairs.track[at + st.TRACK_JERK] = jerk(world.balls, i)
+    if balls.powers is not None:
+        pairs.track[at + st.TRACK_JERK] = jerk(balls, i)
 
 
 @kernel(inline=True)
@@ -77,7 +71,7 @@ def _update_ball(world: World, i: int, t: float) -> None:
     """Recompute all bounds of ball i in its row, and delete them from the other rows."""
     balls, pairs, contacts = world.balls, world.pairs, world.contacts
     n = len(balls.own_kind)
-    _bound_row(balls.powers, balls.height, world, i, t)
+    _bound_row(world, i, t)
     pairs.bound[i * n + i] = math.inf
     if contacts.island[i] != st.FREE:
         row = contacts.first_held[i]
@@ -95,13 +89,11 @@ def _update_ball(world: World, i: int, t: float) -> None:
 
 
 @kernel(inline=True)
-def _bound_row(
-    powers: FloatArray | None, height: FloatArray | None, world: World, i: int, t: float
-) -> None:
+def _bound_row(world: World, i: int, t: float) -> None:
     """Put in row i the earliest times after t [s] at which ball i can touch each other ball."""
     balls = world.balls
     n = len(balls.own_kind)
-    if height is not None and may_meet_in_space(height, balls):
+    if balls.height is not None and may_meet_in_space(balls):
         _bound_each(world, i, t)
         return
     radius, own_time = balls.state[i].radius, meets_until(balls, i)
@@ -112,7 +104,7 @@ def _bound_row(
         row = world.pairs.bound[i * n + block : i * n + min(block + st.TRACK_BALLS, n)]
         if world.laws.uniform:
             _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
-        elif powers is not None and in_air(balls.powers, world.laws):
+        elif balls.powers is not None and in_air(balls, world.laws):
             bent, left = jerk(balls, i), min(max(own_time - t, 0.0), FOR_EVER)
             _bent_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time, bent, left)
         else:

@@ -22,9 +22,14 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Cells, World
-from ghostball.engine.motion.flight import one_flies
 from ghostball.engine.motion.geometry import list_near
-from ghostball.engine.motion.position import jerk, meets_until, pair_reach, relative_motion
+from ghostball.engine.motion.position import (
+    jerk,
+    meets_until,
+    one_flies,
+    pair_reach,
+    relative_motion,
+)
 from ghostball.engine.scheduling.grid import cell_number, put_in_cell, step_on, time_in_cell
 from ghostball.engine.scheduling.priority_queue import enter_instant, first_due, least_of_others
 from ghostball.engine.scheduling.ties import is_listed, takes_precedence
@@ -151,7 +156,7 @@ def _meet_ball(world: World, i: int, j: int, t: float) -> None:
     """
     balls, cells = world.balls, world.cells
     start = max(balls.state[i].epoch, balls.state[j].epoch)
-    if jerk(balls, i) + jerk(balls, j) > 0.0 or one_flies(balls.height, balls, i, j):
+    if jerk(balls, i) + jerk(balls, j) > 0.0 or one_flies(balls, i, j):
         bound = first_bound(balls, world.laws, i, j, start)
         _enter_bound(world, i, j, bound, t)
         return

@@ -90,11 +90,7 @@ def _judge_one(world: World, i: int, j: int, t: float) -> Event:
     count = 1
     if verdict != NOT_YET:
         list_pair(balls, 0, i, j)
-        if (
-            verdict == IMPACT
-            and laws.simultaneous
-            and not meets_in_space(balls.height, balls, i, j)
-        ):
+        if verdict == IMPACT and laws.simultaneous and not meets_in_space(balls, i, j):
             tied = t + tie_rounding(balls, i, j, t) / speed
             if until <= tied and more_due(world, 1, t, tied):
                 count = _join_ties(world, t, tied, 1)
@@ -140,7 +136,7 @@ def _judge_several(world: World, t: float) -> Event:
                 # Resting contacts are listed from the other end, apart from impacts.
                 lasting += 1
                 list_pair(balls, last - lasting, i, j)
-            elif laws.simultaneous and meets_in_space(balls.height, balls, i, j):
+            elif laws.simultaneous and meets_in_space(balls, i, j):
                 if speed > highest:
                     above, other, highest = i, j, speed
             elif laws.simultaneous or comes_before(balls, count, speed, fastest, i, j, t):
@@ -185,7 +181,7 @@ def _join_ties(world: World, t: float, until: float, listed: int) -> int:
                 j = int(balls.near[k])
                 if is_pair_listed(balls, 0, count, i, j):
                     continue
-                if meets_in_space(balls.height, balls, i, j):
+                if meets_in_space(balls, i, j):
                     continue
                 bound = bound_of(world, i, j, t)
                 if not t < bound <= until:

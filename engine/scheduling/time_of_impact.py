@@ -17,7 +17,6 @@ from ghostball.engine.motion.crossings import first_bent_crossing, first_crossin
 from ghostball.engine.motion.flight import (
     jerk_up,
     motion_in_space,
-    one_flies,
     one_is_loaded,
     soonest_crossing,
     time_to_impact,
@@ -35,6 +34,7 @@ from ghostball.engine.motion.position import (
     jerk,
     jerk_along,
     neither_bends,
+    one_flies,
     pair_reach,
     relative_jerk,
     relative_motion,
@@ -56,21 +56,13 @@ def first_bound(balls: Balls, laws: Laws, i: int, j: int, start: float) -> float
     If `start` is the last change of motion of either ball, the result is bit-identical to the bound
     in the rows of `scheduling.all_pairs`, which computes it without branches.
     """
-    if one_flies(balls.height, balls, i, j):
-        return start + time_to_bound_in_space(balls, i, j, start)
-    return start + _time_to_first_bound(balls.powers, balls, laws, i, j, start)
-
-
-@kernel(inline=True)
-def _time_to_first_bound(
-    powers: FloatArray | None, balls: Balls, laws: Laws, i: int, j: int, start: float
-) -> float:
-    if powers is not None and in_air(balls.powers, laws):
-        return _bent_bound(balls, i, j, start)
+    if balls.height is not None and one_flies(balls, i, j):
+        return start + _next_in_space(balls.height, balls, i, j, start)[0]
+    if in_air(balls, laws):
+        return start + _bent_bound(balls, i, j, start)
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, start)
     rate, pull = rx * vx + ry * vy, rx * ax + ry * ay
-    closed: float = time_to_bound(laws, rx, ry, vx, vy, rate, pull, pair_reach(balls, i, j))
-    return closed
+    return start + time_to_bound(laws, rx, ry, vx, vy, rate, pull, pair_reach(balls, i, j))
 
 
 @kernel
@@ -177,15 +169,16 @@ def touch(
 
     A gap of at most `tolerance` [m] counts as closed.
     """
-    if one_flies(balls.height, balls, i, j):
-        return touch_in_space(balls, i, j, t)
+    if balls.height is not None and one_flies(balls, i, j):
+        s, closing = _next_in_space(balls.height, balls, i, j, t)
+        return (NOT_YET if s > 0.0 else IMPACT), t + s, closing  # no resting contact in flight
     rx, ry, vx, vy, ax, ay = relative_motion(balls, i, j, t)
     reach = pair_reach(balls, i, j)
     distance = math.sqrt(rx * rx + ry * ry)
     gap = distance - reach
     rate = (rx * vx + ry * vy) / distance
     pull = (rx * ax + ry * ay) / distance
-    s = _time_to_gap(balls.powers, balls, i, j, t, gap, rate, pull)
+    s = _time_to_gap(balls, i, j, t, gap, rate, pull)
     progress = s > TIME_ROUNDING * t
     if gap > max(GAP_ROUNDING * reach, tolerance) and progress:
         return NOT_YET, t + s, 0.0
@@ -202,46 +195,39 @@ def touch(
         closing = _stopping(balls, i) + _stopping(balls, j) - opening
         height = capture_height(balls, i, j)
         bounce = (pulled or struck) and negligible_bounce(rate, closing, height)
-        if one_is_loaded(balls.height, i, j, t):
+        if one_is_loaded(balls, i, j, t):
             bounce = bounce or negligible_bounce(rate, laws.gravity, height)
         return (LASTING if bounce else IMPACT), t, -rate
     if rate > noise and progress:
         return NOT_YET, t + s, 0.0
     if pulled:
         return LASTING, t, 0.0
-    bend = _bend_meanwhile(balls.powers, balls, i, j, t)
+    bend = _bend_meanwhile(balls, i, j, t)
     s = _next_approach(distance * max(opening, 0.0), vx, vy, ax, ay, distance, bend)
     return (NOT_YET, t + s, 0.0) if s > TIME_ROUNDING * t else (LASTING, t, 0.0)
 
 
 @kernel(inline=True)
 def _time_to_gap(
-    powers: FloatArray | None,
-    balls: Balls,
-    i: int,
-    j: int,
-    t: float,
-    gap: float,
-    rate: float,
-    pull: float,
+    balls: Balls, i: int, j: int, t: float, gap: float, rate: float, pull: float
 ) -> float:
     """Return a lower bound on the duration from t [s] until a gap closes, with or without jerk."""
-    if powers is None or neither_bends(powers, i, j):
+    if balls.powers is None or neither_bends(balls.powers, i, j):
         straight: float = first_crossing(gap, rate, pull)
         return straight
     left = both_last(balls, i, j, t)
-    bent = _jerk_between(powers, balls, i, j, t, left)
+    bent = _jerk_between(balls.powers, balls, i, j, t, left)
     soonest: float = first_bent_crossing(gap, rate, pull, bent, left)
     return soonest
 
 
 @kernel(inline=True)
-def _bend_meanwhile(powers: FloatArray | None, balls: Balls, i: int, j: int, t: float) -> float:
+def _bend_meanwhile(balls: Balls, i: int, j: int, t: float) -> float:
     """Return a bound on the change of the relative acceleration until either piece ends [m/s^2]."""
-    if powers is None or neither_bends(powers, i, j):
+    if balls.powers is None or neither_bends(balls.powers, i, j):
         return 0.0
     left = both_last(balls, i, j, t)
-    change: float = _jerk_between(powers, balls, i, j, t, left) * left
+    change: float = _jerk_between(balls.powers, balls, i, j, t, left) * left
     return change
 
 
@@ -261,24 +247,6 @@ def _jerk_between(powers: FloatArray, balls: Balls, i: int, j: int, t: float, le
 
 
 @kernel
-def time_to_bound_in_space(balls: Balls, i: int, j: int, start: float) -> float:
-    """Return a lower bound [s] on the duration until a pair with a flying ball touches, or inf.
-
-    As in the plane, the bound uses the line of centres at time `start`.
-    """
-    return _time_to_bound_in_space(balls.height, balls, i, j, start)
-
-
-@kernel(inline=True)
-def _time_to_bound_in_space(
-    height: FloatArray | None, balls: Balls, i: int, j: int, start: float
-) -> float:
-    if height is None:
-        return math.inf
-    return _next_in_space(height, balls, i, j, start)[0]
-
-
-@kernel
 def _next_in_space(
     height: FloatArray, balls: Balls, i: int, j: int, t: float
 ) -> tuple[float, float]:
@@ -293,7 +261,11 @@ def _next_in_space(
     gap = distance - reach
     rate = (rx * vx + ry * vy + rz * vz) / distance
     pull = (rx * ax + ry * ay + rz * az) / distance
-    bent, left = _bend_in_space(balls.powers, balls, i, j, t, rx, ry, rz, distance)
+    # A bound on the rate of change of the acceleration along the line of centres [m/s^3], and the
+    # duration for which it holds: until either piece ends [s].
+    level = jerk_along(balls, i, rx, ry) + jerk_along(balls, j, rx, ry)
+    bent = (level + abs(rz) * (jerk_up(balls, i) + jerk_up(balls, j))) / distance
+    left = both_last(balls, i, j, t)
     s = soonest_crossing(gap, rate, pull, bent, left)
     if gap <= GAP_ROUNDING * reach or s <= TIME_ROUNDING * t:
         gravity = max(height[i, st.FALL], height[j, st.FALL])
@@ -302,45 +274,6 @@ def _next_in_space(
         s = time_to_impact(gravity, -gap, rate, pull, opening, 0.5 * reach, bent, left)
         s = max(s, 2.0 * TIME_ROUNDING * t) if s > 0.0 else 0.0
     return s, -rate
-
-
-@kernel(inline=True)
-def _bend_in_space(
-    powers: FloatArray | None,
-    balls: Balls,
-    i: int,
-    j: int,
-    t: float,
-    rx: float,
-    ry: float,
-    rz: float,
-    distance: float,
-) -> tuple[float, float]:
-    """Return a bound on the rate of change of the acceleration along the line of centres [m/s^3].
-
-    The second number is the duration for which it holds: until either piece ends [s].
-    """
-    if powers is None:
-        return 0.0, 0.0
-    level = jerk_along(balls, i, rx, ry) + jerk_along(balls, j, rx, ry)
-    bent = level + abs(rz) * (jerk_up(powers, i) + jerk_up(powers, j))
-    return bent / distance, both_last(balls, i, j, t)
-
-
-@kernel
-def touch_in_space(balls: Balls, i: int, j: int, t: float) -> tuple[int, float, float]:
-    """Check a pair with a flying ball as `touch` does; such a pair has no resting contact."""
-    return _touch_in_space(balls.height, balls, i, j, t)
-
-
-@kernel(inline=True)
-def _touch_in_space(
-    height: FloatArray | None, balls: Balls, i: int, j: int, t: float
-) -> tuple[int, float, float]:
-    if height is None:
-        return NOT_YET, math.inf, 0.0
-    s, speed = _next_in_space(height, balls, i, j, t)
-    return (NOT_YET if s > 0.0 else IMPACT), t + s, speed
 
 
 @kernel

@@ -12,7 +12,8 @@ from ghostball.engine.motion.air import (
     slowed_while_rolling,
 )
 
-AIR = object()  # only the difference from None matters
+AIR = SimpleNamespace(powers=object())  # balls; only the difference from None matters
+NO_AIR = SimpleNamespace(powers=None)
 
 
 def laws(air_drag=0.0, roll_quadratic=0.0, slides=True):
@@ -20,7 +21,7 @@ def laws(air_drag=0.0, roll_quadratic=0.0, slides=True):
 
 
 def test_only_deceleration_that_grows_with_the_speed_counts_as_air():
-    assert not in_air(None, laws(0.1, 0.1))
+    assert not in_air(NO_AIR, laws(0.1, 0.1))
     assert not in_air(AIR, laws())
     assert in_air(AIR, laws(0.1))
     assert in_air(AIR, laws(0.0, 0.1))
@@ -29,7 +30,7 @@ def test_only_deceleration_that_grows_with_the_speed_counts_as_air():
 def test_drag_is_against_the_velocity_and_grows_with_its_square():
     assert slowed_by_air(AIR, laws(0.5), 3.0, 4.0, 1.0, 2.0) == (1.0 - 7.5, 2.0 - 10.0)
     assert slowed_by_air(AIR, laws(), 3.0, 4.0, 1.0, 2.0) == (1.0, 2.0)
-    assert slowed_by_air(None, laws(0.5), 3.0, 4.0, 1.0, 2.0) == (1.0, 2.0)
+    assert slowed_by_air(NO_AIR, laws(0.5), 3.0, 4.0, 1.0, 2.0) == (1.0, 2.0)
 
 
 @pytest.mark.parametrize(("slides", "felt"), [(True, 5.0 / 7.0), (False, 1.0)])
@@ -42,4 +43,4 @@ def test_a_ball_that_rolls_feels_five_sevenths_of_the_air_where_the_cloth_turns_
 
 def test_rolling_friction_has_a_part_that_grows():
     assert rolling_deceleration(AIR, laws(0.0, 0.1), 0.05, 3.0, 4.0) == pytest.approx(2.55)
-    assert rolling_deceleration(None, laws(0.0, 0.1), 0.05, 3.0, 4.0) == 0.05
+    assert rolling_deceleration(NO_AIR, laws(0.0, 0.1), 0.05, 3.0, 4.0) == 0.05
