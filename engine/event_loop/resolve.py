@@ -178,7 +178,7 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> int:
     else:
         other = _corner_cushion(balls, laws, i, cushion, t)
     if other >= 0:
-        bounces, jams = _bounce_in_corner(balls, laws, i, cushion, other)
+        bounces, jams = bounce_in_corner(balls, i, cushion, other, laws)
         log.counters[st.JOINT_IMPACTS] += 1
         log.counters[st.AT_ONCE] += bounces // _BOUNCES_AN_EVENT
     log.counters[st.BALL_CUSHION] += bounces
@@ -196,17 +196,6 @@ def _resolve_cushion(world: World, i: int, cushion: int, t: float) -> int:
             balls.touching[row, st.SECOND] = -1 - wall
         return 2
     return 0
-
-
-@kernel
-def _bounce_in_corner(
-    balls: Balls, laws: Laws, i: int, cushion: int, other: int
-) -> tuple[int, bool]:
-    """Call `bounce_in_corner`; `at_once` is True if ball i approaches both cushions."""
-    ball = balls.state[i]
-    nx, ny, _ = facing(laws, other, ball.x, ball.y)
-    at_once = nx * ball.vx + ny * ball.vy < 0.0
-    return bounce_in_corner(balls, i, cushion, other, laws, at_once)
 
 
 @kernel(inline=True)

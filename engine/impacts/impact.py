@@ -22,7 +22,7 @@ from ghostball.engine.impacts.laws.dispatch import (
     is_ball_law_integrated,
     is_integrated,
 )
-from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
+from ghostball.engine.impacts.laws.interface import BallImpact, BallInFrame
 from ghostball.engine.motion.geometry import rounding_of, speed_of
 from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import facing
@@ -82,7 +82,7 @@ def collide_balls(balls: Balls, i: int, j: int, laws: Laws) -> None:
     keep_spin(balls, j)
     balls.counters[st.WORK] += _WORK_OF_INTEGRATION if is_ball_law_integrated(laws) else 0
     nx, ny = contact_normal(balls, i, j)
-    impulse = ball_law(_to_contact_frame(balls, i, j, nx, ny), laws)
+    impulse = ball_law(BallImpact(_in_frame(balls, i, nx, ny), _in_frame(balls, j, nx, ny)), laws)
     longer = excess_length(nx, ny)
     _exchange(balls, i, j, nx, ny, impulse.normal - impulse.normal * longer)
     if impulse.along != 0.0 or impulse.up != 0.0:
@@ -185,39 +185,37 @@ def _exchange(balls: Balls, i: int, j: int, nx: float, ny: float, exchange: floa
 
 
 @kernel(inline=True)
-def _to_contact_frame(balls: Balls, i: int, j: int, nx: float, ny: float) -> BallImpact:
-    """Return both balls in the frame of their contact: n = (nx, ny), t = (-ny, nx), z."""
-    return BallImpact(
-        nx * balls.state[i].vx + ny * balls.state[i].vy,
-        nx * balls.state[i].vy - ny * balls.state[i].vx,
-        nx * balls.state[i].wx + ny * balls.state[i].wy,
-        nx * balls.state[i].wy - ny * balls.state[i].wx,
-        balls.state[i].wz,
-        balls.state[i].radius,
-        balls.state[i].mass,
-        balls.state[i].cloth_friction,
-        nx * balls.state[j].vx + ny * balls.state[j].vy,
-        nx * balls.state[j].vy - ny * balls.state[j].vx,
-        nx * balls.state[j].wx + ny * balls.state[j].wy,
-        nx * balls.state[j].wy - ny * balls.state[j].wx,
-        balls.state[j].wz,
-        balls.state[j].radius,
-        balls.state[j].mass,
-        balls.state[j].cloth_friction,
+def _in_frame(balls: Balls, k: int, nx: float, ny: float) -> BallInFrame:
+    """Return ball k in the frame of a contact: n = (nx, ny), t = (-ny, nx), z."""
+    ball = balls.state[k]
+    return BallInFrame(
+        nx * ball.vx + ny * ball.vy,
+        nx * ball.vy - ny * ball.vx,
+        nx * ball.wx + ny * ball.wy,
+        nx * ball.wy - ny * ball.wx,
+        ball.wz,
+        ball.radius,
+        ball.mass,
+        ball.cloth_friction,
     )
 
 
 @kernel
 def _rub_cloth(balls: Balls, k: int, nx: float, ny: float, along_n: float, along_t: float) -> None:
     """Apply the cloth's impulse at the lowest point of ball k, over its mass [m/s]."""
-    if along_n == 0.0 and along_t == 0.0:
-        return
-    cx, cy = along_n * nx - along_t * ny, along_n * ny + along_t * nx
-    turn = 2.5 / balls.state[k].radius
-    balls.state[k].vx += cx
-    balls.state[k].vy += cy
-    balls.state[k].wx += turn * cy
-    balls.state[k].wy -= turn * cx
+    if along_n != 0.0 or along_t != 0.0:
+        push_at_cloth(balls, k, along_n * nx - along_t * ny, along_n * ny + along_t * nx)
+
+
+@kernel(inline=True)
+def push_at_cloth(balls: Balls, k: int, cx: float, cy: float) -> None:
+    """Apply an impulse over the mass [m/s] to ball k at its lowest point."""
+    ball = balls.state[k]
+    turn = 2.5 / ball.radius
+    ball.vx += cx
+    ball.vy += cy
+    ball.wx += turn * cy
+    ball.wy -= turn * cx
 
 
 @kernel
@@ -235,22 +233,9 @@ def bounce(balls: Balls, i: int, cushion: int, laws: Laws) -> None:
         keep_spin(balls, i)
     integrated = is_integrated(laws, cushion)
     balls.counters[st.WORK] += _WORK_OF_INTEGRATION if integrated else _WORK_OF_BOUNCE
-    vx, vy = balls.state[i].vx, balls.state[i].vy
-    wx, wy = balls.state[i].wx, balls.state[i].wy
-    after = cushion_law(
-        CushionImpact(
-            abs(nx * vx + ny * vy),
-            nx * vy - ny * vx,
-            nx * wx + ny * wy,
-            nx * wy - ny * wx,
-            balls.state[i].wz,
-            balls.state[i].radius,
-            balls.state[i].mass,
-            balls.state[i].cloth_friction,
-        ),
-        laws,
-        cushion,
-    )
+    vn, vt, wn, wt, wz, radius, mass, cloth = _in_frame(balls, i, nx, ny)
+    impact = BallInFrame(abs(vn), vt, wn, wt, wz, radius, mass, cloth)
+    after = cushion_law(impact, laws, cushion)
     vn = after.vn
     terms = abs(vn) + abs(after.vt)
     if laws.slides:
@@ -294,17 +279,19 @@ def _shortened_sum(a: float, b: float, longer: float) -> float:
 
 @kernel
 def bounce_in_corner(
-    balls: Balls, i: int, cushion: int, other: int, laws: Laws, at_once: bool
+    balls: Balls, i: int, cushion: int, other: int, laws: Laws
 ) -> tuple[int, bool]:
     """Bounce ball i off two cushions that it touches, off each in turn, until it leaves both.
 
     Return the number of bounces, and whether the ball jams in the corner. In a corner of 45 degrees
-    it bounces four times. If it reaches both cushions `at_once`, rounding would decide which is
-    first; so the ball gets the mean of the velocities after both orders, with the mean of their
-    energies. If both orders give the same velocity, as in a corner whose angle divides two right
-    angles, only the law removes energy. (An earlier version took the mean of two single bounces,
-    which stopped a ball there.) If not `at_once`, the bounce off `cushion` is the first.
+    it bounces four times. If it approaches both cushions, rounding would decide which is first; so
+    the ball gets the mean of the velocities after both orders, with the mean of their energies. If
+    both orders give the same velocity, as in a corner whose angle divides two right angles, only
+    the law removes energy. (An earlier version took the mean of two single bounces, which stopped a
+    ball there.) If it doesn't approach `other`, the bounce off `cushion` is the first.
     """
+    nx, ny, _ = facing(laws, other, balls.state[i].x, balls.state[i].y)
+    at_once = nx * balls.state[i].vx + ny * balls.state[i].vy < 0.0
     if laws.slides:
         keep_spin(balls, i)
     vx, vy = balls.state[i].vx, balls.state[i].vy

@@ -19,11 +19,12 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws, World
 from ghostball.engine.core.tolerances import EPS, GAP_ROUNDING, GAP_ULPS
 from ghostball.engine.impacts.impact import bounce, collide_balls, has_collapsed
+from ghostball.engine.impacts.laws.ball_frictional import STICKING
 from ghostball.engine.impacts.laws.compliant_contact import compliant_share
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.lying_still import bounces_on, capture_speed, hold, is_wedged, settle
-from ghostball.engine.impacts.on_table import STICKING, respond_by_table, set_free
+from ghostball.engine.impacts.on_table import respond_by_table, set_free
 from ghostball.engine.impacts.slow_impacts import part_from_nose, part_slowly
 from ghostball.engine.motion.geometry import reduced_mass
 from ghostball.engine.motion.obstacles import above_nose, facing

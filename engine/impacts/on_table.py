@@ -17,11 +17,10 @@ from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import LOWEST_BOUNCE, TIME_ROUNDING
+from ghostball.engine.impacts.impact import push_at_cloth
+from ghostball.engine.impacts.laws.ball_frictional import STICKING
 from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.position import impacts_after, slowed_spin
-
-STICKING = 2.0 / 7.0
-"""Impulse over the mass that ends a slip of 1 m/s, for a solid sphere."""
 
 
 @kernel
@@ -66,19 +65,8 @@ def _bounce_on_table(height: FloatArray, balls: Balls, i: int, laws: Laws) -> No
     slip = math.sqrt(ux * ux + uy * uy)
     most = ball.cloth_friction * (1.0 + laws.table_restitution) * down
     part = min(most / slip, STICKING) if slip > 0.0 else 0.0
-    _rub(balls, i, -part * ux, -part * uy)
+    push_at_cloth(balls, i, -part * ux, -part * uy)
     height[i, st.UP_SPEED] = laws.table_restitution * down
-
-
-@kernel(inline=True)
-def _rub(balls: Balls, i: int, cx: float, cy: float) -> None:
-    """Apply an impulse over the mass [m/s] to ball i at its lowest point."""
-    ball = balls.state[i]
-    turn = 2.5 / ball.radius
-    ball.vx += cx
-    ball.vy += cy
-    ball.wx += turn * cy
-    ball.wy -= turn * cx
 
 
 @kernel
@@ -121,7 +109,7 @@ def _find_end_of_bounces(
     turn = 2.5 * taken / ball.radius
     height[i, st.END_VX], height[i, st.END_VY] = ball.vx - taken * ux, ball.vy - taken * uy
     height[i, st.END_WX], height[i, st.END_WY] = ball.wx - turn * uy, ball.wy + turn * ux
-    _rub(balls, i, -displacement / lasts * ux, -displacement / lasts * uy)
+    push_at_cloth(balls, i, -displacement / lasts * ux, -displacement / lasts * uy)
     if laws.air_drag > 0.0:
         most = friction * (1.0 + e) * up / (1.0 - e)
         _slow_bounces(height, balls, i, laws, up, rolls, most - rubbed)

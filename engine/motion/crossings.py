@@ -46,12 +46,14 @@ def first_bent_crossing(
     """
     bend = jerk / 3.0
     soonest: float = first_crossing(gap, rate, acceleration - bend * left)
+    if jerk == 0.0:
+        return soonest
     horizon = left
     while soonest < 0.25 * horizon and bend * horizon * soonest > -rate:
         horizon = math.sqrt(soonest * horizon)
         root = first_crossing(gap, rate, acceleration - bend * horizon)
         soonest = max(min(root, horizon), soonest)
-    if rate >= 0.0 and acceleration > 0.0 and bend > 0.0:
+    if rate >= 0.0 and acceleration > 0.0:
         # The gap opens, and can only close after the jerk has used up this acceleration. If the gap
         # is 0, no shorter time is a bound. One sixteenth of it is left for rounding.
         root = first_crossing(gap, rate, 0.0625 * acceleration)

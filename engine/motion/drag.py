@@ -108,7 +108,7 @@ def roll_piece(balls: Balls, i: int, laws: Laws) -> float:
     dx, dy = ball.vx / speed, ball.vy / speed
     drag = laws.roll_quadratic + felt_drag(laws) * laws.air_drag
     duration = _go_straight(powers, series, balls, i, dx, dy, speed, ball.roll_slowing, drag)
-    stops = first_zero(series[_SPEED], duration)
+    stops = first_zero(balls.counters, series[_SPEED], duration)
     balls.own_kind[i] = st.OWN_REST if stops <= duration else st.OWN_PIECE
     return min(stops, duration)
 
@@ -175,8 +175,8 @@ def _slide_straight(
     slip[0], slip[1] = size, p[1] - 2.5 * friction
     for n in range(2, STRAIGHT_DEGREE + 1):
         slip[n] = p[n]
-    ends = first_zero(slip, duration)
-    turns = first_zero(p, duration) if with_slip else math.inf
+    ends = first_zero(balls.counters, slip, duration)
+    turns = first_zero(balls.counters, p, duration) if with_slip else math.inf
     if ends <= min(turns, duration):
         balls.own_kind[i] = st.OWN_ROLL
         return ends

@@ -33,7 +33,7 @@ from ghostball.engine.core.tolerances import (
     LOWEST_BOUNCE,
     TIME_ROUNDING,
 )
-from ghostball.engine.motion.crossings import first_bent_crossing, first_crossing
+from ghostball.engine.motion.crossings import first_bent_crossing
 from ghostball.engine.motion.flight_in_air import flight_piece, time_to_pass
 from ghostball.engine.motion.frame import flies_inside
 from ghostball.engine.motion.geometry import speed_of
@@ -288,7 +288,7 @@ def _time_to_nose(
         opening = pull + across * across / distance + ex * turning(laws, k, x, y) * along * along
         if rate >= 0.0 and pull >= bent * left:
             return math.inf, True
-        step = soonest_crossing(gap, rate, pull, bent, left)
+        step = first_bent_crossing(gap, rate, pull, bent, left)
         rounding = GAP_ROUNDING * ball.radius + GAP_ULPS * EPS * (abs(x) + abs(y) + abs(z))
         if gap <= rounding or not step > TIME_ROUNDING * t:
             overlap = ball.radius - distance
@@ -302,19 +302,6 @@ def _time_to_nose(
         if not s < duration:
             return math.inf, True
     return s, False
-
-
-@kernel(inline=True)
-def soonest_crossing(gap: float, rate: float, pull: float, bent: float, left: float) -> float:
-    """Return a lower bound on the time until a gap closes [s].
-
-    Its acceleration changes by up to `bent` a second for `left` seconds; see
-    `first_bent_crossing`.
-    """
-    step: float = first_crossing(gap, rate, pull)
-    if bent > 0.0:
-        step = first_bent_crossing(gap, rate, pull, bent, left)
-    return step
 
 
 @kernel(inline=True)
@@ -347,7 +334,7 @@ def time_to_impact(
     if bounces and rate < 0.0:
         return 0.0
     sinks = max(sink - max(overlap, 0.0), 0.25 * sink)
-    return soonest_crossing(0.0 if bounces else sinks, rate, pull, bent, left)
+    return first_bent_crossing(0.0 if bounces else sinks, rate, pull, bent, left)
 
 
 @kernel

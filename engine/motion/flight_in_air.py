@@ -23,7 +23,7 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws
-from ghostball.engine.core.tolerances import EPS, TIME_ROUNDING
+from ghostball.engine.core.tolerances import TIME_ROUNDING
 from ghostball.engine.motion.geometry import speed_of
 from ghostball.engine.motion.series import (
     DEGREE,
@@ -33,6 +33,7 @@ from ghostball.engine.motion.series import (
     STRAIGHT_DEGREE,
     WORK_OF_SERIES,
     extend_speed,
+    falls_to_zero,
     first_zero,
     note_bend,
     put_power,
@@ -94,7 +95,7 @@ def flight_piece(height: FloatArray, balls: Balls, i: int, laws: Laws) -> float:
         slowed = -drag * up * up
         duration = straight_series(row[_UP], up, gravity, drag)
         if up > 0.0:
-            duration = min(duration, first_zero(row[_UP], duration))
+            duration = min(duration, first_zero(balls.counters, row[_UP], duration))
         for n in range(1, degree + 1):
             row[_ALONG, n] = 0.0
     else:
@@ -177,47 +178,12 @@ def _time_to_land(
         row[_ROOT, 0], row[_ROOT, 1] = rise, up
         for n in range(1, degree + 1):
             row[_ROOT, n + 1] = row[_UP, n] * OVER[n + 1]
-        return _falls_to_zero(balls, row[_ROOT], degree + 1, duration, free)
+        return falls_to_zero(balls.counters, row[_ROOT], degree + 1, duration, free)
     if up <= 0.0:
         return 0.0
     for n in range(degree + 1):
         row[_ROOT, n] = row[_UP, n] * OVER[n + 1]
-    return _falls_to_zero(balls, row[_ROOT], degree, duration, free)
-
-
-@kernel
-def _falls_to_zero(balls: Balls, c: FloatArray, degree: int, longest: float, guess: float) -> float:
-    """Return the time at which a polynomial, positive at first, reaches 0 within `longest`, or inf.
-
-    Contract: the polynomial reaches 0 at most once. Uses Newton's method from a guess, and
-    bisection where a step would leave the interval that contains the root.
-    """
-    value = 0.0
-    for n in range(degree, -1, -1):
-        value = value * longest + c[n]
-    if value > 0.0:
-        return math.inf
-    least, most = 0.0, longest
-    s = guess if guess < longest else longest
-    for _ in range(128):
-        balls.counters[st.WORK] += 1
-        value, slope = 0.0, 0.0
-        for n in range(degree, -1, -1):
-            slope = slope * s + value
-            value = value * s + c[n]
-        if value > 0.0:
-            least = s
-        else:
-            most = s
-        later = s - value / slope if slope < 0.0 else least
-        if not least < later < most:
-            if value == 0.0 or abs(later - s) <= 2.0 * EPS * s:
-                return s
-            later = 0.5 * (least + most)
-        if abs(later - s) <= 2.0 * EPS * s:
-            return later
-        s = later
-    return s
+    return falls_to_zero(balls.counters, row[_ROOT], degree, duration, free)
 
 
 @kernel(inline=True)
@@ -265,4 +231,4 @@ def time_to_pass(balls: Balls, i: int, away: float, rate: float, duration: float
         row[_ROOT, n + 1] = part * (row[_ALONG, n] * OVER[n + 1])
     if away == 0.0:
         return 0.0
-    return _falls_to_zero(balls, row[_ROOT], degree + 1, duration, away / -rate)
+    return falls_to_zero(balls.counters, row[_ROOT], degree + 1, duration, away / -rate)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.core.state import FloatArray
+from ghostball.engine.core.state import FloatArray, IntArray
 from ghostball.engine.core.tolerances import EPS
 from ghostball.model.trajectory.polynomial import OF_WX, OF_WY, OF_X, OF_Y, OF_Z, PER_POWER
 
@@ -71,29 +71,45 @@ def straight_series(p: FloatArray, speed: float, a: float, b: float) -> float:
 
 
 @kernel
-def first_zero(p: FloatArray, duration: float) -> float:
-    """Return the time at which a falling speed p reaches 0 within a duration [s], or inf.
-
-    Uses Newton's method. If p falls ever more slowly, no step goes too far; if p falls ever faster,
-    only the first step does, and the next ones come back. No step goes beyond the duration.
-    """
+def first_zero(counters: IntArray, p: FloatArray, duration: float) -> float:
+    """Return the time at which a falling speed p reaches 0 within a duration [s], or inf."""
     if not p[1] < 0.0:
         return math.inf
-    s: float = min(-p[0] / p[1], duration)
-    for _ in range(64):
+    return falls_to_zero(counters, p, STRAIGHT_DEGREE, duration, -p[0] / p[1])
+
+
+@kernel
+def falls_to_zero(
+    counters: IntArray, c: FloatArray, degree: int, longest: float, guess: float
+) -> float:
+    """Return the time at which a polynomial, positive at first, reaches 0 within `longest`, or inf.
+
+    Contract: the polynomial reaches 0 at most once. Uses Newton's method from a guess, and
+    bisection where a step would leave the interval that contains the root.
+    """
+    value = 0.0
+    for n in range(degree, -1, -1):
+        value = value * longest + c[n]
+    if value > 0.0:
+        return math.inf
+    least, most = 0.0, longest
+    s = guess if guess < longest else longest
+    for _ in range(128):
+        counters[st.WORK] += 1
         value, slope = 0.0, 0.0
-        for n in range(STRAIGHT_DEGREE, -1, -1):
+        for n in range(degree, -1, -1):
             slope = slope * s + value
-            value = value * s + p[n]
-        if not slope < 0.0:
-            return math.inf
-        step = -value / slope
-        later: float = s + step
-        if not later <= duration:
-            if s == duration:
-                return math.inf
-            later = duration
-        elif abs(step) <= 2.0 * EPS * later:
+            value = value * s + c[n]
+        if value > 0.0:
+            least = s
+        else:
+            most = s
+        later = s - value / slope if slope < 0.0 else least
+        if not least < later < most:
+            if value == 0.0 or abs(later - s) <= 2.0 * EPS * s:
+                return s
+            later = 0.5 * (least + most)
+        if abs(later - s) <= 2.0 * EPS * s:
             return later
         s = later
     return s

@@ -24,6 +24,7 @@ from ghostball.engine.motion.geometry import (
     stop_distance,
 )
 from ghostball.engine.motion.next_piece import friction_against, slip
+from ghostball.engine.motion.position import slowed_spin
 
 _LEFT_OPEN = 0.125
 """Gap that forces may leave, relative to its tolerance."""
@@ -120,6 +121,14 @@ def _resist(x: float, y: float, limit: float, gain: float) -> tuple[float, float
     if size <= gain * limit:
         return -x / gain, -y / gain
     return friction_against(x, y, limit)
+
+
+@kernel(inline=True)
+def spin_after(world: World, k: int, duration: float) -> float:
+    """Return member k's spin about the vertical after a step, by contacts and cloth [rad/s]."""
+    ball = world.balls.state[k]
+    gain = 2.5 * world.contacts.motion[k].twist_z / (ball.mass * ball.radius)
+    return slowed_spin(ball.wz + duration * gain, duration * ball.spin_slowing)
 
 
 @kernel

@@ -14,8 +14,7 @@ from ghostball.engine.core.tolerances import EPS
 from ghostball.engine.impacts.laws.dispatch import nose_sine
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.motion.geometry import friction_limit, reduced_mass
-from ghostball.engine.motion.position import slowed_spin
-from ghostball.engine.resting_contact.cloth_response import accelerate, permitted_gap
+from ghostball.engine.resting_contact.cloth_response import accelerate, permitted_gap, spin_after
 from ghostball.engine.resting_contact.gaps import balls_of
 
 _LITTLE = 2.0**-20
@@ -214,9 +213,7 @@ def _surface(
     along = nx * vy - ny * vx
     along += radius * (cosine * balls.state[k].wz - sine * (nx * wx + ny * wy))
     up = -radius * (nx * wy - ny * wx) - sine * (nx * vx + ny * vy)
-    spin, slowed = balls.state[k].wz, duration * balls.state[k].spin_slowing
-    gain = 2.5 * contacts.motion[k].twist_z / (balls.state[k].mass * radius)
-    twist = radius * (slowed_spin(spin + duration * gain, slowed) - spin) / duration
+    twist = radius * (spin_after(world, k, duration) - balls.state[k].wz) / duration
     ax, ay = contacts.motion[k].new_ax, contacts.motion[k].new_ay
     bx, by = contacts.motion[k].new_bx, contacts.motion[k].new_by
     change_along = nx * ay - ny * ax + cosine * twist - radius * sine * (nx * bx + ny * by)

@@ -43,7 +43,12 @@ from ghostball.engine.motion.next_piece import (
 )
 from ghostball.engine.motion.position import advance, slowed_spin, straighten
 from ghostball.engine.resting_contact.capture import stop_approach, wedge_pushes
-from ghostball.engine.resting_contact.cloth_response import end_slip, keep_still, stopping
+from ghostball.engine.resting_contact.cloth_response import (
+    end_slip,
+    keep_still,
+    spin_after,
+    stopping,
+)
 from ghostball.engine.resting_contact.continuation import (
     FIRST_STEP,
     continue_island,
@@ -208,7 +213,8 @@ def _start_step(world: World, i: int, listed: int, t: float) -> None:
                 keep_spin(balls, k)
             balls.state[k].bx = contacts.motion[k].new_bx
             balls.state[k].by = contacts.motion[k].new_by
-            _twist(world, k, duration)
+            alone = slowed_spin(balls.state[k].wz, duration * balls.state[k].spin_slowing)
+            balls.state[k].bz = (spin_after(world, k, duration) - alone) / duration
         if not stopping(balls, k):
             balls.state[k].moved = 1.0
         balls.own_kind[k] = st.OWN_REST if _comes_to_rest(balls, k, duration) else st.OWN_CONTACT
@@ -309,19 +315,6 @@ def _any_force(contacts: Contacts, count: int) -> bool:
         if contacts.forces[c].force > 0.0:
             return True
     return False
-
-
-@kernel
-def _twist(world: World, k: int, duration: float) -> None:
-    """Set member k's acceleration about the vertical, by its contacts and by the cloth."""
-    balls = world.balls
-    spin = balls.state[k].wz
-    slowed = duration * balls.state[k].spin_slowing
-    gain = 2.5 * world.contacts.motion[k].twist_z / (balls.state[k].mass * balls.state[k].radius)
-    if gain == 0.0:
-        return
-    end = slowed_spin(spin + duration * gain, slowed)
-    balls.state[k].bz = (end - slowed_spin(spin, slowed)) / duration
 
 
 @kernel

@@ -17,6 +17,7 @@ is the contact time itself.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
@@ -35,6 +36,19 @@ from ghostball.engine.motion.position import (
 )
 from ghostball.engine.scheduling.ties import takes_precedence
 from ghostball.engine.scheduling.time_of_impact import first_bound, time_to_bent_bound
+
+
+class _Moving(NamedTuple):
+    """Motion of a ball at a time, and what else the bounds of its pairs need."""
+
+    x: float  # [m]
+    y: float
+    vx: float  # [m/s]
+    vy: float
+    ax: float  # [m/s^2]
+    ay: float
+    radius: float  # [m]
+    own_time: float  # time until which it may hit other balls [s]
 
 
 @kernel(inline=True)
@@ -96,19 +110,20 @@ def _bound_row(world: World, i: int, t: float) -> None:
     if balls.height is not None and may_meet_in_space(balls):
         _bound_each(world, i, t)
         return
-    radius, own_time = balls.state[i].radius, meets_until(balls, i)
     (x, y), (vx, vy) = position_at(balls, i, t), velocity(balls, i, t)
-    ax, ay = balls.state[i].ax, balls.state[i].ay
+    own_time = meets_until(balls, i)
+    ball = balls.state[i]
+    one = _Moving(x, y, vx, vy, ball.ax, ball.ay, ball.radius, own_time)
     for block in range(0, n, st.TRACK_BALLS):
         track = world.pairs.track[block * st.TRACKS : (block + st.TRACK_BALLS) * st.TRACKS]
         row = world.pairs.bound[i * n + block : i * n + min(block + st.TRACK_BALLS, n)]
         if world.laws.uniform:
-            _meet_block(track, row, t, x, y, vx, vy, radius, own_time)
+            _meet_block(track, row, t, one)
         elif balls.powers is not None and in_air(balls, world.laws):
             bent, left = jerk(balls, i), min(max(own_time - t, 0.0), FOR_EVER)
-            _bent_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time, bent, left)
+            _bent_block(track, row, t, one, bent, left)
         else:
-            _bound_block(track, row, t, x, y, vx, vy, ax, ay, radius, own_time)
+            _bound_block(track, row, t, one)
 
 
 @kernel
@@ -124,22 +139,10 @@ def _bound_each(world: World, i: int, t: float) -> None:
 
 
 @kernel
-def _bound_block(
-    track: FloatArray,
-    bounds: FloatArray,
-    t: float,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    ax: float,
-    ay: float,
-    radius: float,
-    own_time: float,
-) -> None:
+def _bound_block(track: FloatArray, bounds: FloatArray, t: float, one: _Moving) -> None:
     """Put in `bounds` the earliest times at which a ball can touch each ball of a block of `track`.
 
-    The arguments are the motion of the ball at time t [s]. A time is inf if the two can't touch;
+    `one` is the ball at time t [s]. A time is inf if the two can't touch;
     the entry for the ball itself is meaningless. The code repeats `relative_motion` and
     `first_crossing` without branches, so that the compiler can vectorise it. The results are
     bit-identical.
@@ -148,35 +151,23 @@ def _bound_block(
         s = t - track[st.TRACK_EPOCH + j]
         ax_j, ay_j = track[st.TRACK_AX + j], track[st.TRACK_AY + j]
         vx_j, vy_j = track[st.TRACK_VX + j], track[st.TRACK_VY + j]
-        rx = track[st.TRACK_X + j] + displacement(vx_j, ax_j, s) - x
-        ry = track[st.TRACK_Y + j] + displacement(vy_j, ay_j, s) - y
-        ux, uy = speed(vx_j, ax_j, s) - vx, speed(vy_j, ay_j, s) - vy
+        rx = track[st.TRACK_X + j] + displacement(vx_j, ax_j, s) - one.x
+        ry = track[st.TRACK_Y + j] + displacement(vy_j, ay_j, s) - one.y
+        ux, uy = speed(vx_j, ax_j, s) - one.vx, speed(vy_j, ay_j, s) - one.vy
         distance = math.sqrt(rx * rx + ry * ry)
         # All three are multiplied by the distance, which saves divisions.
-        gap = distance * (distance - (radius + track[st.TRACK_RADIUS + j]))
+        gap = distance * (distance - (one.radius + track[st.TRACK_RADIUS + j]))
         rate = rx * ux + ry * uy
-        pull = rx * (ax_j - ax) + ry * (ay_j - ay)
+        pull = rx * (ax_j - one.ax) + ry * (ay_j - one.ay)
         bound = t + first_crossing(gap, rate, pull)
         own_time_j = track[st.TRACK_OWN_TIME + j]
-        until = own_time_j if own_time_j < own_time else own_time
+        until = own_time_j if own_time_j < one.own_time else one.own_time
         bounds[j] = bound if bound <= until else math.inf
 
 
 @kernel
 def _bent_block(
-    track: FloatArray,
-    bounds: FloatArray,
-    t: float,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    ax: float,
-    ay: float,
-    radius: float,
-    own_time: float,
-    bent: float,
-    left: float,
+    track: FloatArray, bounds: FloatArray, t: float, one: _Moving, bent: float, left: float
 ) -> None:
     """Do the same as `_bound_block` for motions with jerk; the given ball's piece starts at t."""
     for j in range(len(bounds)):
@@ -188,35 +179,25 @@ def _bent_block(
         left_j = left_j if left_j > 0.0 else 0.0
         bent_j = track[st.TRACK_JERK + j]
         bound = t + time_to_bent_bound(
-            track[st.TRACK_X + j] + displacement(vx_j, ax_j, s) - x,
-            track[st.TRACK_Y + j] + displacement(vy_j, ay_j, s) - y,
-            speed(vx_j, ax_j, s) - vx,
-            speed(vy_j, ay_j, s) - vy,
-            ax_j - ax,
-            ay_j - ay,
-            radius + track[st.TRACK_RADIUS + j],
+            track[st.TRACK_X + j] + displacement(vx_j, ax_j, s) - one.x,
+            track[st.TRACK_Y + j] + displacement(vy_j, ay_j, s) - one.y,
+            speed(vx_j, ax_j, s) - one.vx,
+            speed(vy_j, ay_j, s) - one.vy,
+            ax_j - one.ax,
+            ay_j - one.ay,
+            one.radius + track[st.TRACK_RADIUS + j],
             bent_j * s,
             bent_j * s * s,
             bent_j * s * s * s,
             bent + bent_j,
             left_j if left_j < left else left,
         )
-        until = own_time_j if own_time_j < own_time else own_time
+        until = own_time_j if own_time_j < one.own_time else one.own_time
         bounds[j] = bound if bound <= until else math.inf
 
 
 @kernel
-def _meet_block(
-    track: FloatArray,
-    bounds: FloatArray,
-    t: float,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    radius: float,
-    own_time: float,
-) -> None:
+def _meet_block(track: FloatArray, bounds: FloatArray, t: float, one: _Moving) -> None:
     """Put in `bounds` when a ball touches each ball of a block of `track`, if nothing slows balls.
 
     Like `_bound_block`. The squared distance of two centres in uniform motion is a quadratic in
@@ -224,17 +205,17 @@ def _meet_block(
     """
     for j in range(len(bounds)):
         s = t - track[st.TRACK_EPOCH + j]
-        rx = track[st.TRACK_X + j] + s * track[st.TRACK_VX + j] - x
-        ry = track[st.TRACK_Y + j] + s * track[st.TRACK_VY + j] - y
+        rx = track[st.TRACK_X + j] + s * track[st.TRACK_VX + j] - one.x
+        ry = track[st.TRACK_Y + j] + s * track[st.TRACK_VY + j] - one.y
         bound = t + first_meeting(
             rx,
             ry,
-            track[st.TRACK_VX + j] - vx,
-            track[st.TRACK_VY + j] - vy,
-            radius + track[st.TRACK_RADIUS + j],
+            track[st.TRACK_VX + j] - one.vx,
+            track[st.TRACK_VY + j] - one.vy,
+            one.radius + track[st.TRACK_RADIUS + j],
         )
         own_time_j = track[st.TRACK_OWN_TIME + j]
-        until = own_time_j if own_time_j < own_time else own_time
+        until = own_time_j if own_time_j < one.own_time else one.own_time
         bounds[j] = bound if bound <= until else math.inf
 
 

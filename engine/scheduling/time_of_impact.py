@@ -18,7 +18,6 @@ from ghostball.engine.motion.flight import (
     jerk_up,
     motion_in_space,
     one_is_loaded,
-    soonest_crossing,
     time_to_impact,
 )
 from ghostball.engine.motion.geometry import (
@@ -266,7 +265,7 @@ def _next_in_space(
     level = jerk_along(balls, i, rx, ry) + jerk_along(balls, j, rx, ry)
     bent = (level + abs(rz) * (jerk_up(balls, i) + jerk_up(balls, j))) / distance
     left = both_last(balls, i, j, t)
-    s = soonest_crossing(gap, rate, pull, bent, left)
+    s = first_bent_crossing(gap, rate, pull, bent, left)
     if gap <= GAP_ROUNDING * reach or s <= TIME_ROUNDING * t:
         gravity = max(height[i, st.FALL], height[j, st.FALL])
         across = max(vx * vx + vy * vy + vz * vz - rate * rate, 0.0)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from shots import R, ball, scene_of
 
 from ghostball.engine.core.state import Laws
-from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
+from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse, BallInFrame
 from ghostball.engine.running.from_scene import laws_of
 
 EPS = 2.0**-52
@@ -36,7 +36,9 @@ def impact_of(
     ball_b: Sequence[float] = POOL_BALL,
 ) -> BallImpact:
     """Return the impact of motions (vn, vt, wn, wt, wz) and balls (radius, mass, cloth)."""
-    return BallImpact(*map(float, (*a, *ball_a, *b, *ball_b)))
+    return BallImpact(
+        BallInFrame(*map(float, (*a, *ball_a))), BallInFrame(*map(float, (*b, *ball_b)))
+    )
 
 
 def shot(cut: float, speed: float, roll: float = 0.0, side: float = 0.0, radius: float = R):
@@ -64,29 +66,29 @@ class BallVelocities(NamedTuple):
 
 def after(i: BallImpact, p: BallImpulse) -> tuple[BallVelocities, BallVelocities]:
     """Return both motions after the impulses at the contact and at the lowest points."""
-    to_a = i.b_mass / (i.a_mass + i.b_mass)
-    to_b = i.a_mass / (i.a_mass + i.b_mass)
-    turn_a, turn_b = 2.5 / i.a_radius, 2.5 / i.b_radius
+    to_a = i.b.mass / (i.a.mass + i.b.mass)
+    to_b = i.a.mass / (i.a.mass + i.b.mass)
+    turn_a, turn_b = 2.5 / i.a.radius, 2.5 / i.b.radius
     a = BallVelocities(
-        i.a_vn - to_a * p.normal + p.a_cloth_n,
-        i.a_vt - to_a * p.along + p.a_cloth_t,
-        i.a_wn + turn_a * p.a_cloth_t,
-        i.a_wt + turn_a * (to_a * p.up - p.a_cloth_n),
-        i.a_wz - turn_a * to_a * p.along,
+        i.a.vn - to_a * p.normal + p.a_cloth_n,
+        i.a.vt - to_a * p.along + p.a_cloth_t,
+        i.a.wn + turn_a * p.a_cloth_t,
+        i.a.wt + turn_a * (to_a * p.up - p.a_cloth_n),
+        i.a.wz - turn_a * to_a * p.along,
     )
     b = BallVelocities(
-        i.b_vn + to_b * p.normal + p.b_cloth_n,
-        i.b_vt + to_b * p.along + p.b_cloth_t,
-        i.b_wn + turn_b * p.b_cloth_t,
-        i.b_wt + turn_b * (to_b * p.up - p.b_cloth_n),
-        i.b_wz - turn_b * to_b * p.along,
+        i.b.vn + to_b * p.normal + p.b_cloth_n,
+        i.b.vt + to_b * p.along + p.b_cloth_t,
+        i.b.wn + turn_b * p.b_cloth_t,
+        i.b.wt + turn_b * (to_b * p.up - p.b_cloth_n),
+        i.b.wz - turn_b * to_b * p.along,
     )
     return a, b
 
 
 def energy(i: BallImpact, a: Sequence[float], b: Sequence[float]) -> float:
     total = 0.0
-    for radius, mass, motion in ((i.a_radius, i.a_mass, a), (i.b_radius, i.b_mass, b)):
+    for radius, mass, motion in ((i.a.radius, i.a.mass, a), (i.b.radius, i.b.mass, b)):
         vn, vt, wn, wt, wz = motion
         turning = 0.4 * radius * radius * (wn * wn + wt * wt + wz * wz)
         total += 0.5 * mass * (vn * vn + vt * vt + turning)
@@ -94,19 +96,27 @@ def energy(i: BallImpact, a: Sequence[float], b: Sequence[float]) -> float:
 
 
 def gained(i: BallImpact, p: BallImpulse) -> float:
-    return energy(i, *after(i, p)) - energy(i, i[:5], i[8:13])
+    return energy(i, *after(i, p)) - energy(i, i.a[:5], i.b[:5])
+
+
+def _with_speeds_exchanged(i: BallImpact) -> BallImpact:
+    return BallImpact(i.a._replace(vn=i.b.vn), i.b._replace(vn=i.a.vn))
 
 
 def mirrored(i: BallImpact) -> BallImpact:
     """Return the mirror image in the plane of n and z: t changes sign, and so do wn and wz."""
     signs = (1, -1, -1, 1, -1, 1, 1, 1)
-    return BallImpact(*(sign * x for sign, x in zip(2 * signs, i, strict=True)))
+    return BallImpact(*(_signed(ball, signs) for ball in i))
 
 
 def exchanged(i: BallImpact) -> BallImpact:
     """Return the impact with a and b exchanged: the frame rotates by 180 degrees about z."""
     signs = (-1, -1, -1, -1, 1, 1, 1, 1)
-    return BallImpact(*(sign * x for sign, x in zip(2 * signs, i[8:] + i[:8], strict=True)))
+    return BallImpact(_signed(i.b, signs), _signed(i.a, signs))
+
+
+def _signed(ball: BallInFrame, signs: Sequence[int]) -> BallInFrame:
+    return BallInFrame(*(sign * x for sign, x in zip(signs, ball, strict=True)))
 
 
 signed = st.floats(-3.0, 3.0, allow_subnormal=False)  # 5e-324 m/s can't be shared by two balls
@@ -121,9 +131,9 @@ balls = st.one_of(
 )
 impacts = (
     st.builds(impact_of, motions, motions, balls, balls)
-    .map(lambda i: i if i.a_vn >= i.b_vn else exchanged(i))
-    .map(lambda i: i if i.a_vn >= i.b_vn else i._replace(a_vn=i.b_vn, b_vn=i.a_vn))
-    .filter(lambda i: i.a_vn > i.b_vn)
+    .map(lambda i: i if i.a.vn >= i.b.vn else exchanged(i))
+    .map(lambda i: i if i.a.vn >= i.b.vn else _with_speeds_exchanged(i))
+    .filter(lambda i: i.a.vn > i.b.vn)
 )
 restitutions = st.sampled_from([0.0, 1e-3, 0.5, 0.95, 1.0])
 frictions = st.sampled_from([0.0, 1e-6, 0.03, 0.06, 0.5, 1.0, "alciatore"])

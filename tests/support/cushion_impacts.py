@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
+from ghostball.engine.impacts.laws.interface import BallInFrame, Cushion, CushionBounce
 
 R = 0.02625
 """Radius of a snooker ball [m], as in Mathavan's papers."""
@@ -20,11 +20,11 @@ def impact_of(
     *,
     radius: float = R,
     cloth: float = 0.212,
-) -> CushionImpact:
-    return CushionImpact(vn, vt, wn, wt, wz, radius, 0.1406, cloth)
+) -> BallInFrame:
+    return BallInFrame(vn, vt, wn, wt, wz, radius, 0.1406, cloth)
 
 
-def rolling(vn: float, vt: float, side: float = 0.0, **fields: float) -> CushionImpact:
+def rolling(vn: float, vt: float, side: float = 0.0, **fields: float) -> BallInFrame:
     """Return the impact of a rolling ball; `side`: side spin R wz over the approach speed."""
     return impact_of(vn, vt, -vt / R, vn / R, side * vn / R, **fields)
 
@@ -40,18 +40,18 @@ def cushion_of(
     return Cushion(e, tangential, friction, height, ratio)
 
 
-def energy(ball: CushionImpact | CushionBounce, radius: float = R) -> float:
+def energy(ball: BallInFrame | CushionBounce, radius: float = R) -> float:
     """Return the energy divided by the mass, with I = 2/5 m R^2."""
     turning = ball.wn**2 + ball.wt**2 + ball.wz**2
     return 0.5 * (ball.vn**2 + ball.vt**2) + 0.2 * radius**2 * turning
 
 
-def outcome(ball: CushionImpact | CushionBounce, radius: float = R) -> list[float]:
+def outcome(ball: BallInFrame | CushionBounce, radius: float = R) -> list[float]:
     """Return the velocity and R times the angular velocity [m/s]."""
     return [ball.vn, ball.vt, radius * ball.wn, radius * ball.wt, radius * ball.wz]
 
 
-def reflected(impact: CushionImpact) -> CushionImpact:
+def reflected(impact: BallInFrame) -> BallInFrame:
     """Return the mirror image along the cushion; an angular velocity is an axial vector."""
     return impact._replace(vt=-impact.vt, wn=-impact.wn, wz=-impact.wz)
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Laws
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
+from ghostball.engine.motion.geometry import speed_of
 
 STICKING = 2.0 / 7.0
 """Impulse, over the reduced mass, that ends a slip of 1.
@@ -36,9 +35,9 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
 
     Contract: no allocation. Without friction the tangential components are 0.
     """
-    normal = (1.0 + laws.ball_restitution) * (impact.a_vn - impact.b_vn)
+    normal = (1.0 + laws.ball_restitution) * (impact.a.vn - impact.b.vn)
     slip_along, slip_up = contact_slip(impact)
-    slip = length(slip_along, slip_up)
+    slip = speed_of(slip_along, slip_up)
     if slip == 0.0:
         return BallImpulse(normal, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     part = min(friction_coefficient(laws, slip) * normal / slip, STICKING)
@@ -48,18 +47,8 @@ def frictional(impact: BallImpact, laws: Laws) -> BallImpulse:
 @kernel
 def contact_slip(impact: BallImpact) -> tuple[float, float]:
     """Return the slip of a's surface over b's at the contact, along t and up [m/s]."""
-    along = (impact.a_vt - impact.b_vt) + (
-        impact.a_radius * impact.a_wz + impact.b_radius * impact.b_wz
+    along = (impact.a.vt - impact.b.vt) + (
+        impact.a.radius * impact.a.wz + impact.b.radius * impact.b.wz
     )
-    up = -(impact.a_radius * impact.a_wt + impact.b_radius * impact.b_wt)
+    up = -(impact.a.radius * impact.a.wt + impact.b.radius * impact.b.wt)
     return along, up
-
-
-@kernel
-def length(x: float, y: float) -> float:
-    """Return sqrt(x^2 + y^2) without overflow or underflow of the squares."""
-    longest = max(abs(x), abs(y))
-    if longest == 0.0:
-        return 0.0
-    shortest = min(abs(x), abs(y)) / longest
-    return longest * math.sqrt(1.0 + shortest * shortest)

@@ -14,11 +14,12 @@ from __future__ import annotations
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Laws
-from ghostball.engine.impacts.laws.ball_frictional import contact_slip, frictional, length
+from ghostball.engine.impacts.laws.ball_frictional import contact_slip, frictional
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.laws.impulse_integrator import integrate
-from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse
+from ghostball.engine.impacts.laws.interface import BallImpact, BallImpulse, BallInFrame
 from ghostball.engine.impacts.laws.two_contacts import Model, Slips
+from ghostball.engine.motion.geometry import speed_of
 
 NEGLIGIBLE = 2.0**-56
 """Approach speed relative to all speeds, or friction, below which rounding hides the cloth."""
@@ -62,15 +63,19 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
     number of steps. The results are bit-identical if the balls are exchanged and the frame is
     turned by half a turn, and in the mirror image.
     """
-    approach = impact.a_vn - impact.b_vn
+    approach = impact.a.vn - impact.b.vn
     slip_along, slip_up = contact_slip(impact)
-    slip = length(slip_along, slip_up)
+    slip = speed_of(slip_along, slip_up)
     friction = friction_coefficient(laws, slip)
-    speeds = slip + abs(impact.a_vn) + abs(impact.b_vn)
+    speeds = slip + abs(impact.a.vn) + abs(impact.b.vn)
     if not friction > NEGLIGIBLE or slip_up == 0.0 or not approach > NEGLIGIBLE * speeds:
         return frictional(impact, laws)
     b_on_table = slip_up < 0.0
-    done = _press_b(impact if b_on_table else _turned(impact), friction, laws.ball_restitution)
+    done = _press_b(
+        impact if b_on_table else BallImpact(_turned(impact.b), _turned(impact.a)),
+        friction,
+        laws.ball_restitution,
+    )
     if b_on_table:
         return done
     return BallImpulse(
@@ -79,25 +84,10 @@ def mathavan2014(impact: BallImpact, laws: Laws) -> BallImpulse:
 
 
 @kernel
-def _turned(impact: BallImpact) -> BallImpact:
-    """Exchange the balls and turn the frame by half a turn about the vertical."""
-    return BallImpact(
-        -impact.b_vn,
-        -impact.b_vt,
-        -impact.b_wn,
-        -impact.b_wt,
-        impact.b_wz,
-        impact.b_radius,
-        impact.b_mass,
-        impact.b_cloth,
-        -impact.a_vn,
-        -impact.a_vt,
-        -impact.a_wn,
-        -impact.a_wt,
-        impact.a_wz,
-        impact.a_radius,
-        impact.a_mass,
-        impact.a_cloth,
+def _turned(ball: BallInFrame) -> BallInFrame:
+    """Return the ball in a frame that is turned by half a turn about the vertical."""
+    return BallInFrame(
+        -ball.vn, -ball.vt, -ball.wn, -ball.wt, ball.wz, ball.radius, ball.mass, ball.cloth
     )
 
 
@@ -108,22 +98,23 @@ def _press_b(impact: BallImpact, friction: float, restitution: float) -> BallImp
     "Across" is vertical: the slip of a's surface over b's, positive down. The cloth moves only b
     along its plane, and only a moves up.
     """
-    approach = impact.a_vn - impact.b_vn
+    approach = impact.a.vn - impact.b.vn
     slip_along, slip_up = contact_slip(impact)
     # The part of b in a change of the relative velocity: the reduced mass over b's mass.
-    share = impact.a_mass / (impact.a_mass + impact.b_mass)
-    turning_n, turning_t = impact.b_radius * impact.b_wn, impact.b_radius * impact.b_wt
-    own = abs(impact.b_vn) + abs(impact.b_vt) + abs(turning_n) + abs(turning_t)
+    share = impact.a.mass / (impact.a.mass + impact.b.mass)
+    turning_n, turning_t = impact.b.radius * impact.b.wn, impact.b.radius * impact.b.wt
+    own = abs(impact.b.vn) + abs(impact.b.vt) + abs(turning_n) + abs(turning_t)
     start = Slips(
         -slip_up / approach,
         slip_along / approach,
-        (impact.b_vn - turning_t) / approach,
-        (impact.b_vt + turning_n) / approach,
+        (impact.b.vn - turning_t) / approach,
+        (impact.b.vt + turning_n) / approach,
+        0.0,
         0.0,
     )
     model = Model(
         friction=friction,
-        cloth_friction=impact.b_cloth * share,
+        cloth_friction=impact.b.cloth * share,
         load=0.0,
         load_across=-1.0,
         restitution=restitution,

@@ -1,9 +1,11 @@
-"""The cushion laws "han2005" and "frictional": restitution and Coulomb friction at the nose.
+"""The cushion laws "han2005", "stronge2000" and "frictional": restitution and friction at the nose.
 
-In Han's law the contact is at the height of the nose; in "frictional" it is at mid-ball.
+In the first two laws the contact is at the height of the nose; in "frictional" it is at mid-ball.
+In "stronge2000" the contact yields along the slip.
 
 Han, I. (2005): Dynamics in carom and three cushion billiards. Journal of Mechanical Science and
 Technology 19(4), 976-984.
+Stronge, W. J. (2000): Impact Mechanics. Cambridge University Press, chapter 5.
 """
 
 from __future__ import annotations
@@ -12,21 +14,28 @@ import math
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.impacts.laws.compliant_contact import compliant_share
-from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
+from ghostball.engine.impacts.laws.interface import BallInFrame, Cushion, CushionBounce
 
 
 @kernel
-def han2005(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
-    """Return the bounce off a nose at its height, by Han's law.
+def han2005(impact: BallInFrame, cushion: Cushion) -> CushionBounce:
+    """Return the bounce off a nose at its height, by Han's law, or by Stronge's model.
 
     `impact`: the ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
     `cushion`: `restitution` in [0, 1], `friction` >= 0, and `height`, above the cloth and below the
-        top of the ball [m].
+        top of the ball [m]; `ratio` is 0 for Han's law. For Stronge's model of a contact that
+        yields, `ratio` in (1, 2) is the frequency of the spring along the slip over that of the
+        normal spring.
 
     Returns the ball after the impact [m/s, rad/s].
 
     Contract: no allocation; energy does not increase; vn <= 0 afterwards; mirrored along the
     cushion, the result is mirrored to the bit.
+
+    Stronge's model differs by the tangential impulse only: the rubber stores energy along the slip
+    as well, and returns it (`compliant_contact`). A stiff contact along the slip isn't the limit of
+    a large ratio: for a ratio of 2 or more, the contact may slip and stick several times, and the
+    formulas don't hold.
 
     Han's equations, with these corrections of printing errors: the normal impulse whose friction mu
     just ends the slip s is |s| / (mu A), with A = 7 / (2 m); the sign of c in equation 14; the
@@ -52,7 +61,7 @@ def han2005(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
 
 
 @kernel
-def frictional(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
+def frictional(impact: BallInFrame, cushion: Cushion) -> CushionBounce:
     """Return the bounce off a nose at the height of the ball's centre: `han2005` with angle 0.
 
     `impact`: the ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels.
@@ -66,7 +75,7 @@ def frictional(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
 
 
 @kernel
-def bounce_off_nose(impact: CushionImpact, cushion: Cushion, sine: float) -> CushionBounce:
+def bounce_off_nose(impact: BallInFrame, cushion: Cushion, sine: float) -> CushionBounce:
     """Return the bounce off a nose at an angle with this sine above n, seen from the centre.
 
     With `cushion.ratio` > 0 the contact yields along the slip, see `compliant_contact`.

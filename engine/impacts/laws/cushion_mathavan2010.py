@@ -10,7 +10,7 @@ import math
 
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.impacts.laws.impulse_integrator import integrate
-from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
+from ghostball.engine.impacts.laws.interface import BallInFrame, Cushion, CushionBounce
 from ghostball.engine.impacts.laws.two_contacts import Model, Slips
 
 # Below either approach speed the ball only bounces, because the effect of friction is rounded away.
@@ -19,7 +19,7 @@ _GRAZING = 1e-13  # relative to the sum of all speeds
 
 
 @kernel
-def mathavan2010(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
+def mathavan2010(impact: BallInFrame, cushion: Cushion) -> CushionBounce:
     """Return the bounce off a nose at its height, by Mathavan's law.
 
     `impact`: the ball when it touches the cushion [m/s, rad/s, m, kg]; the mass cancels. `cloth` is
@@ -70,6 +70,7 @@ def mathavan2010(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
         (impact.vt + radius * (impact.wz * cosine - impact.wn * sine)) / vn,
         1.0 - radius * impact.wt / vn,
         (impact.vt + radius * impact.wn) / vn,
+        0.0,
         0.0,
     )
     model = Model(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from ghostball.engine.core.kernel import kernel
-from ghostball.engine.impacts.laws.interface import Cushion, CushionBounce, CushionImpact
+from ghostball.engine.impacts.laws.interface import BallInFrame, Cushion, CushionBounce
 
 
 @kernel
-def restitution(impact: CushionImpact, cushion: Cushion) -> CushionBounce:
+def restitution(impact: BallInFrame, cushion: Cushion) -> CushionBounce:
     """Return the bounce vn -> -e vn, vt -> f vt; both factors 1: a mirror.
 
     `impact`: the ball when it touches the cushion [m/s, rad/s, m, kg].

@@ -12,14 +12,13 @@ from ghostball.engine.impacts.laws.ball_mathavan2014 import mathavan2014
 from ghostball.engine.impacts.laws.cushion_han2005 import frictional as frictional_cushion, han2005
 from ghostball.engine.impacts.laws.cushion_mathavan2010 import mathavan2010
 from ghostball.engine.impacts.laws.cushion_restitution import restitution
-from ghostball.engine.impacts.laws.cushion_stronge2000 import stronge2000
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.interface import (
     BallImpact,
     BallImpulse,
+    BallInFrame,
     Cushion,
     CushionBounce,
-    CushionImpact,
 )
 from ghostball.model.impact_laws import BALL_LAW_NAMES, CUSHION_LAW_NAMES, CUSHION_LAWS
 
@@ -42,7 +41,7 @@ def ball_law(impact: BallImpact, laws: Laws) -> BallImpulse:
 
 
 @kernel(inline=True)
-def cushion_law(impact: CushionImpact, laws: Laws, k: int) -> CushionBounce:
+def cushion_law(impact: BallInFrame, laws: Laws, k: int) -> CushionBounce:
     """Return the bounce off obstacle k by its law."""
     row = laws.obstacles[k]
     returned = restitution_at(impact.vn, row.restitution, row.loss)
@@ -50,10 +49,8 @@ def cushion_law(impact: CushionImpact, laws: Laws, k: int) -> CushionBounce:
     law = int(row.law)
     if law == _MATHAVAN2010:
         return mathavan2010(impact, cushion)
-    if law == _HAN2005:
+    if law in (_HAN2005, _STRONGE2000):
         return han2005(impact, cushion)
-    if law == _STRONGE2000:
-        return stronge2000(impact, cushion)
     if law == _FRICTIONAL_CUSHION:
         return frictional_cushion(impact, cushion)
     return restitution(impact, cushion)  # also "mirror", with both factors 1

@@ -146,8 +146,8 @@ def _stage(at: Slips, of: Slips, h: float, solver: _Solver, held: Held, model: M
     n, t = r.n - (lower.a * x + lower.b * y), r.t - (lower.c * x + lower.d * y)
     n, t = last.a * n + last.b * t, last.c * n + last.d * t
     x, y, n, t = _GAMMA * x, _GAMMA * y, _GAMMA * n, _GAMMA * t
-    work = _GAMMA * (r.work + h * speed_of(Slips(x, y, n, t, 0.0), model))
-    return Slips(x, y, n, t, work)
+    work = _GAMMA * (r.work + h * speed_of(Slips(x, y, n, t, 0.0, 0.0), model))
+    return Slips(x, y, n, t, _GAMMA * r.p, work)
 
 
 @kernel
@@ -159,7 +159,7 @@ def _step(change: Slips, h: float, held: Held, model: Model) -> tuple[Slips, flo
     turns faster the shorter it is, and a held slip is stiff, by 1 / `STILL`.
     """
     solver = _solver(change, _GAMMA * h, held, model)
-    none = Slips(0.0, 0.0, 0.0, 0.0, 0.0)
+    none = Slips(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     a = _stage(change, none, h, solver, held, model)
     at = plus(change, 1.544, a)
     b = _stage(at, plus(none, -5.6688, a), h, solver, held, model)
@@ -235,7 +235,7 @@ def _stiff_step(change: Slips, p: float, held: Held, allowed: float, model: Mode
     if not is_right:
         least = 0.5 * held.still / max(missed, 1e-3 * held.still)
         growth = max(0.1 * growth, min(growth, least))
-    return Step(end, p, growth, is_right)
+    return Step(end, growth, is_right)
 
 
 @kernel
@@ -258,7 +258,7 @@ def integrate(model: Model, speeds: float) -> Outcome:
     still, allowed = STILL + rounding, _STEP_ERROR + rounding
     start = begun(model.start, rounding, model)
     change = plus(start, -1.0, model.start)
-    p, speed, work, rounding = 0.0, 1.0, 0.0, 0.0
+    speed, work, rounding = 1.0, 0.0, 0.0
     rebound, drift = False, drift_of(model)
     held = held_of(change, still, model)
     rate = speed_rate_of(change, held, model)
@@ -270,28 +270,28 @@ def integrate(model: Model, speeds: float) -> Outcome:
         until = _reach(speed, rate, work, rebound)
         if step < _SMOOTH_STEPS and is_smooth(plus(model.start, 1.0, change), model):
             h = min(free, until)
-            end, dp, growth, is_right = smooth_step(change, h, allowed, model)
+            end, growth, is_right = smooth_step(change, h, allowed, model)
         else:
             h = min(free, until, _until_still(change, held, model))
-            end, dp, growth, is_right = _stiff_step(change, h, held, allowed, model)
+            end, growth, is_right = _stiff_step(change, h, held, allowed, model)
         if not is_right:
             free = h * growth
             continue
-        now = 1.0 + drift * (p + dp) + speed_of(end, model)
+        now = 1.0 + drift * end.p + speed_of(end, model)
         if rebound and now > _TURNED and speed >= -_TURNED:
-            return outcome_of(change, p, speed, model)
+            return outcome_of(change, speed, model)
         if (now > _TURNED) if rebound else (now < -_TURNED):
             free = h * (speed / (speed - now))
             continue
         held_then = held_of(end, still, model)
         then = speed_rate_of(end, held_then, model)
-        done = dp * (1.0 + drift * (p + 0.5 * dp)) + (end.work - change.work)
+        mean = 1.0 + 0.5 * drift * (change.p + end.p)
+        done = (end.p - change.p) * mean + (end.work - change.work)
         if rebound and work + done < -rounding:
             free = h * (work / -done)
             continue
         free = max(h * growth, free if h < free else 0.0)
-        change, p, speed, work, rate = end, p + dp, now, work + done, then
-        held = held_then
+        change, speed, work, rate, held = end, now, work + done, then, held_then
         if speed <= _TURNED and not rebound:
             rebound = True
             rounding = _WORK_ROUNDING * (1.0 + work)
@@ -301,12 +301,13 @@ def integrate(model: Model, speeds: float) -> Outcome:
             if work != 0.0:
                 left = _reach(speed, rate, work, rebound)
                 change = plus(change, left, rates_of(change, held, model))
-                p, speed = p + left, speed + left * rate
-            return outcome_of(change, p, speed, model)
+                speed += left * rate
+            return outcome_of(change, speed, model)
         driven_back = rebound and speed >= -_TURNED and rate >= 0.0
         if driven_back or (held.contact and held.cloth and rate > -_STANDS):
-            return outcome_of(change, p, speed, model)
-    return Outcome(math.nan, math.nan, Slips(math.nan, math.nan, math.nan, math.nan, math.nan))
+            return outcome_of(change, speed, model)
+    none = math.nan
+    return Outcome(none, none, Slips(none, none, none, none, none, none))
 
 
 @kernel

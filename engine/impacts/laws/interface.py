@@ -7,7 +7,7 @@ along all three axes. `impacts.impact` ensures that an upward impulse doesn't li
 cloth.
 
     ball law     (BallImpact, Laws) -> BallImpulse
-    cushion law  (CushionImpact, Cushion) -> CushionBounce
+    cushion law  (BallInFrame, Cushion) -> CushionBounce
 
 Contract of every law: no allocation, no raising; only + - * / and square roots; energy does not
 increase; the contact doesn't approach afterwards.
@@ -18,29 +18,31 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
+class BallInFrame(NamedTuple):
+    """A ball just before an impact, in the frame of the contact.
+
+    In an impact with a cushion, n points into the cushion, and the ball approaches: vn > 0.
+    """
+
+    vn: float  # velocity [m/s]
+    vt: float
+    wn: float  # angular velocity [rad/s]
+    wt: float
+    wz: float
+    radius: float  # [m]
+    mass: float  # [kg]
+    cloth: float  # coefficient of sliding friction between ball and cloth
+
+
 class BallImpact(NamedTuple):
     """Balls a and b that touch and approach; n points from a to b.
 
     The slip of a's surface over b's is va - vb + (ra wa + rb wb) x n:
-    along t: a_vt - b_vt + a_radius a_wz + b_radius b_wz; up: -(a_radius a_wt + b_radius b_wt).
+    along t: a.vt - b.vt + a.radius a.wz + b.radius b.wz; up: -(a.radius a.wt + b.radius b.wt).
     """
 
-    a_vn: float  # velocity [m/s]
-    a_vt: float
-    a_wn: float  # angular velocity [rad/s]
-    a_wt: float
-    a_wz: float
-    a_radius: float  # [m]
-    a_mass: float  # [kg]
-    a_cloth: float  # coefficient of sliding friction between ball and cloth
-    b_vn: float
-    b_vt: float
-    b_wn: float
-    b_wt: float
-    b_wz: float
-    b_radius: float
-    b_mass: float
-    b_cloth: float
+    a: BallInFrame
+    b: BallInFrame
 
 
 class BallImpulse(NamedTuple):
@@ -59,19 +61,6 @@ class BallImpulse(NamedTuple):
     a_cloth_t: float
     b_cloth_n: float
     b_cloth_t: float
-
-
-class CushionImpact(NamedTuple):
-    """A ball that touches a cushion and approaches it (vn > 0); n points into the cushion."""
-
-    vn: float  # velocity [m/s]
-    vt: float
-    wn: float  # angular velocity [rad/s]
-    wt: float
-    wz: float
-    radius: float  # [m]
-    mass: float  # [kg]
-    cloth: float  # coefficient of sliding friction between ball and cloth
 
 
 class Cushion(NamedTuple):

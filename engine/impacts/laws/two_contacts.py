@@ -28,6 +28,7 @@ class Slips(NamedTuple):
     along: float
     n: float  # of the ball on the cloth
     t: float
+    p: float  # in a change: the impulse that has caused the change
     work: float  # in a change: the integral of `speed_of` over p
 
 
@@ -84,6 +85,7 @@ def plus(a: Slips, factor: float, b: Slips) -> Slips:
         a.along + factor * b.along,
         a.n + factor * b.n,
         a.t + factor * b.t,
+        a.p + factor * b.p,
         a.work + factor * b.work,
     )
 
@@ -119,7 +121,7 @@ def _friction(change: Slips, held: Held, model: Model) -> Slips:
     across, along = share * slips.across, share * slips.along
     load = max(model.load + model.load_across * across, 0.0)
     share = -model.cloth_friction * load * per_slip(slips.n, slips.t, held.cloth, held.still)
-    return Slips(across, along, share * slips.n, share * slips.t, 0.0)
+    return Slips(across, along, share * slips.n, share * slips.t, 0.0, 0.0)
 
 
 @kernel
@@ -131,18 +133,20 @@ def _changed(friction: Slips, model: Model) -> Slips:
         model.n_across * friction.across + TURNS * friction.n,
         model.t_along * friction.along + TURNS * friction.t,
         0.0,
+        0.0,
     )
 
 
 @kernel
 def rates_of(change: Slips, held: Held, model: Model) -> Slips:
-    """Return the effect of one unit of p on the slips, and on the work."""
+    """Return the effect of one unit of p on the slips, on p, and on the work."""
     rates = _changed(_friction(change, held, model), model)
     return Slips(
         rates.across + model.push_across,
         rates.along,
         rates.n + model.push_n,
         rates.t,
+        1.0,
         speed_of(change, model),
     )
 
@@ -160,7 +164,8 @@ def speed_of(change: Slips, model: Model) -> float:
 @kernel
 def drift_of(model: Model) -> float:
     """Return the effect of one unit of p on the approach speed if no slip changes."""
-    return model.speed - speed_of(Slips(model.push_across, 0.0, model.push_n, 0.0, 0.0), model)
+    pushed = Slips(model.push_across, 0.0, model.push_n, 0.0, 0.0, 0.0)
+    return model.speed - speed_of(pushed, model)
 
 
 @kernel
@@ -181,11 +186,12 @@ def _impulses(change: Slips, model: Model) -> Slips:
         over * (model.across * change.n - model.n_across * change.across),
         other * (TURNS * change.t - model.t_along * change.along),
         0.0,
+        0.0,
     )
 
 
 @kernel
-def outcome_of(change: Slips, p: float, speed: float, model: Model) -> Outcome:
+def outcome_of(change: Slips, speed: float, model: Model) -> Outcome:
     """Return the outcome of an impact; the direct effect of p on the slips isn't friction."""
-    pushed = Slips(model.push_across, 0.0, model.push_n, 0.0, 0.0)
-    return Outcome(speed, p, _impulses(plus(change, -p, pushed), model))
+    pushed = Slips(model.push_across, 0.0, model.push_n, 0.0, 0.0, 0.0)
+    return Outcome(speed, change.p, _impulses(plus(change, -change.p, pushed), model))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mpmath import atan, mpf, sqrt, tan, workdps
 
+from ghostball.engine.core import state as st
 from ghostball.engine.motion.series import (
     DEGREE,
     STRAIGHT_DEGREE,
@@ -14,6 +15,8 @@ from ghostball.engine.motion.series import (
     shorter,
     straight_series,
 )
+
+COUNTERS = np.zeros(st.COUNTERS, dtype=np.int64)
 
 
 def speed_at(speed, a, b, t):
@@ -42,8 +45,8 @@ def test_without_air_one_piece_holds_for_ever():
     p = np.zeros(STRAIGHT_DEGREE + 1)
     assert straight_series(p, 2.0, 0.5, 0.0) == math.inf
     assert p[:3].tolist() == [2.0, -0.5, 0.0]
-    assert first_zero(p, 10.0) == 4.0
-    assert first_zero(p, 3.0) == math.inf
+    assert first_zero(COUNTERS, p, 10.0) == 4.0
+    assert first_zero(COUNTERS, p, 3.0) == math.inf
 
 
 @pytest.mark.parametrize("b", [0.01, 1.0])
@@ -52,13 +55,13 @@ def test_the_speed_vanishes_at_the_time_of_the_closed_form(b):
     duration = straight_series(p, 0.01, 0.1, b)
     expected = stop_of(0.01, 0.1, b)
     assert expected < duration
-    assert first_zero(p, duration) == pytest.approx(expected, rel=1e-15)
+    assert first_zero(COUNTERS, p, duration) == pytest.approx(expected, rel=1e-15)
 
 
 def test_what_never_slows_never_stops():
     p = np.zeros(STRAIGHT_DEGREE + 1)
     p[0] = 1.0
-    assert first_zero(p, 10.0) == math.inf
+    assert first_zero(COUNTERS, p, 10.0) == math.inf
 
 
 def test_a_speed_has_the_powers_of_the_root_of_its_parts_squares():

@@ -11,7 +11,12 @@ import pytest
 from kernels import entry_to
 
 from ghostball.engine.core import state as st
-from ghostball.engine.scheduling.all_pairs import _bent_block, _bound_block, _meet_block
+from ghostball.engine.scheduling.all_pairs import (
+    _bent_block,
+    _bound_block,
+    _meet_block,
+    _Moving,
+)
 
 BLOCKS = 12_000
 T = 1.0
@@ -71,9 +76,7 @@ def test_no_bound_of_a_pair_is_missing(slowed):
     found = np.empty((BLOCKS, st.TRACK_BALLS))
     kernel = entry_to(_bound_block if slowed else _meet_block)
     for k in range(BLOCKS):
-        x, y, vx, vy, ax, ay = mine[k].tolist()
-        pull = (ax, ay) if slowed else ()
-        kernel(track[k].ravel(), found[k], T, x, y, vx, vy, *pull, 0.03, T + 2.0)
+        kernel(track[k].ravel(), found[k], T, _Moving(*mine[k].tolist(), 0.03, T + 2.0))
     assert np.count_nonzero(clear & np.isfinite(expected)) > 400_000
     assert np.array_equal(np.isfinite(found[clear]), np.isfinite(expected[clear]))
     due = clear & np.isfinite(expected)
@@ -90,9 +93,8 @@ def test_no_bound_of_a_pair_that_bends_is_late():
     found = np.empty((BLOCKS, st.TRACK_BALLS))
     kernel = entry_to(_bent_block)
     for k in range(BLOCKS):
-        x, y, vx, vy, ax, ay = mine[k].tolist()
-        here = (T, x, y, vx, vy, ax, ay, 0.03, T + 2.0)
-        kernel(track[k].ravel(), found[k], *here, float(jerk[k]), 2.0)
+        one = _Moving(*mine[k].tolist(), 0.03, T + 2.0)
+        kernel(track[k].ravel(), found[k], T, one, float(jerk[k]), 2.0)
     x, y, vx, vy, ax, ay, epoch, radius, own, bent = np.moveaxis(track, 1, 0)
     mx, my, mvx, mvy, max_, may = mine.T[:, :, np.newaxis]
     s = T - epoch

@@ -23,16 +23,14 @@ from kernels import entry_to
 from ghostball.engine.impacts.laws.cushion_han2005 import frictional, han2005
 from ghostball.engine.impacts.laws.cushion_mathavan2010 import mathavan2010
 from ghostball.engine.impacts.laws.cushion_restitution import restitution
-from ghostball.engine.impacts.laws.cushion_stronge2000 import stronge2000
 
 frictional, han2005, mathavan2010, restitution = map(
     entry_to, (frictional, han2005, mathavan2010, restitution)
 )
-_stronge2000 = entry_to(stronge2000)
 
 
 def stronge2000(impact, cushion, ratio=1.76):
-    return _stronge2000(impact, cushion._replace(ratio=ratio))
+    return han2005(impact, cushion._replace(ratio=ratio))
 
 
 ALL = (restitution, frictional, han2005, mathavan2010, stronge2000)

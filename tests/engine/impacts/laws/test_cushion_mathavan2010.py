@@ -16,7 +16,7 @@ from kernels import entry_to
 from scipy.integrate import solve_ivp
 
 from ghostball.engine.impacts.laws.cushion_mathavan2010 import mathavan2010
-from ghostball.engine.impacts.laws.interface import Cushion, CushionImpact
+from ghostball.engine.impacts.laws.interface import BallInFrame, Cushion
 
 mathavan2010 = entry_to(mathavan2010)
 
@@ -35,7 +35,7 @@ class Setting(NamedTuple):
     cloth: float
 
 
-def setting_of(impact: CushionImpact, cushion: Cushion) -> Setting:
+def setting_of(impact: BallInFrame, cushion: Cushion) -> Setting:
     sine = (cushion.height - impact.radius) / impact.radius
     return Setting(sine, math.sqrt(1 - sine**2), cushion.friction, impact.cloth)
 
@@ -70,7 +70,7 @@ def _direction(x: float, y: float, friction: float, step: float) -> tuple[float,
     return x / length, y / length, friction
 
 
-def followed(impact: CushionImpact, cushion: Cushion) -> list[float]:
+def followed(impact: BallInFrame, cushion: Cushion) -> list[float]:
     """Return the result of an adaptive method of order 8, for impacts in which no slip ends."""
     setting = setting_of(impact, cushion)
 
@@ -98,7 +98,7 @@ def followed(impact: CushionImpact, cushion: Cushion) -> list[float]:
     return _from_paper(until(lambda y: y[5] - left, y))
 
 
-def chattered(impact: CushionImpact, cushion: Cushion, steps: int) -> list[float]:
+def chattered(impact: BallInFrame, cushion: Cushion, steps: int) -> list[float]:
     """Return the result of first-order steps, `steps` per impulse of vn; slips may end.
 
     Richardson extrapolation of two runs removes the part of the error proportional to the step.
@@ -111,7 +111,7 @@ def chattered(impact: CushionImpact, cushion: Cushion, steps: int) -> list[float
     ]
 
 
-def _chattered(impact: CushionImpact, cushion: Cushion, steps: int) -> list[float]:
+def _chattered(impact: BallInFrame, cushion: Cushion, steps: int) -> list[float]:
     setting, h = setting_of(impact, cushion), impact.vn / steps
     y = _to_paper(impact)
     work = stored = 0.0
@@ -128,7 +128,7 @@ def _chattered(impact: CushionImpact, cushion: Cushion, steps: int) -> list[floa
         y, work = end, work + done
 
 
-def _to_paper(impact: CushionImpact) -> list[float]:
+def _to_paper(impact: BallInFrame) -> list[float]:
     r = impact.radius
     return [-impact.vt, impact.vn, -r * impact.wt, r * impact.wn, r * impact.wz]
 
@@ -137,7 +137,7 @@ def _from_paper(y: list[float]) -> list[float]:
     return [y[1], -y[0], y[3], -y[2], y[4]]
 
 
-def in_plane(impact: CushionImpact, cushion: Cushion) -> list[float]:
+def in_plane(impact: BallInFrame, cushion: Cushion) -> list[float]:
     """Return the closed-form result of an impact without motion along the cushion.
 
     The rates are constant between the times at which a slip ends, vn = 0, or the work is returned.

@@ -10,7 +10,7 @@ from ghostball.engine.core.rows import OBSTACLE, OBSTACLE_COLUMNS, ObstacleRow, 
 from ghostball.engine.core.state import Laws
 from ghostball.engine.event_loop.play import laws_from
 from ghostball.engine.impacts.laws.dispatch import ball_law, cushion_law
-from ghostball.engine.impacts.laws.interface import BallImpact, CushionImpact
+from ghostball.engine.impacts.laws.interface import BallImpact, BallInFrame
 from ghostball.model.impact_laws import BALL_LAWS, CUSHION_LAW_NAMES, CUSHION_LAWS
 
 NUMBERS = Laws._fields[:-1]
@@ -30,8 +30,10 @@ def test_every_law_of_the_registry_is_called():
         obstacles=cushions if COMPILED else rows_of(matrix, ObstacleRow),
     )  # fmt: skip
     ball = (0.028, 0.17, 0.2)
-    impact = BallImpact(1.0, 0.3, 5.0, 20.0, 30.0, *ball, -0.5, 0.2, 1.0, 2.0, 3.0, *ball)
-    bounce = CushionImpact(1.0, 0.4, 3.0, 20.0, 10.0, *ball)
+    impact = BallImpact(
+        BallInFrame(1.0, 0.3, 5.0, 20.0, 30.0, *ball), BallInFrame(-0.5, 0.2, 1.0, 2.0, 3.0, *ball)
+    )
+    bounce = BallInFrame(1.0, 0.4, 3.0, 20.0, 10.0, *ball)
     kernels = {"ball": (entry_to(ball_law), impact), "cushion": (entry_to(cushion_law), bounce)}
     for kind, registry in (("ball", BALL_LAWS), ("cushion", CUSHION_LAWS)):
         kernel, impact = kernels[kind]
