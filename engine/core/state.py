@@ -268,7 +268,7 @@ class Contacts(NamedTuple):
     compressed: FloatArray  # (n, COMPRESSED_COLUMNS) balls of clusters: `impacts.lasting_contacts`
 
 
-COMPRESSED_COLUMNS = 48
+COMPRESSED_COLUMNS = 51
 
 NOWHERE = -1
 

@@ -34,24 +34,20 @@ def run(world: World, limit: int) -> int:
     """
     log = world.log
     log.counters[st.NOT_FINITE] = st.FREE
-    held, begun = 0, False
+    held = 0
     while True:
-        if begun:
-            status, event = find(world, limit)
-            if status != st.RUN_CONTINUES:
-                return status
-            advance_to(world, event)
-            held = resolve(world, event)
-            if _stands_still(world, event.t):
-                log.clock[st.NOW] = event.t
-                return st.RUN_STANDSTILL
-            log.clock[st.NOW] = event.t
-        # The first iteration only does this: every marked ball starts to move.
         predict(world, held, log.clock[st.NOW])
         status = record(world, log.clock[st.NOW])
         if status != st.RUN_CONTINUES:
             return status
-        begun = True
+        status, event = find(world, limit)
+        if status != st.RUN_CONTINUES:
+            return status
+        advance_to(world, event)
+        held = resolve(world, event)
+        log.clock[st.NOW] = event.t
+        if _stands_still(world, event.t):
+            return st.RUN_STANDSTILL
 
 
 @kernel(inline=True)

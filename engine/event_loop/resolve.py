@@ -71,7 +71,7 @@ def advance_to(world: World, event: Event) -> None:
 
     A ball that stops, or stops sliding, is moved by a formula that cancels no digits.
     """
-    balls, laws, contacts = world.balls, world.laws, world.contacts
+    balls, laws = world.balls, world.laws
     ball, t = event.ball, event.t
     if ball < 0:
         if event.verdict != LASTING:
@@ -81,14 +81,6 @@ def advance_to(world: World, event: Event) -> None:
         return
     kind = balls.own_kind[ball]
     if kind == st.OWN_REST:
-        # All members of an island that stop now are moved now. Later, a second member would move
-        # with the remainder of its speed that rounding leaves.
-        if contacts.island[ball] != st.FREE:
-            k = contacts.ring[ball]
-            while k != ball:
-                if _rests_by(balls, k, t):
-                    come_to_rest(balls, laws, k, t)
-                k = contacts.ring[k]
         come_to_rest(balls, laws, ball, t)
     elif kind == st.OWN_ROLL:
         start_rolling(balls, laws, ball, t)
@@ -109,11 +101,6 @@ def resolve(world: World, event: Event) -> int:
     return _resolve_own(world, event.ball, event.t)
 
 
-@kernel
-def _rests_by(balls: Balls, k: int, t: float) -> bool:
-    return bool(balls.own_kind[k] == st.OWN_REST and balls.state[k].own_time <= t)
-
-
 @kernel(inline=True)
 def _resolve_own(world: World, i: int, t: float) -> int:
     """Resolve ball i's own event at the time t: rest, roll, an obstacle, or the end of a step.
@@ -125,13 +112,15 @@ def _resolve_own(world: World, i: int, t: float) -> int:
     if resolve_flight(world, i, kind, t):
         return 0
     if kind == st.OWN_REST:
-        if contacts.island[i] != st.FREE:
-            k = contacts.ring[i]
-            while k != i:
-                if _rests_by(balls, k, t):
-                    note_rest(world, k, t)
-                    mark(balls, k)
-                k = contacts.ring[k]
+        # All members of an island that stop now are moved now. Later, a second member would move
+        # with the remainder of its speed that rounding leaves.
+        k = contacts.ring[i]
+        while k != i:
+            if balls.own_kind[k] == st.OWN_REST and balls.state[k].own_time <= t:
+                come_to_rest(balls, world.laws, k, t)
+                note_rest(world, k, t)
+                mark(balls, k)
+            k = contacts.ring[k]
         note_rest(world, i, t)
         mark(balls, i)
     elif kind == st.OWN_ROLL:

@@ -41,8 +41,7 @@ from ghostball.engine.impacts.lasting_contacts import (
     NOW_X,
     PHASE,
     REACHED,
-    SLOPE_X,
-    SLOPES,
+    SLOPE,
     SPEED,
     STATE,
     STIFFNESS,
@@ -127,8 +126,8 @@ def run_leg(world: World, members: int, count: int, step: float, longest: int) -
         world.balls.counters[st.WORK] += _WORK_OF_STEP + _WORK_OF_CONTACT * (count + members)
         for m in range(pushed):
             k = contacts.member[m]
-            for n in range(SLOPES):
-                rows[k, FIRST_SLOPE + n] = rows[k, SLOPE_X + n]
+            for n in range(STATE):
+                rows[k, FIRST_SLOPE + n] = rows[k, SLOPE + n]
         duration, ends = step, False
         _take_step(world, members, pushed, active, duration, slip)
         if is_changed(world, count):
@@ -171,13 +170,10 @@ def _take_step(world: World, members: int, pushed: int, active: int, h: float, s
             rows[k, n] = rows[k, FROM + n] + h * rows[k, FROM + 2 + n]
     for m in range(pushed):
         k = contacts.member[m]
-        for n in range(2):
-            rows[k, SUM + n] = rows[k, FROM + 2 + n]
-            rows[k, n] = rows[k, FROM + n] + 0.5 * h * rows[k, FROM + 2 + n]
-        for n in range(SLOPES):
+        for n in range(STATE):
             slope = rows[k, FIRST_SLOPE + n]
-            rows[k, SUM + 2 + n] = slope
-            rows[k, 2 + n] = rows[k, FROM + 2 + n] + 0.5 * h * slope
+            rows[k, SUM + n] = slope
+            rows[k, n] = rows[k, FROM + n] + 0.5 * h * slope
     find_slopes(world, pushed, active, slip)
     _next_stage(world, pushed, 0.5 * h)
     find_slopes(world, pushed, active, slip)
@@ -186,11 +182,8 @@ def _take_step(world: World, members: int, pushed: int, active: int, h: float, s
     sixth = h / 6.0
     for m in range(pushed):
         k = contacts.member[m]
-        for n in range(2):
-            rows[k, n] = rows[k, FROM + n] + sixth * (rows[k, SUM + n] + rows[k, 2 + n])
-        for n in range(SLOPES):
-            total = rows[k, SUM + 2 + n] + rows[k, SLOPE_X + n]
-            rows[k, 2 + n] = rows[k, FROM + 2 + n] + sixth * total
+        for n in range(STATE):
+            rows[k, n] = rows[k, FROM + n] + sixth * (rows[k, SUM + n] + rows[k, SLOPE + n])
 
 
 @kernel
@@ -200,14 +193,10 @@ def _next_stage(world: World, pushed: int, h: float) -> None:
     rows = contacts.compressed
     for m in range(pushed):
         k = contacts.member[m]
-        for n in range(2):
-            slope = rows[k, 2 + n]
+        for n in range(STATE):
+            slope = rows[k, SLOPE + n]
             rows[k, SUM + n] += 2.0 * slope
             rows[k, n] = rows[k, FROM + n] + h * slope
-        for n in range(SLOPES):
-            slope = rows[k, SLOPE_X + n]
-            rows[k, SUM + 2 + n] += 2.0 * slope
-            rows[k, 2 + n] = rows[k, FROM + 2 + n] + h * slope
 
 
 @kernel

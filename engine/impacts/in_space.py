@@ -24,9 +24,10 @@ from ghostball.engine.impacts.laws.compliant_contact import compliant_share
 from ghostball.engine.impacts.laws.falling_restitution import restitution_at
 from ghostball.engine.impacts.laws.friction_curve import friction_coefficient
 from ghostball.engine.impacts.lying_still import bounces_on, capture_speed, hold, is_wedged, settle
-from ghostball.engine.impacts.on_table import respond_by_table, set_free
+from ghostball.engine.impacts.on_table import respond_by_table
 from ghostball.engine.impacts.slow_impacts import part_from_nose, part_slowly
 from ghostball.engine.motion.geometry import reduced_mass
+from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import above_nose, facing
 
 
@@ -58,8 +59,8 @@ def collide_in_space(height: FloatArray, world: World, i: int, j: int) -> None:
         else:
             collide_balls(balls, i, j, laws)
         return
-    set_free(balls, i)
-    set_free(balls, j)
+    keep_spin(balls, i)
+    keep_spin(balls, j)
     reduced = reduced_mass(a.mass, b.mass)
     returned = max(laws.ball_restitution * speed, slow if free else 0.0)
     if collapsed:
@@ -133,7 +134,7 @@ def bounce_off_nose(height: FloatArray, balls: Balls, i: int, k: int, laws: Laws
         if -rate <= capture_speed(laws, balls.state[i].radius):
             bounce(balls, i, k, laws)
             return
-    set_free(balls, i)
+    keep_spin(balls, i)
     ball, cushion = balls.state[i], laws.obstacles[k]
     inward_x, inward_y, away = facing(laws, k, ball.x, ball.y)
     above = above_nose(height, i, laws, k)

@@ -20,7 +20,7 @@ LYING = 1e-12
 """Gap or overlap [m] of balls that lie against each other without a force."""
 
 # Columns of `Contacts.compressed`: the state at a stage, at the start of the step or the end of the
-# leg, and sums of slopes, STATE numbers each; then the slopes of the velocities.
+# leg, sums of slopes, and slopes, STATE numbers each.
 STATE = 7
 NOW_X = 0
 NOW_Y = 1
@@ -31,24 +31,24 @@ NOW_WY = 5
 NOW_WZ = 6
 FROM = 7
 SUM = 14
-SLOPES = 5
-SLOPE_X = 21  # acceleration [m/s^2], then angular acceleration [rad/s^2], at the stage
-SLOPE_Y = 22
-SLOPE_WX = 23
-SLOPE_WY = 24
-SLOPE_WZ = 25
-FIRST_SLOPE = 26  # the same at the start of the step
-INVERSE_MASS = 31  # [1/kg]
-TURN = 32  # 5 / (2 m R) [1/(kg m)]
-RADIUS = 33  # [m]
-IS_TOUCHED = 34  # 1: a contact acts on the ball in this leg
+SLOPE = 21  # rates of change of these numbers at the stage
+SLOPE_VX = 23
+SLOPE_VY = 24
+SLOPE_WX = 25
+SLOPE_WY = 26
+SLOPE_WZ = 27
+FIRST_SLOPE = 28  # the same at the start of the step
+INVERSE_MASS = 35  # [1/kg]
+TURN = 36  # 5 / (2 m R) [1/(kg m)]
+RADIUS = 37  # [m]
+IS_TOUCHED = 38  # 1: a contact acts on the ball in this leg
 # The rest is kept from leg to leg.
-SPEED = 35  # fastest approach in the cluster so far [m/s]
-PHASE = 36  # phase of the ball when it joined the cluster; SLIDING once it was touched
-HELD_AT = 37  # obstacles that the ball has bounced off in this cluster, a bit each
-REACHED = 38  # 1 plus the row of an obstacle that it reaches at the end of the leg; 0: none
-ENDS = 39  # 1: the cluster ends with the leg
-MEETS = 40  # number of balls that it begins to touch at the end of the leg, then their indices
+SPEED = 39  # fastest approach in the cluster so far [m/s]
+PHASE = 40  # phase of the ball when it joined the cluster; SLIDING once it was touched
+HELD_AT = 41  # obstacles that the ball has bounced off in this cluster, a bit each
+REACHED = 42  # 1 plus the row of an obstacle that it reaches at the end of the leg; 0: none
+ENDS = 43  # 1: the cluster ends with the leg
+MEETS = 44  # number of balls that it begins to touch at the end of the leg, then their indices
 MOST_MEETINGS = 6
 
 # Columns of `Contacts.columns` for the contacts of a cluster.
@@ -159,8 +159,9 @@ def find_slopes(world: World, members: int, count: int, slip: float) -> None:
     contacts, laws = world.contacts, world.laws
     rows, columns, ends = contacts.compressed, contacts.columns, contacts.ends
     for m in range(members):
-        for n in range(SLOPES):
-            rows[contacts.member[m], SLOPE_X + n] = 0.0
+        k = contacts.member[m]
+        for n in range(STATE):
+            rows[k, SLOPE + n] = rows[k, NOW_VX + n] if n < 2 else 0.0
     rubs = laws.slides and (laws.speed_dependent or laws.ball_friction > 0.0)
     loss = laws.contact_loss
     holds = False
@@ -192,10 +193,10 @@ def find_slopes(world: World, members: int, count: int, slip: float) -> None:
                 rows[k, SLOPE_WX] += turn * (up * ny)
                 rows[k, SLOPE_WY] -= turn * (up * nx)
                 rows[k, SLOPE_WZ] += turn * along
-        rows[a, SLOPE_X] += rows[a, INVERSE_MASS] * px
-        rows[a, SLOPE_Y] += rows[a, INVERSE_MASS] * py
-        rows[b, SLOPE_X] -= rows[b, INVERSE_MASS] * px
-        rows[b, SLOPE_Y] -= rows[b, INVERSE_MASS] * py
+        rows[a, SLOPE_VX] += rows[a, INVERSE_MASS] * px
+        rows[a, SLOPE_VY] += rows[a, INVERSE_MASS] * py
+        rows[b, SLOPE_VX] -= rows[b, INVERSE_MASS] * px
+        rows[b, SLOPE_VY] -= rows[b, INVERSE_MASS] * py
         rows[a, IS_TOUCHED] = 1.0
         rows[b, IS_TOUCHED] = 1.0
     if holds:
@@ -242,10 +243,10 @@ def _hold_at_obstacles(world: World, count: int) -> None:
         if contacts.ends[c, st.SECOND] < 0 and columns[c, CONTACT] == HOLDS:
             a = contacts.ends[c, st.FIRST]
             nx, ny = columns[c, NORMAL_X], columns[c, NORMAL_Y]
-            into = nx * rows[a, SLOPE_X] + ny * rows[a, SLOPE_Y]
+            into = nx * rows[a, SLOPE_VX] + ny * rows[a, SLOPE_VY]
             if into < 0.0:
-                rows[a, SLOPE_X] -= into * nx
-                rows[a, SLOPE_Y] -= into * ny
+                rows[a, SLOPE_VX] -= into * nx
+                rows[a, SLOPE_VY] -= into * ny
 
 
 @kernel

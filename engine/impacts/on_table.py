@@ -19,15 +19,7 @@ from ghostball.engine.core.state import Balls, FloatArray, Laws
 from ghostball.engine.core.tolerances import LOWEST_BOUNCE, TIME_ROUNDING
 from ghostball.engine.impacts.impact import push_at_cloth
 from ghostball.engine.impacts.laws.ball_frictional import STICKING
-from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.position import impacts_after, slowed_spin
-
-
-@kernel
-def set_free(balls: Balls, i: int) -> None:
-    """Keep the angular velocity of ball i, on the cloth or in flight, while an impulse acts."""
-    if balls.state[i].phase != st.FLYING:
-        keep_spin(balls, i)
 
 
 @kernel

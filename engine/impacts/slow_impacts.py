@@ -22,13 +22,14 @@ from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.state import Balls, FloatArray, Laws, World
 from ghostball.engine.core.tolerances import LOWEST_BOUNCE
 from ghostball.engine.impacts.lying_still import capture_speed, hold, is_held, lies_still
-from ghostball.engine.impacts.on_table import respond_by_table, set_free
+from ghostball.engine.impacts.on_table import respond_by_table
 from ghostball.engine.motion.flight import motion_in_space
 from ghostball.engine.motion.geometry import (
     blocking_ball,
     obstacle_in_contact,
     rolls_on,
 )
+from ghostball.engine.motion.next_piece import keep_spin
 from ghostball.engine.motion.obstacles import facing
 
 _ASIDE = 2.0**-20
@@ -151,7 +152,7 @@ def part_slowly(
             if zz == 0.0 and rolls_on(balls, k):
                 ball.phase = st.ROLLING
             else:
-                set_free(balls, k)
+                keep_spin(balls, k)
             ball.vx += sign * (xx * px + xy * py)
             ball.vy += sign * (xy * px + yy * py)
             height[k, st.UP_SPEED] += sign * zz * pz

@@ -213,10 +213,9 @@ def _way_over_piece(balls: Balls, i: int, laws: Laws, k: int) -> tuple[float, fl
     square = (row.radius - off) * (row.radius + off)
     if square <= 0.0:
         return 0.0, 0.0
-    if row.law == st.TAKES_OUT:
-        distance = middle + math.sqrt(square)
-        return (max(distance, 0.0), -speed) if distance > -beside else (0.0, 0.0)
-    distance = middle - math.sqrt(square)
+    # The ball flies over the far edge of a hole, or the near edge of a disc.
+    root = math.sqrt(square)
+    distance = middle + (root if row.law == st.TAKES_OUT else -root)
     return (max(distance, 0.0), -speed) if distance > -beside else (0.0, 0.0)
 
 

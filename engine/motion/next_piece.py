@@ -105,9 +105,11 @@ def slip(balls: Balls, i: int) -> tuple[float, float]:
 def keep_spin(balls: Balls, i: int) -> None:
     """Prepare ball i for an impulse: keep its angular velocity while its velocity changes.
 
+    The angular velocity of a ball that slides or flies doesn't follow from its velocity anyway.
+
     Contract: call this before any impulse on a ball, in scenes with sliding.
     """
-    if balls.state[i].phase != st.SLIDING:
+    if balls.state[i].phase not in (st.SLIDING, st.FLYING):
         balls.state[i].wx = -balls.state[i].vy / balls.state[i].radius
         balls.state[i].wy = balls.state[i].vx / balls.state[i].radius
         balls.state[i].phase = st.SLIDING
@@ -230,32 +232,17 @@ def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: i
     if duration <= TIME_ROUNDING * balls.state[i].epoch:
         balls.state[i].own_time = balls.state[i].epoch
         return
-    lasts = duration
-    for k in range(laws.outer):
-        if held >> k & 1:
-            continue
-        s, met = time_to_obstacle(balls, i, laws, k, duration, lasts)
-        if s < duration:
-            duration = s
-            balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
-    if laws.outer < len(laws.obstacles):
-        duration = _predict_outer(balls, i, laws, duration, lasts, held)
-    balls.state[i].own_time = balls.state[i].epoch + duration
-
-
-@kernel
-def _predict_outer(
-    balls: Balls, i: int, laws: Laws, duration: float, lasts: float, held: int
-) -> float:
-    """Check the obstacles outside the frame; return the time until the own event of ball i [s]."""
-    only = ALL if held else cushion_ahead(balls, i, laws, duration)
-    if only == NONE:
-        return duration
-    for k in range(laws.outer, len(laws.obstacles)):
+    lasts, only = duration, ALL
+    for k in range(len(laws.obstacles)):
+        if k == laws.outer and held == 0:
+            # The rest is outside the frame; mostly, the ball reaches at most one of them.
+            only = cushion_ahead(balls, i, laws, duration)
+            if only == NONE:
+                break
         if held >> k & 1 or only not in (ALL, k):
             continue
         s, met = time_to_obstacle(balls, i, laws, k, duration, lasts)
         if s < duration:
             duration = s
             balls.own_kind[i] = st.OWN_CUSHION + k if met else st.OWN_PIECE
-    return duration
+    balls.state[i].own_time = balls.state[i].epoch + duration

@@ -11,9 +11,14 @@ import math
 from ghostball.engine.core import state as st
 from ghostball.engine.core.kernel import kernel
 from ghostball.engine.core.rows import ContactRow
-from ghostball.engine.core.state import Contacts, World
+from ghostball.engine.core.state import World
 from ghostball.engine.core.tolerances import APPROACH_ROUNDING, LEAST_SPEED
-from ghostball.engine.impacts.contact_solver import end_approach, gain_of, gap_rate
+from ghostball.engine.impacts.contact_solver import (
+    end_approach,
+    gain_of,
+    gap_rate,
+    impulse_on,
+)
 from ghostball.engine.impacts.laws.dispatch import nose_sine
 from ghostball.engine.motion.geometry import (
     at_rest,
@@ -70,7 +75,7 @@ def stop_approach(world: World, members: int, count: int, held: bool) -> bool:
             )
         solved = end_approach(contacts, count, 0.0)
         for _ in range(members):
-            if not _free_pushed(world, members, count, solved):
+            if not _free_pushed(world, members, solved):
                 break
             solved = end_approach(contacts, count, 0.0)
         _push(world, members)
@@ -243,7 +248,7 @@ def _face_wall(world: World, c: int, count: int) -> None:
 
 
 @kernel
-def _free_pushed(world: World, members: int, count: int, solved: bool) -> bool:
+def _free_pushed(world: World, members: int, solved: bool) -> bool:
     """Let members at rest respond to their impulses if the cloth doesn't stop them immediately.
 
     "Immediately" means within `CAPTURE_HEIGHT`; if no impulses were found, all members respond.
@@ -255,22 +260,11 @@ def _free_pushed(world: World, members: int, count: int, solved: bool) -> bool:
         k = contacts.member[m]
         if not math.isinf(contacts.motion[k].effective_mass):
             continue
-        pushed = _push_at(contacts, count, k)
+        x, y = impulse_on(contacts, k)
+        pushed = speed_of(x, y)
         mass = effective_mass(balls, world.laws, k)
         height = capture_height(balls, k, k)
         if not (solved and negligible_bounce(pushed / mass, balls.state[k].roll_slowing, height)):
             contacts.motion[k].effective_mass = mass
             found = True
     return found
-
-
-@kernel
-def _push_at(contacts: Contacts, count: int, k: int) -> float:
-    """Return the size of the sum of ball k's impulses [N s]."""
-    x, y = 0.0, 0.0
-    for c in range(count):
-        if k in (contacts.ends[c, st.FIRST], contacts.ends[c, st.SECOND]):
-            sign = -1.0 if contacts.ends[c, st.FIRST] == k else 1.0
-            x += sign * contacts.forces[c].force * contacts.forces[c].nx
-            y += sign * contacts.forces[c].force * contacts.forces[c].ny
-    return speed_of(x, y)

@@ -13,7 +13,7 @@ from ghostball.engine.motion.next_piece import mark
 from ghostball.engine.motion.obstacles import facing, nose_reach
 from ghostball.engine.motion.position import advance, pair_reach, relative_motion
 from ghostball.engine.resting_contact.capture import stop_approach
-from ghostball.engine.resting_contact.islands import sort_by_position
+from ghostball.engine.resting_contact.islands import list_contact, sort_by_position
 
 
 @kernel
@@ -86,23 +86,11 @@ def _list_contacts(world: World, members: int, t: float) -> int:
         k = contacts.member[m]
         for other in range(m + 1, members):
             if _touch(balls, k, contacts.member[other], t):
-                count = _list_contact(world, count, k, contacts.member[other])
+                count = list_contact(world, count, k, contacts.member[other])
         for row in range(len(laws.obstacles)):
             _, _, away = facing(laws, row, balls.state[k].x, balls.state[k].y)
             gap = away - nose_reach(balls, k, laws, row)
             touches = gap <= contact_tolerance(balls, k, k)
             if touches and laws.obstacles[row].law != st.TAKES_OUT:
-                count = _list_contact(world, count, k, -1 - row)
+                count = list_contact(world, count, k, -1 - row)
     return count
-
-
-@kernel
-def _list_contact(world: World, count: int, k: int, other: int) -> int:
-    """Put a contact of ball k into row `count` of `contacts.ends`; return the number of rows."""
-    contacts = world.contacts
-    if count == contacts.ends.shape[0]:
-        world.log.counters[st.NO_ROOM] = 1
-        return count
-    contacts.ends[count, st.FIRST] = k
-    contacts.ends[count, st.SECOND] = other
-    return count + 1

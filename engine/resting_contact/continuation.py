@@ -17,7 +17,7 @@ from ghostball.engine.motion.geometry import friction_limit, speed_of
 from ghostball.engine.motion.position import advance
 from ghostball.engine.resting_contact.cloth_response import slip_ends, time_to_change
 from ghostball.engine.resting_contact.integrate import integrate
-from ghostball.engine.resting_contact.islands import sort_by_position
+from ghostball.engine.resting_contact.islands import list_contact, sort_by_position
 from ghostball.engine.resting_contact.paths import start_piece
 from ghostball.engine.scheduling.time_of_impact import holds
 
@@ -121,9 +121,7 @@ def _start_next_motion(world: World, i: int, t: float) -> bool:
             if touches and count == st.MOST_DIRECT:
                 return False
             if touches:
-                contacts.ends[count, st.FIRST] = k
-                contacts.ends[count, st.SECOND] = second
-                count += 1
+                count = list_contact(world, count, k, second)
     if not start_motion(world, members, count, t):
         return False
     for m in range(members):

@@ -146,31 +146,29 @@ def gather_contacts(world: World, members: int, listed: int, t: float) -> int:
         for other in range(m + 1, members):
             partner = contacts.member[other]
             if _is_listed(balls, listed, k, partner) or pair_in_contact(balls, k, partner, t):
-                if not _has_room(world, count):
+                if contacts.free[0] < 2:
+                    world.log.counters[st.NO_ROOM] = 1
                     return count
-                contacts.ends[count, st.FIRST] = k
-                contacts.ends[count, st.SECOND] = partner
+                count = list_contact(world, count, k, partner)
                 _hold_to(contacts, k, partner)
                 _hold_to(contacts, partner, k)
-                count += 1
         for cushion in range(len(world.laws.obstacles)):
             listed_here = _is_listed(balls, listed, k, -1 - cushion)
             if listed_here or obstacle_in_contact(balls, k, world.laws, cushion):
-                if not _has_room(world, count):
-                    return count
-                contacts.ends[count, st.FIRST] = k
-                contacts.ends[count, st.SECOND] = -1 - cushion
-                count += 1
+                count = list_contact(world, count, k, -1 - cushion)
     return count
 
 
 @kernel
-def _has_room(world: World, count: int) -> bool:
-    """Return whether `contacts` has room for one more than `count` contacts of an island.
+def list_contact(world: World, count: int, k: int, other: int) -> int:
+    """Put a contact of ball k into row `count` of `contacts.ends`; return the number of rows.
 
-    If it hasn't, NO_ROOM is set, and the loop ends the run.
+    If there is no room, NO_ROOM is set, and the loop ends the run.
     """
-    if count < world.contacts.ends.shape[0] and world.contacts.free[0] >= 2:
-        return True
-    world.log.counters[st.NO_ROOM] = 1
-    return False
+    contacts = world.contacts
+    if count == contacts.ends.shape[0]:
+        world.log.counters[st.NO_ROOM] = 1
+        return count
+    contacts.ends[count, st.FIRST] = k
+    contacts.ends[count, st.SECOND] = other
+    return count + 1

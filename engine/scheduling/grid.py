@@ -88,26 +88,17 @@ def time_in_cell(world: World, i: int, t: float) -> float:
     bx, by = bend(balls, i, left)
     nearer = -_LATE * side
     # Left, right, down, up. A ball can't leave the grid.
+    inside = (column > 1, column < cells.size[0], row > 1, row < cells.size[1])
+    gaps = (x - (column - 1) * side, column * side - x, y - (row - 1) * side, row * side - y)
+    rates, pulls = (vx, -vx, vy, -vy), (ax - bx, -ax - bx, ay - by, -ay - by)
     least, leaves_by = math.inf, 0
-    if column > 1:
-        least = _time_to(x - (column - 1) * side - nearer, vx, ax - bx)
-    if column < cells.size[0]:
-        leaves = _time_to(column * side - x - nearer, -vx, -ax - bx)
+    for k in range(4):
+        leaves = _time_to(gaps[k] - nearer, rates[k], pulls[k]) if inside[k] else math.inf
         if leaves < least:
-            least, leaves_by = leaves, 1
-    if row > 1:
-        leaves = _time_to(y - (row - 1) * side - nearer, vy, ay - by)
-        if leaves < least:
-            least, leaves_by = leaves, 2
-    if row < cells.size[1]:
-        leaves = _time_to(row * side - y - nearer, -vy, -ay - by)
-        if leaves < least:
-            least, leaves_by = leaves, 3
-    if bx + by > 0.0:
-        # If the motion has jerk, the time is a bound; a few repetitions reach the side.
-        gaps = (x - (column - 1) * side, column * side - x, y - (row - 1) * side, row * side - y)
-        if gaps[leaves_by] > 0.5 * nearer:
-            leaves_by = st.NOWHERE
+            least, leaves_by = leaves, k
+    # If the motion has jerk, the time is a bound; a few repetitions reach the side.
+    if bx + by > 0.0 and gaps[leaves_by] > 0.5 * nearer:
+        leaves_by = st.NOWHERE
     cells.link[i, st.LEAVES_BY] = leaves_by
     return t + least
 

@@ -1,12 +1,15 @@
 """Tests of internals of numba: they save time, and if they are missing nothing else is lost."""
 
 import sys
+from typing import NamedTuple
 
+import numpy as np
 import pytest
 import small_kernel
 
 from ghostball.engine.library import build
 from ghostball.engine.library.entry import COMPILED
+from ghostball.model.arrays import FloatArray
 
 if not COMPILED:
     pytest.skip("interpreted kernels need no compiler", allow_module_level=True)
@@ -104,3 +107,28 @@ def test_a_mistake_in_a_kernel_is_not_taken_for_a_change_in_numba(monkeypatch, c
     with pytest.raises(TypeError, match="optional arguments"):
         small_kernel.compiled_bits()
     assert not caplog.records
+
+
+class Heights(NamedTuple):
+    x: FloatArray
+    height: FloatArray | None
+
+
+class Scene(NamedTuple):
+    heights: Heights
+    count: int
+
+
+def highest(scene, i):
+    heights = scene.heights
+    if heights.height is not None and heights.height[i, 0] > heights.x[i]:
+        return heights.height[i, 0]
+    return heights.x[i]
+
+
+@pytest.mark.parametrize("height", [None, np.array([[0.5], [2.0]])], ids=["none", "array"])
+def test_code_for_a_field_that_is_none_is_left_out(height):
+    """Without `_FieldsWithoutValue`, numba would look for the elements of None."""
+    compiled = numba.njit(pipeline_class=plain_numba.Passes)(highest)
+    scene = Scene(Heights(np.ones(2), height), 2)
+    assert [compiled(scene, i) for i in range(2)] == [highest(scene, i) for i in range(2)]
