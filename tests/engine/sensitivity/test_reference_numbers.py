@@ -57,7 +57,9 @@ KNOWN = (
     (
         "mathavan-cut",
         math.inf,
-        12.051171226293526,  # 11.954571132 just before the last ball stops, as in kernels
+        # At the instant of the stop, depends on the rounding of the law of impacts; 11.954571132
+        # just before, as in kernels.
+        12.617737589817494,
         4.2148662246291275,
         0.7190362055867576,
         5.621980225058759,
