@@ -73,8 +73,8 @@ def board() -> str:
     ]
     if earlier := dict.fromkeys(_linked(one) for one in stored.earlier if ":" not in one):
         said.append(
-            "Earlier runs measured more engines, with time steps of 1 ms (in `half-ball-1`, except "
-            "for `newton`, the largest error of eight runs). Their pages show the results: "
+            "Earlier runs measured more engines, with time steps of 1 ms (in `half-ball-1`, the "
+            "largest error of eight runs). Their pages show the results: "
             f"{', '.join(earlier)}."
         )
     return "\n\n".join(said)
