@@ -24,6 +24,7 @@ from ghostball.engine.motion.geometry import (
     approach_rounding,
     at_rest,
     capture_height,
+    gap_rounding,
     negligible_bounce,
 )
 from ghostball.engine.motion.position import (
@@ -266,7 +267,7 @@ def _next_in_space(
     bent = (level + abs(rz) * (jerk_up(balls, i) + jerk_up(balls, j))) / distance
     left = both_last(balls, i, j, t)
     s = first_bent_crossing(gap, rate, pull, bent, left)
-    if gap <= GAP_ROUNDING * reach or s <= TIME_ROUNDING * t:
+    if gap <= max(GAP_ROUNDING * reach, gap_rounding(balls, i, j)) or s <= TIME_ROUNDING * t:
         gravity = max(height[i, st.FALL], height[j, st.FALL])
         across = max(vx * vx + vy * vy + vz * vz - rate * rate, 0.0)
         opening = pull + across / distance
