@@ -107,8 +107,12 @@ def test_our_engine_keeps_every_relation_of_shipped_scenes(scene: str) -> None:
     assert {found.values[name] for name in BITS} <= {0, None}
 
 
+ONCE_BROKEN = (2178, 3153, 3630, 4516)
+"""Random scenes in which a relation was once judged as broken."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(3, 5000, 83))
+@pytest.mark.parametrize("number", [*range(3, 5000, 83), *ONCE_BROKEN])
 def test_our_engine_keeps_every_relation_of_random_scenes(number: int) -> None:
     found = related(random_scene(number))
     assert broken(found) == set()
