@@ -79,16 +79,18 @@ class BoardMeasurement(BenchmarkMeasurement):
     def rows(self) -> Iterator[tuple[Sequence[str], Sequence[str]]]:
         """Yield the engines of this run, and the cells of their row; see `HEADS`.
 
-        Engines with the same counts and the same median error share a row.
+        Engines with the same counts and the same median error share a row, which has the times of
+        each of them, in the order of their names.
         """
         rows: dict[tuple[str, ...], list[str]] = {}
         for label in self.labels:
             if label not in self.earlier:
                 rows.setdefault(self._counts_and_error(label), []).append(label)
         for numbers, labels in rows.items():
-            cases = [one for label in labels for one in self.of(label).values() if one.kind]
-            times = _median_time([one.seconds for one in cases])
-            yield labels, (*numbers, times, _median_time([one.engine_seconds for one in cases]))
+            graded = [[one for one in self.of(label).values() if one.kind] for label in labels]
+            whole = [_median_time([one.seconds for one in cases]) for cases in graded]
+            inside = [_median_time([one.engine_seconds for one in cases]) for cases in graded]
+            yield labels, (*numbers, ", ".join(whole), ", ".join(inside))
 
     def _counts_and_error(self, label: str) -> tuple[str, ...]:
         cases = self.of(label).values()

@@ -157,7 +157,7 @@ class WorldStepper(ABC):
         self.recorded = self.keep_frame = False
         self.before: Samples | None = None
         self._timed: list[float] = []
-        self._until_timed = 1
+        self._until_timed = 2  # an engine may prepare in its first step
         self._radii = scene.radii
         self._pocketing = Pocketing(scene)
         self._corners = CornerNames(scene)

@@ -51,7 +51,10 @@ def test_engines_with_the_same_numbers_share_a_row():
     cases = (case, *(case.model_copy(update=one) for one in others))
     rows = list(BoardMeasurement(environment={}, cases=cases).rows())
     assert [labels for labels, _ in rows] == [["a", "b"], ["c"]]
-    assert [cells[-3:] for _, cells in rows] == [("2 µm", "3 s", "1 s"), ("3 µm", "2 s", "1 s")]
+    assert [cells[-3:] for _, cells in rows] == [
+        ("2 µm", "2 s, 4 s", "1 s, –"),
+        ("3 µm", "2 s", "1 s"),
+    ]
 
 
 def test_a_run_that_lacks_a_scene_is_refused(results):
