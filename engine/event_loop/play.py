@@ -1,7 +1,7 @@
 """Kernel that Python calls to simulate one or many shots of a scene.
 
-Its arguments are plain arrays, which it unpacks: passing named tuples from Python would take
-microseconds per call. The arguments that differ from call to call come first, see `running.calls`.
+Its arguments are arrays and numbers, because kernels take no tuples from Python; it unpacks them.
+The arguments that differ from call to call come first, see `running.calls`.
 """
 
 from __future__ import annotations

@@ -55,16 +55,15 @@ class Entry:
             raised = code.entry(*_UNREAD_AT, ctypes.byref(made))
             if made[AT_STATUS] == ENTERED:  # the kernel has run, and must not run twice
                 return code.result(made, raised)
-        try:
-            return self.bind(*arguments)()
-        except WrongArgumentError:  # arrays with other elements or dimensions
+            # Arrays with other elements or dimensions than in the first call.
             return Call(self.code_for(arguments), arguments)()
+        return self.bind(*arguments)()
 
     def bind(self, *arguments: Any) -> Callable[[], Any]:
         """Return a call with these arguments, which can be made many times.
 
-        A missing kernel is compiled now. The arrays must have the elements and dimensions of those
-        in the first call with arguments of these types.
+        A missing kernel is compiled now. Later calls with arguments of the same Python types need
+        arrays with the same elements and dimensions as in the first call.
         """
         if not COMPILED:
             return partial(self.function, *arguments)

@@ -1,4 +1,4 @@
-"""The private parts of numba with which the engine compiles faster; only this file uses them.
+"""The private parts of numba that only make compiling faster.
 
 Each part is called a door. If a release of numba has changed a door, `build` uses `plain_numba`
 instead: the kernels are bit-identical, compiling takes longer, and a warning says so. A door is

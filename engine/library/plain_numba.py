@@ -1,9 +1,10 @@
 """Compile with the public parts of numba: options of `njit`, a function's LLVM code, and LLVM.
 
-Three parts are undocumented and can't be replaced: the options `_nrt` and `no_*_wrapper`, without
-which a kernel calls functions that exist only with numba, and `populate_array`, which makes an
-array from an address. If one of them is gone, compiling fails with TypeError or ImportError. The
-same holds for the models of types in `generated`, and for the pass below, which numba documents.
+Four parts are undocumented and can't be replaced: the options `_nrt` and `no_*_wrapper`, without
+which a kernel calls functions that exist only with numba; `populate_array`, which makes an array
+from an address; and `_definitions` of numba's code, which the pass below changes. If one of them is
+gone, compiling fails with AttributeError, TypeError or ImportError. The same holds for the models
+of types in `generated`.
 """
 
 from __future__ import annotations

@@ -4,8 +4,7 @@ The one argument of a compiled kernel is the address of a table of 64-bit words:
 then one word per argument. The word of a number is the number; the word of an array is the address
 of the numpy object, from which the kernel reads the address of the data and the lengths (numpy's C
 structures, unchanged since numpy 1.7). A table is therefore made in a microsecond, and no length in
-it can be wrong. Tuples are flattened, and None has no word: both belong to the types of the
-arguments, for which the kernel is compiled.
+it can be wrong. None has no word, because the kernel is compiled for the types of its arguments.
 
 The kernel first checks the table: its version, its number of words, and that each array has the
 right type and number of dimensions and is contiguous. If a check fails, it reads and writes nothing

@@ -44,7 +44,7 @@ def come_to_rest(balls: Balls, laws: Laws, i: int, t: float) -> None:
     The ball may keep its spin about the vertical.
     """
     _end_piece(balls, laws, i, t, 0.0, 0.0)
-    balls.state[i].vx, balls.state[i].vy = 0.0, 0.0  # in air, rounding is left
+    balls.state[i].vx, balls.state[i].vy = 0.0, 0.0  # air leaves a rounding
 
 
 @kernel
@@ -59,7 +59,9 @@ def start_rolling(balls: Balls, laws: Laws, i: int, t: float) -> None:
 
 @kernel
 def _end_piece(balls: Balls, laws: Laws, i: int, t: float, vx: float, vy: float) -> None:
-    """Move ball i to the end of its piece, at the time t [s]; it rolls from there.
+    """Move ball i to the end of its piece, at the time t [s]; then its phase is ROLLING.
+
+    The phase is ROLLING also if the ball rests.
 
     Without air, its velocity there is (vx, vy) [m/s]. The mean of the velocities at both ends then
     gives the displacement; unlike the full polynomial, this form cancels no digits.
@@ -235,7 +237,7 @@ def predict_obstacles(balls: Balls, i: int, laws: Laws, duration: float, held: i
     lasts, only = duration, ALL
     for k in range(len(laws.obstacles)):
         if k == laws.outer and held == 0:
-            # The rest is outside the frame; mostly, the ball reaches at most one of them.
+            # The other obstacles are outside the frame. The ball mostly reaches at most one.
             only = cushion_ahead(balls, i, laws, duration)
             if only == NONE:
                 break

@@ -88,8 +88,9 @@ def falls_to_zero(
     bisection where a step would leave the interval that contains the root.
     """
     value = 0.0
-    for n in range(degree, -1, -1):
-        value = value * longest + c[n]
+    if longest < math.inf:
+        for n in range(degree, -1, -1):
+            value = value * longest + c[n]
     if value > 0.0:
         return math.inf
     least, most = 0.0, longest

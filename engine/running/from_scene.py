@@ -60,7 +60,7 @@ class SceneLayout:
     """A scene as the kernels get it at the start of a shot. Its arrays must not be modified."""
 
     block: Block  # balls and data of their scheduler at the start of each shot
-    laws: FloatArray  # the numbers of its `Laws`, in their order: faster to pass to a kernel
+    laws: FloatArray  # the numbers of its `Laws`, in their order: kernels take only arrays
     obstacles: FloatArray
     radii: FloatArray
     smallest_radius: float

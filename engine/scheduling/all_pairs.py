@@ -39,7 +39,7 @@ from ghostball.engine.scheduling.time_of_impact import first_bound, time_to_bent
 
 
 class _Moving(NamedTuple):
-    """Motion of a ball at a time, and what else the bounds of its pairs need."""
+    """Motion of a ball at a time, and the other numbers that bounds of its pairs need."""
 
     x: float  # [m]
     y: float
@@ -142,10 +142,9 @@ def _bound_each(world: World, i: int, t: float) -> None:
 def _bound_block(track: FloatArray, bounds: FloatArray, t: float, one: _Moving) -> None:
     """Put in `bounds` the earliest times at which a ball can touch each ball of a block of `track`.
 
-    `one` is the ball at time t [s]. A time is inf if the two can't touch;
-    the entry for the ball itself is meaningless. The code repeats `relative_motion` and
-    `first_crossing` without branches, so that the compiler can vectorise it. The results are
-    bit-identical.
+    `one` is the ball at time t [s]. A time is inf if the two can't touch; the entry for the ball
+    itself is meaningless. The code repeats `relative_motion` and `first_crossing` without branches,
+    so that the compiler can vectorise the loop. The results are bit-identical.
     """
     for j in range(len(bounds)):
         s = t - track[st.TRACK_EPOCH + j]

@@ -45,7 +45,8 @@ def differentiated(
 
     The derivatives by the motions before the impacts are (m, c SEEN, c SEEN).
 
-    `outcomes`: maps motions before the impacts, (k, m, c, SEEN), to those after them; `played`.
+    `outcomes`: function from motions before the impacts, (k, m, c, SEEN), to motions after them;
+        see `played`.
     `seen` (m, c, SEEN): the motions before the impacts.
     `radii` (m, c) [m].
     """

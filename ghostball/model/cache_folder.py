@@ -31,7 +31,7 @@ def note_use(path: Path) -> None:
 
 
 def last_use(path: Path) -> float:
-    """Return when a file was last used, in seconds; 0 if another process has removed it."""
+    """Return when a file was last used, in seconds; 0 if the file is gone or not accessible."""
     try:
         return path.stat().st_mtime
     except OSError:

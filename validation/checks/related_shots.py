@@ -280,12 +280,17 @@ def depends_on_order(result: Result) -> bool:
     """Return whether the order of the balls may change the last bits of a run of an exact engine.
 
     The forces of contact steps are found one after another, and those of compliant impacts are
-    summed in the order of the balls. Collisions of one ball with two others at one instant are
-    resolved one after another, unless they are simultaneous by the scene's rule and no ball may
-    fly.
+    summed in the order of the balls.
     """
-    if result.work.get("contact_steps") or result.work.get("compliant_impacts"):
-        return True
+    order_of_sums = ("contact_steps", "compliant_impacts")
+    return any(result.work.get(name) for name in order_of_sums) or hits_two_in_turn(result)
+
+
+def hits_two_in_turn(result: Result) -> bool:
+    """Return whether a ball hits two others at one instant, and the engine resolves one hit first.
+
+    Hits are resolved together if `impacts` is "simultaneous" and `airborne` is false.
+    """
     physics = result.scene.physics
     if physics.impacts == "simultaneous" and not physics.airborne:
         return False

@@ -31,7 +31,7 @@ _TOUCHING_GAP = 1e-3
 """Gap at which a ball counts as touching a body, in units of the smallest radius."""
 
 _LARGEST_PART = 200_000
-"""Number of positions of balls that are compared at once."""
+"""Number of samples times balls in a part; at most four times as many positions are compared."""
 
 
 def largest_jump(result: Result, resolution: Resolution = 0.0, *, share: float = 0.0) -> float:
@@ -117,7 +117,7 @@ def _contacts_of(ball: int, events: Events) -> FloatArray:
 
 
 def _parts(numbers: IntArray, balls: int) -> list[IntArray]:
-    """Return the numbers of samples in parts that need little memory."""
+    """Split the numbers of samples, so that each part needs little memory."""
     size = max(_LARGEST_PART // balls, 1)
     return [numbers[start : start + size] for start in range(0, len(numbers), size)]
 
@@ -125,9 +125,10 @@ def _parts(numbers: IntArray, balls: int) -> list[IntArray]:
 def _touches(
     scene: Scene, ball: int, positions: FloatArray, rows: IntArray, near: FloatArray
 ) -> BoolArray:
-    """Return where a ball may come within `near` (k,) [m] of touching a body, (k,) bool.
+    """Return for each of k intervals whether a ball may nearly touch a body, (k,) bool.
 
-    `rows` (k, m): for each place, the samples of `positions` (samples, n, 3) [m] to look at.
+    `near` (k,) [m]: how far the ball may be away from touching.
+    `rows` (k, m): the samples of `positions` (samples, n, 3) [m] that belong to each interval.
     """
     used, places = np.unique(rows, return_inverse=True)
     at, radii = positions[used], scene.radii

@@ -18,6 +18,7 @@ from ghostball.engine.impacts.laws.two_contacts import (
     Model,
     Outcome,
     Slips,
+    approach_change_of,
     drift_of,
     held_of,
     length,
@@ -25,7 +26,6 @@ from ghostball.engine.impacts.laws.two_contacts import (
     per_slip,
     plus,
     rates_of,
-    speed_of,
     speed_rate_of,
 )
 
@@ -146,7 +146,7 @@ def _stage(at: Slips, of: Slips, h: float, solver: _Solver, held: Held, model: M
     n, t = r.n - (lower.a * x + lower.b * y), r.t - (lower.c * x + lower.d * y)
     n, t = last.a * n + last.b * t, last.c * n + last.d * t
     x, y, n, t = _GAMMA * x, _GAMMA * y, _GAMMA * n, _GAMMA * t
-    work = _GAMMA * (r.work + h * speed_of(Slips(x, y, n, t, 0.0, 0.0), model))
+    work = _GAMMA * (r.work + h * approach_change_of(Slips(x, y, n, t, 0.0, 0.0), model))
     return Slips(x, y, n, t, _GAMMA * r.p, work)
 
 
@@ -277,7 +277,7 @@ def integrate(model: Model, speeds: float) -> Outcome:
         if not is_right:
             free = h * growth
             continue
-        now = 1.0 + drift * end.p + speed_of(end, model)
+        now = 1.0 + drift * end.p + approach_change_of(end, model)
         if rebound and now > _TURNED and speed >= -_TURNED:
             return outcome_of(change, speed, model)
         if (now > _TURNED) if rebound else (now < -_TURNED):
@@ -306,8 +306,8 @@ def integrate(model: Model, speeds: float) -> Outcome:
         driven_back = rebound and speed >= -_TURNED and rate >= 0.0
         if driven_back or (held.contact and held.cloth and rate > -_STANDS):
             return outcome_of(change, speed, model)
-    none = math.nan
-    return Outcome(none, none, Slips(none, none, none, none, none, none))
+    nan = math.nan
+    return Outcome(nan, nan, Slips(nan, nan, nan, nan, nan, nan))
 
 
 @kernel

@@ -29,7 +29,7 @@ class Slips(NamedTuple):
     n: float  # of the ball on the cloth
     t: float
     p: float  # in a change: the impulse that has caused the change
-    work: float  # in a change: the integral of `speed_of` over p
+    work: float  # in a change: the integral of `approach_change_of` over p
 
 
 class Model(NamedTuple):
@@ -147,12 +147,12 @@ def rates_of(change: Slips, held: Held, model: Model) -> Slips:
         rates.n + model.push_n,
         rates.t,
         1.0,
-        speed_of(change, model),
+        approach_change_of(change, model),
     )
 
 
 @kernel
-def speed_of(change: Slips, model: Model) -> float:
+def approach_change_of(change: Slips, model: Model) -> float:
     """Return the effect on the approach speed of the friction that changed the slips.
 
     `drift_of` is the effect of p itself.
@@ -165,7 +165,7 @@ def speed_of(change: Slips, model: Model) -> float:
 def drift_of(model: Model) -> float:
     """Return the effect of one unit of p on the approach speed if no slip changes."""
     pushed = Slips(model.push_across, 0.0, model.push_n, 0.0, 0.0, 0.0)
-    return model.speed - speed_of(pushed, model)
+    return model.speed - approach_change_of(pushed, model)
 
 
 @kernel

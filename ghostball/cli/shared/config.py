@@ -89,9 +89,10 @@ def load_config(start: Path | None = None) -> Config:
 
 
 def load_table(path: Path) -> Any:
-    """Return the table `[tool.ghostball]` of a file; None without a file, or without a table.
+    """Return the table `[tool.ghostball]` of a file, or None if there is none.
 
-    Raises `ConfigError` if the file can't be read.
+    A folder that this user may not enter counts as one without a file. Raises `ConfigError` if the
+    file can't be read for another reason.
     """
     try:
         text = read_text(path)
@@ -99,7 +100,9 @@ def load_table(path: Path) -> Any:
         return None
     except (OSError, UnicodeDecodeError) as error:
         if not os.access(path.parent, os.X_OK):
-            return None  # a folder above that this user may not enter: no file of their project
+            return (
+                None  # the user may not enter this folder, so the file belongs to another project
+            )
         why = getattr(error, "strerror", None) or str(error)
         raise ConfigError(
             f"{path}: can't be read: {why}. Its `[tool.ghostball]` may hold settings: make the "

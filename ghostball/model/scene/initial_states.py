@@ -39,7 +39,7 @@ class InitialStates(NamedTuple):
         return name if self.shot is None else f"{name} in shot {self.shot[k]}"
 
     def problem(self, k: int, field: str, rule: str) -> PydanticCustomError:
-        """Return the error of a field of ball k, with a sentence that the field's name begins."""
+        """Return the error of a field of ball k; `rule` follows the field's name in the message."""
         at = ("balls", int(self.ball[k]), field)
         return problem(f"{self.name(k, f'.{field}')} {rule}", at=at)
 

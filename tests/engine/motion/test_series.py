@@ -46,6 +46,7 @@ def test_without_air_one_piece_holds_for_ever():
     assert straight_series(p, 2.0, 0.5, 0.0) == math.inf
     assert p[:3].tolist() == [2.0, -0.5, 0.0]
     assert first_zero(COUNTERS, p, 10.0) == 4.0
+    assert first_zero(COUNTERS, p, math.inf) == 4.0
     assert first_zero(COUNTERS, p, 3.0) == math.inf
 
 

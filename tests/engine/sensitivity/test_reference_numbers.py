@@ -57,9 +57,7 @@ KNOWN = (
     (
         "mathavan-cut",
         math.inf,
-        # At the instant of the stop, depends on the rounding of the law of impacts; 11.954571132
-        # just before, as in kernels.
-        12.617737589817494,
+        11.954571132,
         4.2148662246291275,
         0.7190362055867576,
         5.621980225058759,
@@ -115,6 +113,10 @@ KNOWN = (
 )
 
 
+JUST_BEFORE_THE_STOP = ("mathavan-cut",)
+"""Scenes whose growth is read just before the end: at the end, it depends on a law's rounding."""
+
+
 @pytest.mark.parametrize(("name", *"hgxvs"), KNOWN)
 def test_the_numbers_are_those_of_the_kernels(name, h, g, x, v, s):
     assert numbers_of(name) == pytest.approx((h, g, x, v, s), rel=1e-9)
@@ -123,10 +125,13 @@ def test_the_numbers_are_those_of_the_kernels(name, h, g, x, v, s):
 def numbers_of(name):
     result = recorded(find_scene(name))
     tangent = result.tangent(directions_of(result.scene, 2))
+    last = result.rest_time
+    if name in JUST_BEFORE_THE_STOP:
+        last = math.nextafter(last, 0.0)
     (sample,) = tangent.sample([0.7 * result.rest_time])
     return (
         result.horizon(1e-6, 1e-9),
-        float(np.max(result.sensitivity([result.rest_time]))),
+        float(np.max(result.sensitivity([last]))),
         float(np.linalg.norm(sample[..., :2])),
         float(np.linalg.norm(sample[..., 2:4])),
         float(np.linalg.norm(tangent.event_shifts)),

@@ -12,7 +12,7 @@ import numpy as np
 
 from ghostball.engine.running.skips import has_drag
 from ghostball.model import Ball, EventKind, Result, Scene, Table
-from ghostball.validation.checks.related_shots import depends_on_order
+from ghostball.validation.checks.related_shots import depends_on_order, hits_two_in_turn
 from same.plays import play, played, with_balls
 
 Plane = Callable[[Any, Any], tuple[Any, Any]]
@@ -47,7 +47,9 @@ def mirrored(scene: Scene) -> str | None:
     the direction of x in every image.
     """
     bounded = scene.table is not None and scene.table.has_cushions
-    if not is_promised(scene) or (bounded and has_drag(scene)):
+    if played(scene).work["contact_steps"] or hits_two_in_turn(played(scene)):
+        return None
+    if bounded and has_drag(scene):
         return None
     if scene.table is not None and scene.table.obstacles:
         return None

@@ -16,7 +16,11 @@ from ghostball.model.scene.pockets import Pockets
 from ghostball.reference_adapters.registry import make_engine
 from ghostball.validation.checks.criteria import CriteriaError, relation_criteria
 from ghostball.validation.checks.metrics import CaseMetrics, measure
-from ghostball.validation.checks.related_shots import SECOND_SHOTS, depends_on_order
+from ghostball.validation.checks.related_shots import (
+    SECOND_SHOTS,
+    depends_on_order,
+    hits_two_in_turn,
+)
 from ghostball.validation.checks.relations import ROUNDING_FREE, WORDS, bits_of, factor_of
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.scenes.random_scenes import random_scene
@@ -202,11 +206,45 @@ def test_a_shot_is_cut_while_a_ball_flies_over_others() -> None:
     assert related(lying_on_three(0.2)).values["split_factor"] <= 1.0
 
 
-def test_bits_after_renumbering_are_promised_only_without_contact_steps() -> None:
-    for number, steps in ((2178, True), (3, False)):
-        run = simulate(random_scene(number), record="trajectory")
-        assert bool(run.work["contact_steps"]) == steps
-        assert depends_on_order(run) == steps
+def landing_on_two(apart: float) -> Scene:
+    """Return a ball that falls on two others, `apart` [m] nearer to the second."""
+    radius = 0.03
+    balls = [
+        Ball(id="falls", position=(apart, 0.0, 0.15), velocity=(0.0, 0.0, -0.1), radius=radius),
+        Ball(id="left", position=(-0.04, 0.0, radius), radius=radius),
+        Ball(id="right", position=(0.04, 0.0, radius), radius=radius),
+    ]
+    return Scene(
+        name="fall", t_max=0.15, physics=Physics(preset="pool", airborne=True), balls=balls
+    )
+
+
+LASTING_HIT = cut(
+    physics=Physics(rolling_friction=0.0, impacts="compliant"),
+    balls=[
+        Ball(id="a", position=(0.0, 0.0), velocity=(1.0, 0.0)),
+        Ball(id="b", position=(0.2, 0.0)),
+        Ball(id="c", position=(0.25715, 0.0)),
+    ],
+)
+
+ORDERS = {
+    "contact steps": (random_scene(2178), "contact_steps", True),
+    "impacts that last": (LASTING_HIT, "compliant_impacts", True),
+    "two hits in flight at once": (landing_on_two(0.0), None, True),
+    "two hits in flight, one first": (landing_on_two(0.001), None, False),
+    "one hit on the cloth": (cut(), None, False),
+}
+
+
+@pytest.mark.parametrize(("scene", "counter", "depends"), ORDERS.values(), ids=ORDERS.keys())
+def test_the_order_of_balls_may_change_bits(scene: Scene, counter: str, depends: bool) -> None:
+    run = simulate(scene, record="trajectory")
+    assert depends_on_order(run) == depends
+    if counter is not None:
+        assert run.work[counter] > 0
+    else:
+        assert hits_two_in_turn(run) == depends
 
 
 def grazing() -> Scene:
@@ -412,6 +450,11 @@ def test_a_ball_that_leans_on_another_moves_alike_in_any_order_of_balls() -> Non
         radius=0.02199664543250208,
         mass=0.20084258680078165,
     )
-    run = simulate(cut(table=table, physics=physics, balls=[leans, slides], t_max=0.04))
-    other = simulate(SECOND_SHOTS["renumber"](run).scene)
-    np.testing.assert_array_equal(other.rest_positions[::-1], run.rest_positions)
+    scene = cut(table=table, physics=physics, balls=[leans, slides], t_max=0.04)
+    run = simulate(scene, record="trajectory")
+    renumbered = SECOND_SHOTS["renumber"](run)
+    other = simulate(renumbered.scene, record="trajectory")
+    times = np.union1d(run.events["t"], np.linspace(0.0, run.rest_time, 65))
+    positions = renumbered.expected(times, other.sample(times).positions)
+    np.testing.assert_array_equal(positions, run.sample(times).positions)
+    np.testing.assert_array_equal(other.events["t"], run.events["t"])
