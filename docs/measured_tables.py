@@ -73,9 +73,9 @@ def board() -> str:
     ]
     if earlier := dict.fromkeys(_linked(one) for one in stored.earlier if ":" not in one):
         said.append(
-            "Earlier runs measured more engines, with time steps of 1 ms (in `half-ball-1`, the "
-            "largest error of eight runs). Their pages show the results: "
-            f"{', '.join(earlier)}."
+            "Earlier runs measured more engines, with time steps of 1 ms. Their pages show the "
+            f"results: {', '.join(earlier)}. For `half-ball-1`, they show the largest error of "
+            "eight runs."
         )
     return "\n\n".join(said)
 

@@ -199,7 +199,7 @@ class EngineAnswer(_AnswerPart):
     def parse(cls, value: object, where: str, none: str = "null") -> EngineAnswer:
         """Return the result object described by plain values; error messages call it `where`.
 
-        `none`: the text for None in messages.
+        `none`: the word for a missing value in messages: "null" for JSON, "None" for Python.
 
         Raises `EngineError` if the values are invalid.
         """
@@ -247,11 +247,17 @@ class EngineAnswer(_AnswerPart):
         return run.model_copy(update={"status": "t-max"}) if at_end else run
 
     def result(
-        self, scene: Scene, *, record: Record = "trajectory", where: str | None = None
+        self,
+        scene: Scene,
+        *,
+        record: Record = "trajectory",
+        where: str | None = None,
+        none: str = "null",
     ) -> Result:
         """Return the result object as a `Result`.
 
-        `where` is the name of the result object in messages. This method checks only the values
+        `where` is the name of the result object in messages, and `none` the word for a missing
+        value: "null" for JSON, "None" for Python. This method checks only the values
         that it converts; `returned.check_result` checks the rest when an engine is run.
 
         Raises `EngineError` if a kind or a cushion is unknown, or if arrays have a wrong shape.
@@ -259,7 +265,7 @@ class EngineAnswer(_AnswerPart):
         where = where or f'run of `{self.engine}` in scene "{scene.name}"'
         centres = _with_height(self.rest_positions, "rest_positions", (), scene, where)[np.newaxis]
         rows = [
-            event_row(one, scene.table, f"{where}: `events[{k}]")
+            event_row(one, scene.table, f"{where}: `events[{k}]", none)
             for k, one in enumerate(self.events)
         ]
         events = np.array(rows, dtype=EVENT_DTYPE)
@@ -341,11 +347,14 @@ def _with_height(
     return array
 
 
-def event_row(event: RunEvent, table: Table | None, where: str) -> tuple[float, int, int, int]:
+def event_row(
+    event: RunEvent, table: Table | None, where: str, none: str = "null"
+) -> tuple[float, int, int, int]:
     """Return an event as a row of `EVENT_DTYPE`.
 
     `table`: table with the cushions, sides, posts and pockets that the event may name.
     `where`: location of the event in messages, up to the field of the event.
+    `none`: the word for a missing value in messages: "null" for JSON, "None" for Python.
 
     Raises `EngineError` if the kind or the named obstacle is unknown.
     """
@@ -363,7 +372,7 @@ def event_row(event: RunEvent, table: Table | None, where: str) -> tuple[float, 
                 else "the name of an existing cushion or pocket"
             )
             if partners is None:
-                rule = "the index of a ball" if kind is EventKind.BALL_BALL else "null"
+                rule = "the index of a ball" if kind is EventKind.BALL_BALL else none
             raise EngineError(
                 f"{where}.b` must be {rule} for an event of kind {kind.label}, got {b!r}"
             )
@@ -377,7 +386,7 @@ def event_row(event: RunEvent, table: Table | None, where: str) -> tuple[float, 
 def _refused(where: str, error: ValidationError, *inside: str, none: str = "null") -> EngineError:
     """Return an error for the first mistake that validation found: location, rule and value.
 
-    `none`: the text for None, which is null in JSON.
+    `none`: the word for a missing value: "null" for JSON, "None" for Python.
     """
     first = error.errors()[0]
     places, value = (*inside, *first["loc"]), first["input"]

@@ -148,7 +148,9 @@ class FunctionEngine(EngineBase, metaclass=_FunctionType):
         try:
             what = f'return value of `{self.where}` for scene "{scene.name}"'
             known = {"engine": name, "settings": settings, "wall_time": seconds}
-            result = EngineAnswer.returned(answer, what, scene, **known).result(scene, where=what)
+            result = EngineAnswer.returned(answer, what, scene, **known).result(
+                scene, where=what, none="None"
+            )
             _check_finite(result, what)
             check_result(result, scene, name)
         except (EngineError, ResultRefusedError) as error:

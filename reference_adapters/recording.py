@@ -107,6 +107,8 @@ class Recorder:
             collision_counts=self._counts,
             work=work,
             wall_time=wall_time,
+            # An estimate from a sample of the steps; if these are slower than the other steps, the
+            # estimate can exceed the time of the whole run.
             engine_time=None if engine_time is None else min(engine_time, wall_time),
             events=events,
             trajectory=trajectory,

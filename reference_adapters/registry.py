@@ -351,9 +351,11 @@ def _sentence(problem: Mapping[str, Any], name: str, defaults: Mapping[str, Any]
     field = ".".join(str(part) for part in problem["loc"][:1])
     if problem["type"] == "extra_forbidden":
         is_step = "dt" in defaults and re.fullmatch(_NAMES_OF_STEP, field, re.IGNORECASE)
-        close = ["dt"] if is_step else get_close_matches(field, defaults, n=1)
-        hint = f". Did you mean `{close[0]}`?" if close else ""
-        hint = ". The time step is `dt` [s]" if is_step else hint
+        if is_step:
+            hint = ". The time step is `dt` [s]"
+        else:
+            close = get_close_matches(field, defaults, n=1)
+            hint = f". Did you mean `{close[0]}`?" if close else ""
         return f"`{field}` is not a setting of engine `{name}`, got {problem['input']!r}{hint}"
     message = str(problem["msg"]).removeprefix("Value error, ")
     rule = message.replace("Input should", "must", 1)

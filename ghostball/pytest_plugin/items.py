@@ -171,9 +171,11 @@ class _TestPlan:
     def of(cls, config: pytest.Config, picked: Sequence[str]) -> _TestPlan:
         option, project = config.option, load_config(config.invocation_params.dir)
         spec = option.ghostball_engine or _only_engine(project.engines)
-        specs = (spec,) if option.ghostball_as is None else (spec, option.ghostball_as)
+        specs = Specs(spec, option.ghostball_as)
         # A named engine that doesn't exist, or can't run here, is an error.
-        engine, *_ = [make_engine(one) for one in specs]
+        engine = make_engine(specs.engine)
+        if specs.judged_as is not None:
+            make_engine(specs.judged_as)
         known = dict.fromkeys((*engine_names(), engine.name))
         names = _asked_scenes(option.ghostball_scenes, project.scenes, picked)
         scenes = select(names)
@@ -230,14 +232,14 @@ class _TestPlan:
 
     @cached_property
     def _first(self) -> str:
-        if is_ours(self.specs[0]):  # Ghostball's own tests check the shipped engines
+        if is_ours(self.specs.engine):  # Ghostball's own tests check the shipped engines
             return ""
-        return smallest_supported(make_engine(self.specs[0]), self.scenes)
+        return smallest_supported(make_engine(self.specs.engine), self.scenes)
 
     @cached_property
     def _player(self) -> ReferenceEngine:
         """The engine in its own process, one for all scenes; `process` closes it."""
-        engine = make_engine(self.specs[0])
+        engine = make_engine(self.specs.engine)
         return self.process.enter_context(
             in_other_process(engine, self.time_limit, self.printed.append)
         )
@@ -246,7 +248,7 @@ class _TestPlan:
         """Yield the command that repeats a test, and the command that explains the error."""
         yield shlex.join(["pytest", nodeid, *self.options])
         if scene.name in scene_names():
-            yield shlex.join(["ghostball", "explain", scene.name, "--engine", self.specs[0]])
+            yield shlex.join(["ghostball", "explain", scene.name, "--engine", self.specs.engine])
 
 
 def _only_engine(engines: Sequence[str]) -> str:
@@ -339,7 +341,7 @@ class MetricItem(pytest.Item):
         if change.change in UNCOMPARED:
             pytest.skip(harmless(words))
         if change.failed:
-            command = regress_command(self.parent.scene.name, engine=plan.specs[0])
+            command = regress_command(self.parent.scene.name, engine=plan.specs.engine)
             pytest.fail(harmless(f"{words}\n  more      {command}"), pytrace=False)
 
     def reportinfo(self) -> tuple[Path, None, str]:

@@ -59,7 +59,7 @@ def check_time() -> None:
 class ProofEndsError(Exception):
     """A run can't prove the next event.
 
-    `what`: clause that names the open question, or what happens from now on.
+    `what`: clause that names the open question, or the contact that begins.
     `choices`: the possible next events, or the events with an open outcome.
     `t`: time [s].
     `exact`: whether no precision could decide the question, because the numbers are equal.

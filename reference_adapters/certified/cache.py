@@ -67,7 +67,7 @@ def read(key: str) -> Certificate | None:
     try:
         seal, _, text = path.read_text("utf-8").partition("\n")
         if seal != _seal(key, text):
-            raise GhostballError("it is damaged, or from an older version")
+            raise GhostballError("it is damaged or misnamed")
         note_use(path)
     except FileNotFoundError:
         return None

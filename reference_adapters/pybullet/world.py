@@ -1,8 +1,8 @@
 """A scene in a Bullet world: the client, its bodies, its parameters, its contacts.
 
 All settings of pybullet are here, except the coefficients of bodies, which are in
-`pybullet.coefficients`. The steppers are in `stepping.plane` (rolling balls, in the plane) and
-`stepping.space` (sliding balls, in 3D).
+`pybullet.coefficients`. The steppers are in `stepping.closed_form` (rolling balls, in the plane)
+and `stepping.space` (sliding balls, in 3D).
 """
 
 from __future__ import annotations

@@ -7,7 +7,6 @@ newcomer types after reading the examples.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import pymunk
@@ -15,6 +14,7 @@ from pymunk import batch
 
 from ghostball.model import Disc, Scene, Segment, Side
 from ghostball.model.arrays import FloatArray
+from ghostball.reference_adapters.stepping.contact_world import UnroundedPlans
 from ghostball.reference_adapters.stepping.friction import ContactFriction
 from ghostball.reference_adapters.stepping.laws import (
     SpeedDependentRestitution,
@@ -22,7 +22,7 @@ from ghostball.reference_adapters.stepping.laws import (
     largest_momenta,
     rubs,
 )
-from ghostball.reference_adapters.stepping.plane import Collision, Planned
+from ghostball.reference_adapters.stepping.plane import Collision
 from ghostball.reference_adapters.stepping.settings import SteppingSettings
 from ghostball.reference_adapters.stepping.sides import (
     Normals,
@@ -52,7 +52,7 @@ _FORGETTING_STEP = 1e-9
 """Step that clears the solver's stored contacts [s]; no ball moves in it, whatever its length."""
 
 
-class PymunkWorld:
+class PymunkWorld(UnroundedPlans):
     """A space with its balls in the order of the scene, and the collisions of its last step.
 
     `collisions`: collisions of the last step.
@@ -124,14 +124,6 @@ class PymunkWorld:
             for body, spin in zip(self._bodies, spins[:, 2].tolist(), strict=True):
                 body.angular_velocity = spin
         return velocities
-
-    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
-        """Return the velocities of coming steps, (k, n, 2) [m/s]; see `PlaneWorld`."""
-        return [(one, None) for one in velocities]
-
-    def start_planned(self, planned: Planned) -> None:
-        """Set the velocities for a step; see `PlaneWorld`."""
-        self.start(planned[0], None)
 
     def turns(self) -> FloatArray:
         """Return the spin changes by the contacts of the step, (n, 3) [rad/s]."""

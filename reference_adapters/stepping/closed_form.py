@@ -6,9 +6,9 @@ moves it as the cloth would. The change of this velocity by the engine is the ef
 Any engine that accepts velocities can thus simulate rolling and sliding balls. The ends of the
 steps are determined in `stepping.step_ends`.
 
-While nothing touches, the motion doesn't depend on the engine. So equal steps are planned many at a
-time, until a phase ends, and the plan ends at a contact: a step then costs little more than the
-engine's own.
+While no bodies touch, the motion doesn't depend on the engine. The stepper therefore plans many
+equal steps at once. A plan ends before a phase ends, or at a contact. A planned step takes little
+more time than the engine's own step.
 """
 
 from __future__ import annotations
@@ -19,8 +19,7 @@ import numpy as np
 
 from ghostball.model import Samples, Scene
 from ghostball.model.arrays import FloatArray
-from ghostball.reference_adapters.stepping import cloth
-from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth, Steps
+from ghostball.reference_adapters.stepping.cloth import ClosedFormCloth, Steps, warm_up
 from ghostball.reference_adapters.stepping.laws import tangential_restitution
 from ghostball.reference_adapters.stepping.plane import (
     PlaneWorld,
@@ -50,9 +49,9 @@ class _Plan:
         self._planned: Sequence[Planned] = ()
 
     def extend(self, cloth: ClosedFormCloth) -> bool:
-        """Plan steps if none is left; return whether there are some.
+        """Plan the next steps if none is left, and return whether a planned step exists.
 
-        There are none after a contact, which may last, and if a phase ends in the next step.
+        No step is planned after a step with a contact, or if a phase ends in the next step.
         """
         if self.taken < len(self._planned):
             return True
@@ -95,7 +94,7 @@ class ClosedFormStepper(WorldStepper):
 
     def __init__(self, scene: Scene, world: PlaneWorld, ends: StepEnds) -> None:
         super().__init__(scene)
-        cloth.warm_up()
+        warm_up()
         self._ends = ends
         self._world = world
         self._known_positions: FloatArray | None = world.positions_and_velocities()[0]

@@ -28,7 +28,27 @@ REMOVED_COORDINATE = -1e4
 """Coordinate to which removed balls are moved [m]."""
 
 
-class ContactWorld:
+class UnroundedPlans:
+    """Planned steps of a `PlaneWorld` of an engine in double precision.
+
+    There `start` returns the velocities unrounded. A world in single precision must override
+    `planned`, unless its `touched` is always True, because then no step is planned.
+    """
+
+    def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
+        """Set the velocities and spins of the balls for a step; see `PlaneWorld`."""
+        raise NotImplementedError
+
+    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
+        """Return the velocities of coming steps, (k, n, 2) [m/s]; see `PlaneWorld`."""
+        return [(one, None) for one in velocities]
+
+    def start_planned(self, planned: Planned) -> None:
+        """Set the velocities for a step; see `PlaneWorld`."""
+        self.start(planned[0], None)
+
+
+class ContactWorld(UnroundedPlans):
     """Base class of a `PlaneWorld` whose steps find contacts, then solve velocities, then move.
 
     `noise`: impulses below this fraction of the largest possible momentum are ignored.
@@ -51,18 +71,6 @@ class ContactWorld:
         self._pushing: Set[Collision] = set()
         self._lasting: Set[Collision] = set()
         self._given, self._start = scene.velocities[:, :2], scene.angular_velocities
-
-    def start(self, velocities: FloatArray, spins: FloatArray | None) -> FloatArray:
-        """Set the velocities and spins of the balls for a step; see `PlaneWorld`."""
-        raise NotImplementedError
-
-    def planned(self, velocities: FloatArray) -> Sequence[Planned]:
-        """Return the velocities of coming steps, (k, n, 2) [m/s]; see `PlaneWorld`."""
-        return [(one, None) for one in velocities]
-
-    def start_planned(self, planned: Planned) -> None:
-        """Set the velocities for a step; see `PlaneWorld`."""
-        self.start(planned[0], None)
 
     def turns(self) -> FloatArray:
         """Return the spin changes by contacts of the step, (n, 3) [rad/s]: 0 without friction."""
@@ -111,7 +119,7 @@ def untouched(n: int, pushing: Set[Collision]) -> BoolArray:
 def tuples_of(vectors: NDArray[np.floating]) -> list[tuple[tuple[float, ...], ...]]:
     """Return the vectors of the balls in coming steps, (k, n, m), as k tuples of n tuples.
 
-    An engine takes tuples in less time than arrays, and this function makes them fast.
+    Engines read tuples faster than arrays. This function is faster than a loop over balls.
     """
     k, n, m = vectors.shape
     columns = iter(vectors.reshape(k, n * m).T.tolist())

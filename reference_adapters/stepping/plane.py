@@ -1,4 +1,4 @@
-"""What steppers have in common: the world of an external engine, its collisions, and its steps."""
+"""Base class of the steppers, and the interface of an engine's world."""
 
 from __future__ import annotations
 
@@ -50,7 +50,9 @@ Change = tuple[EventKind, int] | tuple[EventKind, int, int]
 
 
 Planned = tuple[FloatArray, Any]
-"""The velocities that `start` would return, (n, 2) [m/s], and those that it sets, in any form."""
+"""The velocities of the balls in a step: rounded as `start` returns them, (n, 2) [m/s], and in the
+form that the engine takes.
+"""
 
 
 class PlaneWorld(Protocol):

@@ -2,7 +2,8 @@
 
 Arguments, for n balls: v, velocities (n, 2) [m/s]; w, angular velocities (n, 3) [rad/s]; radii
 (n,) [m]; decelerations, `rolls_by` and `slides_by` (n,) [m/s^2], `spins_by` (n,) [rad/s^2]; `dt`
-[s]. The last argument is the output; `move` also changes v, and `turn` changes w.
+[s]. The last argument is the output. `move` also changes v, and `turn` changes w.
+`advance_within_phases` and `advance_steps` change v and w; `advance_steps` has three outputs.
 Contract: no allocation.
 """
 
@@ -242,7 +243,8 @@ def advance_steps(
     `means`: (k, n, 2) [m/s], the mean velocities in each step.
     `velocities`, `spins`: (k + 1, n, 2) [m/s] and (k + 1, n, 3) [rad/s], v and w at the start of
         each step, and at the end of the last step.
-    Returns the number of steps, at most k. The results have the bits of `advance_within_phases`.
+    Returns the number of steps, at most k. The results have the bits of `advance_within_phases`
+    followed by `ClosedFormCloth.keep`.
     """
     _store(v, w, 0, velocities, spins)
     for step in range(len(means)):

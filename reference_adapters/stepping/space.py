@@ -125,7 +125,8 @@ class OwnClothStepper(WorldStepper):
         lands = self._step_and_land()
         left = self._remove_balls_that_left()
         rolling, halves = self._rolls(), None
-        if slips is not None:  # a ball has rolled since its slide ended, inside the step
+        if slips is not None:
+            # A ball whose slide ended inside this step has rolled only since then.
             slid = slips / np.maximum(self._slip_per_step, 1e-300)
             rolling &= rolled | (slid <= 1.0)
             halves = np.where(rolling & ~rolled, 2.0 * (1.0 - slid), 1.0)
@@ -190,7 +191,8 @@ class OwnClothStepper(WorldStepper):
     def _slow(self, rolling: BoolArray, halves: FloatArray | None = None) -> None:
         """Apply rolling friction and the friction of spins for a half step.
 
-        `halves`: how long rolling friction acts instead, (n,) [half steps].
+        `halves`: duration of the rolling friction of each ball, (n,) [half steps]; None means one
+            half step.
         """
         speeds = np.linalg.norm(self._velocities[:, :2], axis=1)
         slows_by = self._slows_by if halves is None else halves * self._slows_by

@@ -84,7 +84,8 @@ def accept(
     them, if the engine gave different results when it simulated a selected scene twice, or if the
     engine finished none of the selected scenes that changed. Raises `AcceptError` if the reason is
     empty, if there is no comparison, if the code or the results in the folder are newer than the
-    comparison, or if there is nothing to accept. Nothing is written in these cases.
+    comparison, or if there is nothing to accept. Nothing is written in these cases. Raises
+    `ResultsError` if a file can't be written.
     """
     if not reason.strip():
         raise AcceptError(

@@ -2,6 +2,7 @@
 //
 // Both files have the keys "events" and "rest_positions"; the README of the golden shots describes
 // the comparison. This program reads only these keys, without a JSON library; use a library to read the scene.
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -29,16 +30,18 @@ vector<double> numbers(const string& list) {
     }
     return found;
 }
-int index(const string& text) {  // of a ball; -1 if the text is no whole number
-    bool whole = !text.empty() && text.size() < 10 && text.find_first_not_of("0123456789") == string::npos;
-    return whole ? std::stoi(text) : -1;
+int index(const string& text) {  // of a ball, such as 1 or 1.0; -1 if the text is no whole number
+    char* end;
+    double number = std::strtod(text.c_str(), &end);
+    bool whole = !text.empty() && *end == 0 && 0 <= number && number < 1e9 && number == std::floor(number);
+    return whole ? int(number) : -1;
 }
 vector<Event> events(const string& text) {
     vector<Event> found;
     string list = value(text, "events");
     for (size_t at = 0; (at = list.find('{', at)) != string::npos; at++) {
         Event e{std::stod(value(list, "t", at)), value(list, "kind", at), index(value(list, "a", at)), value(list, "b", at)};
-        if (int b = index(e.b); e.kind == "\"ball-ball\"" && 0 <= b && b < e.a) { e.b = std::to_string(e.a); e.a = b; }
+        if (int b = index(e.b); e.kind == "\"ball-ball\"" && 0 <= b) { e.b = std::to_string(std::max(e.a, b)); e.a = std::min(e.a, b); }
         found.push_back(e);
     }
     return found;

@@ -181,9 +181,9 @@ def engine_code(name: str) -> dict[str, str]:
     if not files:
         raise SourcesError(f"engine `{name}`: module `{module}` has no source file")
     digest = hashlib.sha256()
-    for place, path in sorted(files.items()):
+    for relative, path in sorted(files.items()):
         content = path.read_bytes()
-        digest.update(json.dumps([place, len(content)]).encode() + content)
+        digest.update(json.dumps([relative, len(content)]).encode() + content)
     found = {one: version_of(one) for one in sorted(distributions)}
     return {engine_source(name): digest.hexdigest()[:12]} | {
         one: number for one, number in found.items() if number is not None
@@ -212,8 +212,8 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
             continue
         distributions.update(one for owner in owners.get(name, ()) for one in _required(owner))
         is_installed = any(
-            place.resolve().is_relative_to(folder)
-            for place in _places_of(name)
+            path.resolve().is_relative_to(folder)
+            for path in _paths_of(name)
             for folder in installed_in
         )
         if is_installed and name != module:
@@ -228,15 +228,15 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
 
 def _files_of(name: str) -> Iterator[tuple[str, Path]]:
     """Yield the files of code of a top-level module or package, each with its relative path."""
-    for place in _places_of(name):
-        if place.is_file():
-            yield place.name, place
+    for path in _paths_of(name):
+        if path.is_file():
+            yield path.name, path
             continue
-        for path in code_files(place):
-            yield f"{name}/{path.relative_to(place).as_posix()}", path
+        for file in code_files(path):
+            yield f"{name}/{file.relative_to(path).as_posix()}", file
 
 
-def _places_of(name: str) -> list[Path]:
+def _paths_of(name: str) -> list[Path]:
     """Return the folders of a top-level package, or the file of a module; empty if it has none."""
     try:
         spec = find_spec(name)

@@ -15,7 +15,7 @@ from ghostball.validation.results.files import describe_validation_error, write_
 
 
 class MeasurementError(GhostballError):
-    """A measurement that can't be made, stored or read."""
+    """A measurement that can't be made or read."""
 
 
 def describe_machine() -> dict[str, Any]:
@@ -51,7 +51,10 @@ class Measurement(Record):
         return f"{self.environment['cpu']}, {str(self.environment['date'])[:10]}"
 
     def save(self, folder: Path) -> Path:
-        """Write the measurement into a folder: a line for each field and each row of a table."""
+        """Write the measurement into a folder: a line for each field and each row of a table.
+
+        Raises `ResultsError` if the file can't be written.
+        """
         path = folder / f"{self.kind}.json"
         fields = self.model_dump(mode="json", by_alias=True)
         lines = (f'  "{name}": {_in_rows(value)}' for name, value in fields.items())

@@ -8,14 +8,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.base import resolution_of
 from ghostball.reference_adapters.registry import OURS, EngineUnavailableError, make_engine
+from ghostball.validation.parallel.cluster import Cluster
+from ghostball.validation.parallel.pool import Progress
 from ghostball.validation.results.record_store import Name
+from ghostball.validation.results.records import CaseRecord
+from ghostball.validation.runs.runner import Reuse
 from ghostball.validation.stress.shots import StressShot
 from ghostball.validation.suite.suite import SuiteResult, run_suite
 
@@ -36,13 +39,19 @@ def run_stress(
     labels: Sequence[str],
     out: Path,
     *,
+    jobs: int = 1,
+    cluster: Cluster | None = None,
+    progress: Progress[CaseRecord] | None = None,
+    compiling: Progress[str] | None = None,
     reuse: bool = True,
-    **options: Any,
+    announce: Callable[[Reuse[CaseRecord]], None] | None = None,
+    time_limit: float | None = None,
+    relations: Sequence[str] | None = None,
 ) -> SuiteResult:
     """Run shots on engines; results of other shots by the same code stay in the folder.
 
     `labels`: engines, each `NAME` or `NAME:key=value,...`.
-    `reuse`, `options`: further parameters of `suite.run_suite`. No motion is stored.
+    All other parameters are those of `suite.run_suite`; no motion is stored.
 
     Raises `GhostballError` before anything runs if an engine is unknown or the folder can't be
     used.
@@ -51,11 +60,17 @@ def run_stress(
         [one.scene for one in shots],
         labels,
         out,
+        jobs=jobs,
+        cluster=cluster,
+        progress=progress,
+        compiling=compiling,
         criteria={one.scene.name: one.criteria for one in shots},
+        reuse=reuse,
+        announce=announce,
+        time_limit=time_limit,
         only=_pairs(shots, labels),
         keeps_motion=False,
-        reuse=reuse,
-        **options,
+        relations=relations,
     )
 
 

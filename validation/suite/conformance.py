@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from ghostball.model import Scene
 from ghostball.reference_adapters import ReferenceEngine, make_engine
@@ -27,10 +27,19 @@ COMPLETES = "completes"
 Outcome = Literal["passed", "failed", "skipped"]
 
 
-Specs = tuple[str, ...]
-"""The engine under test as the user wrote it, `NAME` or `MODULE:NAME` with settings after another
-colon; and, if the limits of another engine apply to it, that engine.
-"""
+class Specs(NamedTuple):
+    """The engine under test, and optionally a second engine whose limits apply.
+
+    Each is written as by the user: `NAME` or `MODULE:NAME`, then settings.
+    """
+
+    engine: str
+    judged_as: str | None = None
+
+    @property
+    def limiting(self) -> str:
+        """The engine whose limits apply."""
+        return self.engine if self.judged_as is None else self.judged_as
 
 
 @dataclass(frozen=True)
@@ -87,13 +96,14 @@ def asked_of_engine(specs: Specs, own: Criteria, for_all: Criteria | None = None
 
     Limits for the engine itself apply even if it is judged as another engine.
     """
-    engines = [(one.name, plain_settings(one)) for one in map(make_engine, specs)]
+    named = [one for one in specs if one is not None]
+    engines = [(one.name, plain_settings(one)) for one in map(make_engine, named)]
     return requirements.asked_of(engines, own, for_all)
 
 
 def requirement_names(specs: Specs, scene: Scene, asked: Requirements) -> tuple[str, ...]:
     """Return the names of the requirements: `COMPLETES`, then metrics in the order of `METRICS`."""
-    return (COMPLETES, *asked.metrics(requirements.claim_of(make_engine(specs[-1]), scene)))
+    return (COMPLETES, *asked.metrics(requirements.claim_of(make_engine(specs.limiting), scene)))
 
 
 def run_scene(
@@ -111,7 +121,7 @@ def run_scene(
     `make`: creates the engine that runs, for example one in another process.
     `every_record`: also run with less recorded, which must not change the result.
     """
-    judged_as = partial(make_engine, specs[-1]) if len(specs) > 1 else None
+    judged_as = None if specs.judged_as is None else partial(make_engine, specs.judged_as)
     truth = truth_or_failure(scene, own)
-    case = Case(scene, specs[0], truth, asked, judged_as=judged_as, every_record=every_record)
+    case = Case(scene, specs.engine, truth, asked, judged_as=judged_as, every_record=every_record)
     return SceneRun(*run_case(case, make))

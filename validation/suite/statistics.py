@@ -297,7 +297,10 @@ def _visible(
     ]
 
     def is_visible(size: float) -> bool:
-        """Return whether so few trials miss the shift as `POWER` permits, and try no more."""
+        """Return whether at most `_MISSES` trials miss the shift.
+
+        Stop at the first miss too many.
+        """
         missed = 0
         for is_found in trials:
             missed += not is_found(size)
@@ -315,7 +318,10 @@ def _visible(
 
 
 def _step_test(least: float) -> Callable[[FloatArray, FloatArray], Callable[[float], bool]]:
-    """Return a test for a shift of numbers: the distance of the distributions is `least`."""
+    """Return a test for a shift of numbers.
+
+    The distance of the distributions is at least `least`.
+    """
     return lambda one, other: lambda size: _largest_step(one + size, other) >= least
 
 

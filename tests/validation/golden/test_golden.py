@@ -510,6 +510,8 @@ def test_the_examples_say_the_same(shots, folder, tmp_path, language):
     # Events after the end of the comparison, which may be of any kind and time.
     extra = [{"t": shots["chaos-a"]["valid_until"] + 1.0, **one} for one in LATE_EVENTS]
     right = answers_of(ours, {"chaos-a": shots["chaos-a"]})["chaos-a"]
+    for event in right["events"]:  # 1.0 is an index as 1 is
+        event |= {key: float(event[key]) for key in ("a", "b") if isinstance(event[key], int)}
     wrong = right | {"rest_positions": [["infinite"] * 3, *right["rest_positions"][1:]]}
     for k, one in enumerate((*(right | {"events": [*right["events"], e]} for e in extra), wrong)):
         text = json.dumps(one if language == "cpp" else {"chaos-a": one})
@@ -517,7 +519,7 @@ def test_the_examples_say_the_same(shots, folder, tmp_path, language):
         if language == "cpp":
             command[1:] = [str(folder / "chaos-a.json"), str(given)]
         status, shown = verdicts(command, tmp_path)
-        assert (status, k in (0, 1)) in ((0, True), (1, False)), (one["events"][-1], shown)
+        assert status == (k >= 2), (one["events"][-1], shown)
 
 
 def test_read_golden_needs_a_folder(tmp_path):

@@ -6,6 +6,7 @@ from ghostball.validation.checks.criteria import Criteria
 from ghostball.validation.scenes.library import find_scene
 from ghostball.validation.suite.conformance import (
     COMPLETES,
+    Specs,
     asked_of_engine,
     requirement_names,
     run_scene,
@@ -18,7 +19,7 @@ HALF_BALL = find_scene("half-ball-cut")
 
 def test_an_engine_judged_as_another_engine_gets_the_limits_of_its_step():
     # The limit is computed from pymunk's time step, although the toy engine declares rounding only.
-    judged = (TOY, "pymunk")
+    judged = Specs(TOY, "pymunk")
     own = shipped_criteria(HALF_BALL)
     asked = asked_of_engine(judged, own)
     assert requirement_names(judged, HALF_BALL, asked)[0] == COMPLETES
