@@ -50,9 +50,8 @@ def test_a_file_without_permission_is_refused(cli, tmp_path, monkeypatch):
         assert refused(cli(command), "pyproject.toml: can't be read: Permission denied")
     access = os.access
     monkeypatch.setattr(os, "access", lambda path, mode: path != tmp_path and access(path, mode))
-    assert (
-        load_config() == config.Config()
-    )  # A folder without permission isn't searched for a project.
+    # A folder without permission isn't searched for a project.
+    assert load_config() == config.Config()
 
 
 def test_settings_of_another_shape_are_refused(tmp_path, monkeypatch):
