@@ -80,6 +80,10 @@ BAD = {
     "event": (lambda s: still(s, events=[0.1]), r"`events\[0\]` must be \(t, kind, a, b\)"),
     "no number": (lambda s: still(s, events=[(0.0, "ball-ball", "cue", 1)]), "valid integer"),
     "no ball": (lambda s: still(s, events=[(0.0, "ball-ball", 0, 9)]), "the index of a ball"),
+    "a partner in a phase change": (
+        lambda s: still(s, events=[(0.0, "slide-to-roll", 0, "left")]),
+        r"`events\[0\].b` must be None for an event of kind slide-to-roll, got 'left'",
+    ),
     "cushion": (lambda s: still(s, events=[(0.0, "ball-cushion", 0, "north")]), "left, right"),
     "scene": (lambda s: {**still(s), "scene": "stop"}, "must be the requested scene"),
     "elsewhere": (
