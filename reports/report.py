@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Literal
 
 from ghostball.model import GhostballError
+from ghostball.model.text_files import write_whole
 from ghostball.reference_adapters.output import harmless
 from ghostball.reports import style
 from ghostball.reports.failed_parts import FailedPart, IncompleteReportError, attempt
@@ -20,7 +21,6 @@ from ghostball.reports.page import ScenePagePart, failed_scene_part, page_text, 
 from ghostball.reports.shots import Shot, load_shot
 from ghostball.validation.baselines import Regression, load_regression
 from ghostball.validation.parallel.pool import Progress, run_tasks
-from ghostball.validation.results.files import write_whole
 from ghostball.validation.results.store import Results
 
 FIGURES = "figures"

@@ -17,8 +17,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
+from ghostball.model.text_files import write_whole
 from ghostball.reference_adapters.function import name_of_function
-from ghostball.validation.results.files import write_whole
 from ghostball.validation.results.quantities import scaled
 from ghostball.validation.results.records import number_with_unit
 

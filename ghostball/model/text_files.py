@@ -1,4 +1,4 @@
-"""Read and write files of users.
+"""Read files of users, and write files whole.
 
 Named pipes are rejected, byte-order marks are removed, and no file is written in part.
 """
@@ -42,22 +42,35 @@ def read_text(path: Path) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a UTF-8 text file; other processes see the old file or the complete new one.
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file, text as UTF-8; other processes see the old file or the complete new one.
 
-    The text is first written to a new file next to `path`. If writing fails, that file is removed.
+    The content is first written to a new file next to `path`. If writing fails, that file is
+    removed.
 
     Raises `OSError` if the file can't be written; `ValueError` if no file can have such a path or
     text.
     """
-    temporary = path.with_name(f".{uuid4().hex}.part")
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    temporary = temporary_path(path)
     try:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_bytes(data)
         temporary.replace(path)
     except BaseException:
         with suppress(OSError, ValueError):  # the first error is raised
             temporary.unlink(missing_ok=True)
         raise
+
+
+def temporary_path(path: Path) -> Path:
+    """Return the path of a new file next to `path`, for content that isn't complete.
+
+    Its name is unique, because several processes may write the same file.
+
+    Raises `ValueError` if `path` has no name.
+    """
+    start = path.name[:40]  # a name of the largest permitted length can't be extended
+    return path.with_name(f"{start}.{uuid4().hex}.part")
 
 
 def _open_without_waiting(path: str, flags: int) -> int:

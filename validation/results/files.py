@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from ghostball.model import GhostballError
+from ghostball.model.text_files import temporary_path
 
 
 class ResultsError(GhostballError):
@@ -77,21 +78,16 @@ _SHOWN = 80
 """Largest length of an invalid value that a message shows."""
 
 
-def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file atomically, text as UTF-8: an error leaves the old file unchanged.
-
-    Raises `OSError` if it can't be written; no temporary file is left then.
-    """
-    write_all_whole({path: content})
-
-
 def write_all_whole(contents: Mapping[Path, str | bytes]) -> None:
-    """Write files that belong together: none is replaced before all of them are on the disk."""
+    """Write files that belong together: none is replaced before all of them are on the disk.
+
+    Raises `OSError` if a file can't be written; no temporary file is left then.
+    """
     encoded = {
         path: content.encode("utf-8") if isinstance(content, str) else content
         for path, content in contents.items()
     }
-    parts = {path: path.with_name(path.name + ".part") for path in encoded}
+    parts = {path: temporary_path(path) for path in encoded}
     try:
         for path, data in encoded.items():
             parts[path].write_bytes(data)

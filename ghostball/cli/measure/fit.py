@@ -24,10 +24,10 @@ from ghostball.cli.shared.tables import facts_table, table_of
 from ghostball.cli.shared.terminal import stdout
 from ghostball.model import GhostballError, Physics
 from ghostball.model.impact_laws import CUSHION_LAWS
+from ghostball.model.text_files import write_whole
 from ghostball.reference_adapters import make_engine
 from ghostball.validation.exit_status import ExitStatus
 from ghostball.validation.measured.tracks import HEADER, Surface, read_tracks
-from ghostball.validation.results.files import write_whole
 
 try:
     from ghostball.reports.figures.fitted import draw_fit

@@ -1,4 +1,4 @@
-"""Text files of users: no command waits forever, and a byte order mark isn't text."""
+"""Files of users: no command waits forever, a byte order mark isn't text, no file is partial."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from damage import run
 
 from ghostball.model import Scene, SceneError
-from ghostball.model.text_files import read_bytes, read_text
+from ghostball.model.text_files import read_bytes, read_text, write_whole
 
 SCENE = 'schema = 1\nname = "scene"\n[[balls]]\nid = "b"\nposition = [0.5, 0.5]\n'
 
@@ -92,3 +92,30 @@ def test_a_terminal_is_read_until_the_user_ends_the_text() -> None:
         typed.join()
         os.close(terminal)
         os.close(keyboard)
+
+
+def test_text_and_bytes_are_written_whole(tmp_path: Path) -> None:
+    write_whole(tmp_path / "text", "größer\n")
+    write_whole(tmp_path / "bytes", b"\x00\xff")
+    assert (tmp_path / "text").read_bytes() == "größer\n".encode()
+    assert (tmp_path / "bytes").read_bytes() == b"\x00\xff"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bytes", "text"]
+
+
+def test_a_file_that_cannot_be_replaced_is_an_error_without_a_part(tmp_path: Path) -> None:
+    (tmp_path / "place").mkdir()
+    with pytest.raises(OSError, match="place"):
+        write_whole(tmp_path / "place", "text")
+    assert [path.name for path in tmp_path.iterdir()] == ["place"]
+
+
+def test_text_that_utf_8_cannot_hold_touches_no_file(tmp_path: Path) -> None:
+    with pytest.raises(UnicodeEncodeError):
+        write_whole(tmp_path / "text", "\udc80")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_may_have_a_name_of_the_largest_length(tmp_path: Path) -> None:
+    path = tmp_path / ("a" * 255)
+    write_whole(path, "text")
+    assert path.read_text() == "text"

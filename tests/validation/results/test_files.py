@@ -13,19 +13,10 @@ from ghostball.validation.results.environment import git_state
 from ghostball.validation.results.files import (
     describe_validation_error,
     write_all_whole,
-    write_whole,
 )
 from ghostball.validation.results.git import GitError, run_git
 
 # Files are written completely or not at all, and errors in them are clear
-
-
-def test_text_and_bytes_are_written_whole(tmp_path: Path) -> None:
-    write_whole(tmp_path / "text", "größer\n")
-    write_whole(tmp_path / "bytes", b"\x00\xff")
-    assert (tmp_path / "text").read_bytes() == "größer\n".encode()
-    assert (tmp_path / "bytes").read_bytes() == b"\x00\xff"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["bytes", "text"]
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left"), KeyboardInterrupt()])
@@ -47,19 +38,6 @@ def test_what_fails_half_way_leaves_what_was_there_and_no_part(
         write_all_whole({first: "new", second: "content"})
     assert [path.name for path in tmp_path.iterdir()] == ["first"]
     assert first.read_text() == "old"
-
-
-def test_a_file_that_cannot_be_replaced_is_an_error_without_a_part(tmp_path: Path) -> None:
-    (tmp_path / "place").mkdir()
-    with pytest.raises(OSError, match="place"):
-        write_whole(tmp_path / "place", "text")
-    assert [path.name for path in tmp_path.iterdir()] == ["place"]
-
-
-def test_text_that_utf_8_cannot_hold_touches_no_file(tmp_path: Path) -> None:
-    with pytest.raises(UnicodeEncodeError):
-        write_whole(tmp_path / "text", "\udc80")
-    assert list(tmp_path.iterdir()) == []
 
 
 class _Part(BaseModel):

@@ -163,7 +163,7 @@ class TestSave:
                 file.write(b"half")
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr(Path, "write_text", full_disk)
+        monkeypatch.setattr(Path, "write_bytes", full_disk)
         with pytest.raises(SceneError, match="No space left on device"):
             scene_of(ball((0, 0))).save(path)
         assert path.read_bytes() == before
