@@ -320,7 +320,7 @@ def _visible(
 def _step_test(least: float) -> Callable[[FloatArray, FloatArray], Callable[[float], bool]]:
     """Return a test for a shift of numbers.
 
-    The distance of the distributions is at least `least`.
+    The test finds a shift if the distance of the distributions is at least `least`.
     """
     return lambda one, other: lambda size: _largest_step(one + size, other) >= least
 
