@@ -267,7 +267,11 @@ def _next_in_space(
     bent = (level + abs(rz) * (jerk_up(balls, i) + jerk_up(balls, j))) / distance
     left = both_last(balls, i, j, t)
     s = first_bent_crossing(gap, rate, pull, bent, left)
-    if gap <= max(GAP_ROUNDING * reach, gap_rounding(balls, i, j)) or s <= TIME_ROUNDING * t:
+    closed = GAP_ROUNDING * reach
+    if balls.state[i].impacts > 0.0 and balls.state[j].impacts > 0.0:
+        # Both balls have an impact at this instant, so rounding decided their gap.
+        closed = max(closed, gap_rounding(balls, i, j))
+    if gap <= closed or s <= TIME_ROUNDING * t:
         gravity = max(height[i, st.FALL], height[j, st.FALL])
         across = max(vx * vx + vy * vy + vz * vz - rate * rate, 0.0)
         opening = pull + across / distance

@@ -160,4 +160,4 @@ def test_the_command_writes_a_file_for_each_shard(tmp_path, monkeypatch):
     assert refused(cli("run", DRAW, "--starts", file, "--shard", "65/64"), "got '65/64'")
     assert refused(cli("run", DRAW, "--shard", "1/2"), "the option needs `--starts`")
     assert refused(cli("run", DRAW, "--starts", file, "-e", "pymunk"), "Remove `--engine`")
-    assert refused(cli("run", DRAW, "--starts", file, "--out", "strokes.csv"), "can't write")
+    assert refused(cli("run", DRAW, "--starts", file, "--out", "strokes.csv"), "can't be written")
