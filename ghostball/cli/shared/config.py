@@ -89,9 +89,9 @@ def load_config(start: Path | None = None) -> Config:
 
 
 def load_table(path: Path) -> Any:
-    """Return the table `[tool.ghostball]` of a file, or None if there is none.
+    """Return the table `[tool.ghostball]` of a file; None if the file or its table doesn't exist.
 
-    A folder that this user may not enter counts as one without a file. Raises `ConfigError` if the
+    A file in a folder that this user may not enter counts as missing. Raises `ConfigError` if the
     file can't be read for another reason.
     """
     try:
@@ -100,9 +100,8 @@ def load_table(path: Path) -> Any:
         return None
     except (OSError, UnicodeDecodeError) as error:
         if not os.access(path.parent, os.X_OK):
-            return (
-                None  # the user may not enter this folder, so the file belongs to another project
-            )
+            # The user may not enter this folder, so the file belongs to another project.
+            return None
         why = getattr(error, "strerror", None) or str(error)
         raise ConfigError(
             f"{path}: can't be read: {why}. Its `[tool.ghostball]` may hold settings: make the "

@@ -114,7 +114,11 @@ KNOWN = (
 
 
 JUST_BEFORE_THE_STOP = ("mathavan-cut",)
-"""Scenes whose growth is read just before the end: at the end, it depends on a law's rounding."""
+"""Scenes whose growth is read just before the last stop.
+
+The growth at the stop includes the sampled rounding of the stop. Its size depends on the rounding
+of the law of impacts in these scenes.
+"""
 
 
 @pytest.mark.parametrize(("name", *"hgxvs"), KNOWN)
