@@ -4,10 +4,10 @@
     ...     faults_on(folder, ["shipped/stop"])
 
 The package `engine`, and the one that a bug is planted in where that is another, are copied into a
-temporary folder, and one text of one file is replaced. Shots run there in a process of their own,
-with interpreted kernels: the caller's engine, the checkout and the kernels that are kept on the
-disk stay as they are. That process is forked from one that has imported what others wrote, and
-nothing of ours.
+temporary folder, and one text of one file is replaced. Shots and tests run there in a process of
+their own, with interpreted kernels: the caller's engine, the checkout and the kernels on the disk
+stay as they are. That process is forked from one that has imported packages of others, but nothing
+of ours.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 from copies import copy_packages
-from probe import try_all
+from probe import run_tests_into, try_all
 
 START_LIMIT = 120.0
 """How long the process of a copy may take to start [s]: minutes pass on a busy machine."""
@@ -37,8 +37,11 @@ TIME_LIMIT = 600.0
 PROCESSOR_LIMIT = 10.0
 """Processor time [s] after which a shot is ended: four times that of the dearest without a bug."""
 
-OF_OTHERS = ("numba", "pydantic", "mpmath", "flint", "filelock", "lazy_loader", "pytest")
-"""What takes longest to import of all that our packages and pytest need."""
+OF_OTHERS = (
+    *("numba", "pydantic", "mpmath", "flint", "filelock", "lazy_loader", "typer.testing"),
+    *("pytest", "hypothesis", "hypothesis.strategies", "hypothesis.extra.numpy"),
+)
+"""What takes longest to import of all that our packages and tests need."""
 
 
 class MutantError(Exception):
@@ -176,6 +179,19 @@ def faults_on(
         process.join()
         answers.close()
     return found
+
+
+def outcome_of_interpreted_tests(
+    folder: Path, root: Path, tests: Sequence[str]
+) -> tuple[int | None, str]:
+    """Run tests of the checkout `root` on the packages in a folder; return exit status and output."""
+    output = folder / "output.txt"
+    process = server().Process(
+        target=run_tests_into, args=(str(output), str(folder), str(root), tests)
+    )
+    process.start()
+    process.join()
+    return process.exitcode, output.read_text("utf-8")
 
 
 @cache

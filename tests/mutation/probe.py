@@ -1,8 +1,9 @@
-"""What runs within a copy of our packages: shots, shipped and generated, on what is found there."""
+"""What runs within a copy of our packages: shots, shipped and generated, and tests."""
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -37,6 +38,32 @@ def try_all(folder: str, shots: Sequence[str], processor_limit: float, answers: 
         found = faults_in(path)
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         answers.send(found)
+
+
+def run_tests_into(output: str, folder: str, root: str, tests: Sequence[str]) -> None:
+    """As `run_tests`, in a forked process, with the output in a file."""
+    with open(output, "wb", buffering=0) as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    os.environ["GHOSTBALL_CACHE_DIR"] = folder
+    os.chdir(folder)
+    sys.path.insert(0, folder)
+    run_tests(folder, root, tests)
+
+
+def run_tests(folder: str, root: str, tests: Sequence[str]) -> None:
+    """Run tests of the checkout `root` on the packages in a folder; exit with pytest's status."""
+    # Found, but not imported: pytest imports the package itself, because its plugin is part of it.
+    spec = importlib.util.find_spec("ghostball")
+    if spec is None or spec.origin is None or not spec.origin.startswith(folder):
+        raise ImportError(f"not the copy: {spec}")
+    import pytest
+
+    options = ["-q", "-n", "0", "-p", "no:cacheprovider", "--rootdir", root]
+    options += ["-c", f"{root}/pyproject.toml"]
+    # The plugin of Hypothesis was imported before pytest could rewrite its assertions.
+    options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
+    sys.exit(pytest.main([*options, *(f"{root}/{test}" for test in tests)]))
 
 
 def faults_in(path: str) -> tuple[str, ...]:
@@ -78,3 +105,7 @@ def check_copies(folder: Path) -> None:
         found = importlib.import_module(f"ghostball.{package.parent.name}").__file__
         if found is None or not Path(found).samefile(package):
             raise ImportError(f"not the copy: {found}")
+
+
+if __name__ == "__main__":
+    run_tests(*sys.argv[1:3], sys.argv[3:])
