@@ -184,7 +184,7 @@ def faults_on(
 def outcome_of_interpreted_tests(
     folder: Path, root: Path, tests: Sequence[str]
 ) -> tuple[int | None, str]:
-    """Run tests of the checkout `root` on the packages in a folder; return exit status and output."""
+    """Run tests of the checkout `root` on the packages in a folder; return status and output."""
     output = folder / "output.txt"
     process = server().Process(
         target=run_tests_into, args=(str(output), str(folder), str(root), tests)
