@@ -88,7 +88,7 @@ def simulate(
     if off:
         settings["no_skip"] = "+".join(sorted(off))
     trajectory = run.trajectory()
-    return Result(
+    result = Result(
         engine="ghostball",
         settings=settings,
         scene=scene,
@@ -102,6 +102,8 @@ def simulate(
         trajectory=trajectory and replace(trajectory, tangents=tangents_of),
         reason=run.reason,
     )
+    run.leave()
+    return result
 
 
 def check_request(scene: Scene, record: Record, max_events: int, max_work: int = MAX_WORK) -> None:

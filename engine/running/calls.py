@@ -5,6 +5,7 @@ A single shot, a batch and a sweep use the same code; they differ in how they ma
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from threading import Event
 from typing import NamedTuple
 
@@ -91,6 +92,60 @@ def play_some(
     """Simulate shots, see `event_loop.play.play`; return the index of the next in `which`."""
     numbers = (first, continues, who, *limits, budget)
     return int(play(which, *shots, *log, memory, *numbers, *layout.arguments))
+
+
+class Workplace:
+    """Memory and arrays for one shot of a scene at a time, and the call that plays a shot there.
+
+    A layout keeps workplaces of finished shots for its next shots. For 16 balls, allocating the
+    arrays and packing the arguments take longer than all other Python code around the kernel.
+    """
+
+    __slots__ = ("_call", "_of", "clock", "counters", "layout", "memory", "shots")
+
+    def __init__(self, layout: SceneLayout, start: st.FloatArray | None = None) -> None:
+        self.layout, self.memory = layout, memory_for(layout)
+        self.shots = shots_of(1, layout.count, 3)
+        if start is not None:
+            self.shots = self.shots._replace(starts=np.ascontiguousarray(start[np.newaxis]))
+        self.clock, self.counters = self.shots.clocks[0], self.shots.counts[0]
+        self.counters[st.STATUS] = st.RUN_CONTINUES
+        self._call: Callable[[], int] | None = None
+        self._of: tuple[Limits, int] | None = None
+
+    def play(self, limits: Limits, log: Log, budget: int) -> None:
+        """Begin or continue the shot, for as much work as `budget`; see the counter STATUS."""
+        begun = self.counters.item(st.STATUS) != st.RUN_CONTINUES
+        if begun or log is not NO_LOG:
+            play_some(self.layout, self.memory, self.shots, _FIRST, 0, begun, log, limits, budget)
+            return
+        if self._call is None or self._of != (limits, budget):
+            numbers = (0, False, 0, *limits, budget)
+            arguments = (*self.shots, *NO_LOG, self.memory, *numbers, *self.layout.arguments)
+            self._call, self._of = play.bind(_FIRST, *arguments), (limits, budget)
+        self._call()
+
+    def leave(self) -> None:
+        """Keep the workplace for a next shot of the scene, unless its memory is large."""
+        if self.memory.size <= _KEPT_NUMBERS:
+            self.counters[st.STATUS] = st.RUN_CONTINUES
+            self.layout.idle.append(self)
+
+
+_FIRST = np.zeros(1, dtype=np.int64)
+_FIRST.flags.writeable = False
+
+_KEPT_NUMBERS = 2**16
+"""Largest number of doubles in the memory of a kept workplace: half a megabyte, some 100 balls."""
+
+
+def workplace_for(layout: SceneLayout) -> Workplace:
+    """Return a workplace that no other thread uses: one that was left, or a new one."""
+    try:
+        left: Workplace = layout.idle.pop()
+    except IndexError:
+        return Workplace(layout)
+    return left
 
 
 def play_all(

@@ -18,9 +18,8 @@ from ghostball.engine.running.calls import (
     WORK_AT_ONCE,
     Limits,
     Log,
-    memory_for,
-    play_some,
-    shots_of,
+    Workplace,
+    workplace_for,
 )
 from ghostball.engine.running.from_scene import layout_of, log_of
 from ghostball.engine.running.skips import Skip
@@ -32,9 +31,6 @@ from ghostball.model.rounding import position_rounding
 _FIRST_LOG = 1_024
 """Number of events in the first log; each further log has twice as many."""
 
-
-_FIRST_SHOT = np.zeros(1, dtype=np.int64)
-_FIRST_SHOT.flags.writeable = False
 
 _BALL_BALL, _BALL_CUSHION = EventKind.BALL_BALL.label, EventKind.BALL_CUSHION.label
 
@@ -109,19 +105,16 @@ class KernelRun:
         self.variant, self.size = layout.variant, layout.count
         self.status, self.reason = Status.FAILED, ""
         self.t_end = self.wall_time = 0.0
-        self._memory = memory_for(layout)
+        self._counts: list[int] = []
         self._log = log_of(_FIRST_LOG, self.size, layout.columns) if keep_log else NO_LOG
         self._logs: list[Log] = []
-        self._shots = shots_of(1, self.size, 3)
-        if start is not None:
-            self._shots = self._shots._replace(starts=np.ascontiguousarray(start[np.newaxis]))
-        self._clock, self._counters = self._shots.clocks[0], self._shots.counts[0]
-        self._counters[st.STATUS] = st.RUN_CONTINUES
+        self._place = workplace_for(layout) if start is None else Workplace(layout, start)
+        self._clock, self._counters = self._place.clock, self._place.counters
 
     @property
     def _state(self) -> st.FloatArray:
         """`Balls.state` at the present time of the run."""
-        return self._memory[: self.size * STATE_COLUMNS].reshape(self.size, STATE_COLUMNS)
+        return self._place.memory[: self.size * STATE_COLUMNS].reshape(self.size, STATE_COLUMNS)
 
     def go(self, limits: Limits) -> None:
         """Run to the end or to a limit."""
@@ -134,6 +127,7 @@ class KernelRun:
                 break
         self.status = STATUS[code]
         self.t_end = self._clock.item(st.END)
+        self._counts = self._counters[: st.COUNTERS].tolist()
         if not self.status.complete:
             self._say_why(code)
         self._check_resolved()
@@ -199,10 +193,9 @@ class KernelRun:
 
     def play(self, limits: Limits, budget: int = WORK_AT_ONCE) -> None:
         """Continue the run for as much work as `budget`, or to the end; see the counter STATUS."""
-        shots, log, started = self._shots, self._log, time.perf_counter()
-        begun = self._counters.item(st.STATUS) != st.RUN_CONTINUES
+        started = time.perf_counter()
         try:
-            play_some(self._layout, self._memory, shots, _FIRST_SHOT, 0, begun, log, limits, budget)
+            self._place.play(limits, self._log, budget)
         finally:
             self.wall_time += time.perf_counter() - started
 
@@ -223,21 +216,25 @@ class KernelRun:
         self._log = log_of(2 * len(self._log[0]), self.size, self._layout.columns)
         self._counters[[st.LOGGED_EVENTS, st.LOGGED_MOTIONS]] = 0
 
+    def leave(self) -> None:
+        """Let a next run of the scene use the memory of this run, which must not be read again."""
+        self._place.leave()
+
     def final_state(self) -> Samples:
         """Return the state of every ball at `t_end`, arrays (1, n, 3)."""
-        end = self._shots.ends
-        return Samples(end[:, 0], end[:, 1], end[:, 2])
+        ends = self._place.shots.ends.copy()
+        return Samples(ends[:, 0], ends[:, 1], ends[:, 2])
 
     def collision_counts(self) -> dict[str, int]:
         """Return the number of collisions by kind."""
         return {
-            _BALL_BALL: self._counters.item(st.BALL_BALL),
-            _BALL_CUSHION: self._counters.item(st.BALL_CUSHION),
+            _BALL_BALL: self._counts[st.BALL_BALL],
+            _BALL_CUSHION: self._counts[st.BALL_CUSHION],
         }
 
     def work(self) -> dict[str, int]:
         """Return machine-independent counters of the run; the last ones only if not 0."""
-        counters = self._counters[: st.COUNTERS].tolist()
+        counters = self._counts
         work = {
             "events": counters[st.EVENTS],
             "bounds": counters[st.BOUNDS],

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import weakref
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -66,6 +66,8 @@ class SceneLayout:
     smallest_radius: float
     variant: Variant  # which kernel
     columns: int  # number of columns of `Log.motion`
+    # Each `Workplace` that no shot uses now; a layout with another end starts with none.
+    idle: list[Any] = field(default_factory=list, init=False)
 
     @cached_property
     def arguments(self) -> tuple[Any, ...]:
@@ -143,11 +145,14 @@ def layout_of(scene: Scene, off: frozenset[Skip] = frozenset()) -> SceneLayout:
 
     Raises `SceneError` or `UnsupportedSceneError`, see `admit`.
     """
-    admit(scene)
-    kept = _LAYOUTS[id(scene)][1]
-    if off not in kept:
-        kept[off] = _laid_out(scene, off)
-    return kept[off]
+    kept = _LAYOUTS.get(id(scene))
+    if kept is None or kept[0]() is not scene:
+        admit(scene)
+        kept = _LAYOUTS[id(scene)]
+    layout = kept[1].get(off)
+    if layout is None:
+        layout = kept[1][off] = _laid_out(scene, off)
+    return layout
 
 
 def _laid_out(scene: Scene, off: frozenset[Skip]) -> SceneLayout:
