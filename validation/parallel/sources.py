@@ -10,15 +10,17 @@ import platform
 import re
 import sys
 import sysconfig
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import (
+    Distribution,
     PackageNotFoundError,
-    packages_distributions,
+    distributions,
     requires,
     version,
 )
 from importlib.util import find_spec
+from inspect import getmodulename
 from pathlib import Path
 from typing import Any, Final
 
@@ -205,12 +207,12 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
     # Folders without metadata, such as the current one, change from run to run.
     owners = _owners(tuple(one for one in sys.path if any(Path(one).glob("*-info"))))
     files: dict[str, Path] = {}
-    distributions: set[str] = set()
+    needed: set[str] = set()
     names = [module]
     for name in names:  # the list grows in the loop
         if name in sys.stdlib_module_names or name == "ghostball":
             continue
-        distributions.update(one for owner in owners.get(name, ()) for one in _required(owner))
+        needed.update(*(_required(one.metadata["Name"]) for one in owners.get(name, ())))
         is_installed = any(
             path.resolve().is_relative_to(folder)
             for path in _paths_of(name)
@@ -223,7 +225,7 @@ def _imported_by(module: str) -> tuple[dict[str, Path], set[str]]:
         code = [path for path in own.values() if path.suffix == ".py"]
         imported = {one for path in code for one in _imports(path.read_bytes())}
         names += sorted(imported.difference(names))
-    return files, distributions
+    return files, needed
 
 
 def _files_of(name: str) -> Iterator[tuple[str, Path]]:
@@ -265,10 +267,36 @@ def _imports(code: bytes) -> frozenset[str]:
     return frozenset(found)
 
 
-@cache  # reads the file lists of all distributions, which takes 0.2 s
-def _owners(path: tuple[str, ...]) -> Mapping[str, list[str]]:  # noqa: ARG001
-    """Return the distributions that own each top-level module found on a path."""
-    return packages_distributions()
+@cache  # reads the file lists of all distributions
+def _owners(path: tuple[str, ...]) -> Mapping[str, list[Distribution]]:
+    """Return the distributions that own each top-level module found on a path.
+
+    `importlib.metadata.packages_distributions` finds the same. It makes an object of each file and
+    reads all metadata, so it takes five times as long.
+    """
+    owners: dict[str, list[Distribution]] = {}
+    for one in distributions(path=list(path)):
+        for module in _modules_of(one):
+            owners.setdefault(module, []).append(one)
+    return owners
+
+
+_TOP = re.compile(r"^([^/,\n]+)(/?)", re.MULTILINE)
+"""The first part of each path in a list of files, and a slash if more parts follow."""
+
+
+def _modules_of(distribution: Distribution) -> Collection[str]:
+    """Return the names of the top-level modules and packages of a distribution."""
+    declared = (distribution.read_text("top_level.txt") or "").split()
+    if declared:
+        return declared
+    record = distribution.read_text("RECORD")
+    if record is None:
+        record = "\n".join(map(str, distribution.files or ()))
+    # A path in quotes contains a comma or a quote, and no module's name contains one.
+    tops = set(_TOP.findall(record))
+    names = {top if slash else getmodulename(top) for top, slash in tops}
+    return {name for name in names if name and "." not in name}
 
 
 @cache

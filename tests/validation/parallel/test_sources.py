@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from importlib.metadata import version
+from importlib.metadata import packages_distributions, version
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 import ghostball.validation.parallel.sources
 from ghostball.validation.parallel.sources import (
     OUR_PACKAGES,
+    _owners,
     code_files,
     code_kind,
     engine_code,
@@ -124,3 +126,12 @@ def test_engines_of_another_project_have_a_kind_each() -> None:
     labels = ["ghostball", "pymunk:contact_steps=exact", NAME, "no_such_module:simulate"]
     assert [code_kind(one) for one in labels] == ["", "", NAME, "no_such_module:simulate"]
     assert engine_code("") == {}
+
+
+def test_owners_of_modules_are_those_that_importlib_finds() -> None:
+    path = tuple(one for one in sys.path if any(Path(one).glob("*-info")))
+    found = _owners(path)
+    assert {"numpy", "pytest", "yaml"} <= set(found)
+    for module, names in packages_distributions().items():
+        if module.isidentifier() and find_spec(module) is not None:
+            assert {one.metadata["Name"] for one in found[module]} >= set(names), module
