@@ -124,12 +124,8 @@ def mirror(result: Result) -> RelatedShot:
     scene = result.scene
     if _has_side_pockets(scene):
         return _seen_from(scene, "mirror", _FLIP, exact=False)
-    # Forces of contacts that last are found one after another, in an order that depends on places,
-    # and a mirrored polygon has its vertices in reverse order. A ball that balances on another
-    # falls in some direction.
-    table = scene.table
-    exact = not result.work.get("contact_steps") and (table is None or not table.vertices)
-    exact = exact and first_balance(result) == math.inf and not hits_corner(result)
+    # A mirrored polygon has its vertices in reverse order.
+    exact = not depends_on_direction(result) and (scene.table is None or not scene.table.vertices)
     return _seen_from(scene, "mirror", _SWAP, exact=exact)
 
 
@@ -274,6 +270,17 @@ SECOND_SHOTS: Final[dict[str, Callable[[Result], RelatedShot]]] = {
 
 Each raises `NotMeasuredError` if the relation doesn't exist for the scene.
 """
+
+
+def depends_on_direction(result: Result) -> bool:
+    """Return whether a mirror image of a shot may round differently.
+
+    Forces of contacts that last are found one after another, in an order that depends on places. A
+    ball in a corner hits two cushions one after the other, although they are due at one instant. A
+    ball that balances on another ball falls in a fixed direction.
+    """
+    steps = result.work.get("contact_steps", 0) > 0
+    return steps or first_balance(result) < math.inf or hits_corner(result)
 
 
 def depends_on_order(result: Result) -> bool:

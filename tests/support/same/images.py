@@ -12,7 +12,11 @@ import numpy as np
 
 from ghostball.engine.running.skips import has_drag
 from ghostball.model import Ball, EventKind, Result, Scene, Table
-from ghostball.validation.checks.related_shots import depends_on_order, hits_two_in_turn
+from ghostball.validation.checks.related_shots import (
+    depends_on_direction,
+    depends_on_order,
+    hits_two_in_turn,
+)
 from same.plays import play, played, with_balls
 
 Plane = Callable[[Any, Any], tuple[Any, Any]]
@@ -43,18 +47,14 @@ def mirrored(scene: Scene) -> str | None:
 
     A mirror at the middle of a table rounds, and so do mirror images of oblique or round obstacles.
     With air drag or quadratic rolling friction, cushion contacts are exact only to rounding. In all
-    these cases nothing is compared. Nor if a ball starts exactly above another ball: it falls in
-    the direction of x in every image.
+    these cases nothing is compared, nor if the shot itself `depends_on_direction`.
     """
     bounded = scene.table is not None and scene.table.has_cushions
-    if played(scene).work["contact_steps"] or hits_two_in_turn(played(scene)):
+    if depends_on_direction(played(scene)) or hits_two_in_turn(played(scene)):
         return None
     if bounded and has_drag(scene):
         return None
     if scene.table is not None and scene.table.obstacles:
-        return None
-    places = {ball.position[:2] for ball in scene.balls}
-    if len(places) < len(scene.balls):
         return None
     for name in ("diagonal",) if bounded else MAPS:
         other = play(image(scene, name), "events")
