@@ -131,7 +131,9 @@ def test_outcomes_of_a_shot_that_is_interrupted_go_on():
     run = KernelRun(scene, keep_log=False)
     while run._counters[st.STATUS] in (st.RUN_CONTINUES, st.RUN_PAUSED):
         run.play(Limits(events=10**6, work=10**9), budget=1)
-    assert_same_outcomes(batch_of(run._shots, R, (scene,)), 0, simulate(scene, record="events"))
+    assert_same_outcomes(
+        batch_of(run._place.shots, R, (scene,)), 0, simulate(scene, record="events")
+    )
 
 
 def test_balls_that_a_shot_has_not_got_have_no_outcome():
