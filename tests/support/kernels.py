@@ -52,6 +52,15 @@ def _in_process() -> Any:
     return InProcess()
 
 
+def one_if_interpreted(*values: Any) -> tuple[Any, ...]:
+    """Return the values of a parameter of a test: only the first if kernels are interpreted.
+
+    For values that reach the same lines of the kernels. Interpreted kernels are a hundred times
+    slower, and have the same bits as compiled ones.
+    """
+    return values if COMPILED else values[:1]
+
+
 def checks_bounds() -> bool:
     """Return True if kernels are compiled with checks of array bounds."""
     return COMPILED and os.environ.get("NUMBA_BOUNDSCHECK", "0") not in ("", "0")

@@ -185,6 +185,7 @@ def test_a_break_keeps_momentum_and_angular_momentum_and_gains_no_energy(gap):
     assert energy_of(scene, found).total[0] < 0.5 * m[0] * 10.7**2
 
 
+@pytest.mark.compiled
 def test_speeds_change_smoothly_with_the_gap():
     """Rigid impacts jump between a touching rack and one with gaps of a nanometre."""
     gaps = np.linspace(0.0, 1e-3, 41)

@@ -10,6 +10,7 @@ from shots import FLIES, JUST_ABOVE, R, ball, scene_of
 
 from ghostball.engine import simulate
 from ghostball.engine.core import state as st
+from ghostball.engine.core.kernel import COMPILED
 from ghostball.engine.core.tolerances import EPS
 from ghostball.model import EventKind, Hole, Phase, Result, Scene, Status, Table, event_dict
 from ghostball.model.scene.obstacles import (
@@ -263,7 +264,7 @@ ALOFT = tuple(how for how in ASPECTS["flight"] if how != "no")
 
 @pytest.mark.parametrize("kind", ["polygon", "pockets", "posts"])
 def test_no_ball_in_the_air_gets_out_or_into_an_obstacle(kind: str):
-    for number in range(30):
+    for number in range(30 if COMPILED else 10):
         scene = random_scene(number, table=kind, flight=ALOFT, air="no", count="few")
         result = simulate(scene, record="trajectory")
         assert result.status.complete
