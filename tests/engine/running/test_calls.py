@@ -53,6 +53,7 @@ def test_a_shot_in_the_memory_of_an_earlier_shot_has_the_same_bits(name):
     first = simulate(scene)
     before = first.rest_positions.copy()
     stopped = simulate(scene, max_events=3)
+    stopped_at = stopped.rest_positions.copy()
     recorded = simulate(scene, record="events")
     again = simulate(scene)
     assert stopped.work["events"] == 3
@@ -60,6 +61,7 @@ def test_a_shot_in_the_memory_of_an_earlier_shot_has_the_same_bits(name):
         assert np.array_equal(other.rest_positions, before)
         assert other.work == first.work
     assert np.array_equal(first.rest_positions, before)
+    assert np.array_equal(stopped.rest_positions, stopped_at)
     assert len(layout_of(scene).idle) == 1
 
 
