@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -109,41 +109,74 @@ class ExactTrajectory:
     def sample(self, times: FloatArray) -> Samples:
         """Return the states at `times`, (k,) [s]; at an event, the state after the event."""
         t = np.clip(times, 0.0, self.t_end)
-        positions, velocities, spins = (np.zeros((len(t), len(self.segments), 3)) for _ in range(3))
+        states = Samples(*(np.zeros((len(t), len(self.segments), 3)) for _ in range(3)))
         for i, segments in enumerate(self.segments):
             now = segments[_at_or_before(segments, t)]
-            s = (t - now[:, segment.EPOCH])[:, np.newaxis]
-            r, v, a = now[:, _PLACE], now[:, _VELOCITY], now[:, _ACCELERATION]
-            positions[:, i, :2] = r + displacement(v, a, s)
-            velocities[:, i, :2] = speed(v, a, s)
-            powers = self.powers(now)
-            count = _powers_in_use(powers)
+            own = Samples(*(array[:, i] for array in states))
+            one = slice(i, i + 1)
+            self._fill(own, now, t, self.radii[one], self.spin_decelerations[one])
+        return states
+
+    def sample_apart(self, times: Sequence[FloatArray]) -> list[Samples]:
+        """Return the states of each ball at its own times: (k_i,) [s] for ball i, arrays (k_i, 3).
+
+        They equal those of `sample`, bit for bit. For many balls and few times this is faster,
+        because it computes all states together instead of ball by ball.
+        """
+        counts = [len(own) for own in times]
+        t = np.clip(np.concatenate(times), 0.0, self.t_end)
+        ends = np.cumsum(counts)[:-1]
+        now = [
+            segments[_at_or_before(segments, own)]
+            for segments, own in zip(self.segments, np.split(t, ends), strict=True)
+        ]
+        states = Samples(*(np.zeros((len(t), 3)) for _ in range(3)))
+        radii, decays = np.repeat(self.radii, counts), np.repeat(self.spin_decelerations, counts)
+        self._fill(states, np.concatenate(now), t, radii, decays)
+        return [
+            Samples(*of_ball)
+            for of_ball in zip(*(np.split(array, ends) for array in states), strict=True)
+        ]
+
+    def _fill(
+        self, states: Samples, now: FloatArray, t: FloatArray, radius: FloatArray, decay: FloatArray
+    ) -> None:
+        """Compute states at the times `t` (k,) [s] and store them in arrays (k, 3) of zeros.
+
+        `now` (k, columns): the segment of each time. `radius` [m], `decay` [rad/s^2]: of the ball
+        (1,), or of the ball of each time (k,).
+        """
+        positions, velocities, spins = states
+        s = (t - now[:, segment.EPOCH])[:, np.newaxis]
+        r, v, a = now[:, _PLACE], now[:, _VELOCITY], now[:, _ACCELERATION]
+        positions[:, :2] = r + displacement(v, a, s)
+        velocities[:, :2] = speed(v, a, s)
+        powers = self.powers(now)
+        count = _powers_in_use(powers)
+        if count > 0:
+            x, y, vx, vy, _, _ = tails(powers, count, s[:, 0])
+            positions[:, :2] += np.column_stack((x, y))
+            velocities[:, :2] += np.column_stack((vx, vy))
+        spins[:] = rolling_angular_velocity(velocities, radius)
+        flies = now[:, segment.PHASE] == Phase.FLYING
+        slides = np.isin(now[:, segment.PHASE], (Phase.SLIDING, Phase.COMPRESSED)) | flies
+        w, b = now[slides, _SPIN], now[slides, _SPIN_RATE]
+        spins[slides, :2] = w + s[slides] * b
+        if count > 0:
+            further = turns(powers[:, slides], count, s[slides, 0])
+            spins[slides, :2] += np.column_stack(further)
+        vertical, s = now[:, segment.WZ], s[:, 0]
+        left = np.maximum(np.abs(vertical) - s * np.where(flies, 0.0, decay), 0.0)
+        spins[:, 2] = np.sign(vertical) * left + s * now[:, segment.BZ]
+        positions[:, 2] = radius
+        if self.lifts:
+            rise, up, fall = now[:, segment.COLUMNS : segment.COLUMNS + 3].T
+            positions[:, 2] += rise + displacement(up, -fall, s)
+            velocities[:, 2] = speed(up, -fall, s)
             if count > 0:
-                x, y, vx, vy, _, _ = tails(powers, count, s[:, 0])
-                positions[:, i, :2] += np.column_stack((x, y))
-                velocities[:, i, :2] += np.column_stack((vx, vy))
-            spins[:, i] = rolling_angular_velocity(velocities[:, i], self.radii[i])
-            flies = now[:, segment.PHASE] == Phase.FLYING
-            slides = np.isin(now[:, segment.PHASE], (Phase.SLIDING, Phase.COMPRESSED)) | flies
-            w, b = now[slides, _SPIN], now[slides, _SPIN_RATE]
-            spins[slides, i, :2] = w + s[slides] * b
-            if count > 0:
-                further = turns(powers[:, slides], count, s[slides, 0])
-                spins[slides, i, :2] += np.column_stack(further)
-            vertical, s = now[:, segment.WZ], s[:, 0]
-            decay = np.where(flies, 0.0, self.spin_decelerations[i])
-            left = np.maximum(np.abs(vertical) - s * decay, 0.0)
-            spins[:, i, 2] = np.sign(vertical) * left + s * now[:, segment.BZ]
-            positions[:, i, 2] = self.radii[i]
-            if self.lifts:
-                rise, up, fall = now[:, segment.COLUMNS : segment.COLUMNS + 3].T
-                positions[:, i, 2] += rise + displacement(up, -fall, s)
-                velocities[:, i, 2] = speed(up, -fall, s)
-                if count > 0:
-                    more, faster, _ = rises(powers, count, s)
-                    positions[:, i, 2] += more
-                    velocities[:, i, 2] += faster
-        return Samples(positions, velocities, spins)
+                more, faster, _ = rises(powers, count, s)
+                positions[:, 2] += more
+                velocities[:, 2] += faster
 
     def phases(self, times: FloatArray) -> PhaseArray:
         """Return each ball's `Phase` at `times`, (k, n) int8; at an event, the phase after it."""

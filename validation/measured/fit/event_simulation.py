@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ghostball.model import Ball, Physics, Result, Scene, Table
+from ghostball.model import Ball, ExactTrajectory, Physics, Result, Scene, Table
 from ghostball.model.arrays import FloatArray
 from ghostball.reference_adapters import ReferenceEngine
 from ghostball.reference_adapters.base import resolution_of
@@ -47,16 +47,23 @@ def scene_of(physics: Physics, played: Sequence[StartedEvent]) -> Scene:
 
 def seen_in(result: Result, played: Sequence[StartedEvent]) -> list[FloatArray]:
     """Return the seen values of each event in the motion of their `scene_of`."""
-    asked = [np.round(event.times, _DIGITS) for event, _ in played]
-    times = np.unique(np.concatenate(asked))
-    positions = result.sample(times).positions[..., :2]
-    seen, first = [], 0
+    times = [np.round(event.times, _DIGITS) for event, _ in played for _ in range(event.count)]
+    places = iter(_places(result, times))
+    seen = []
     for lane, (event, _) in enumerate(played):
-        last = first + event.count
-        own = positions[np.searchsorted(times, asked[lane]), first:last]
+        own = np.stack([next(places) for _ in range(event.count)], axis=1)
         seen.append(event.read(own - (0.0, lane * SIZE)))
-        first = last
     return seen
+
+
+def _places(result: Result, times: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the positions (k_i, 2) of each ball at its own times (k_i,)."""
+    if isinstance(result.trajectory, ExactTrajectory):
+        # All balls at the times of all events take several times as long as the simulation.
+        return [own.positions[:, :2] for own in result.trajectory.sample_apart(times)]
+    every = np.unique(np.concatenate(times))
+    positions = result.sample(every).positions[..., :2]
+    return [positions[np.searchsorted(every, own), ball] for ball, own in enumerate(times)]
 
 
 class EventSimulator:

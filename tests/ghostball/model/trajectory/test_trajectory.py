@@ -20,7 +20,14 @@ from segments import (
 from shots import R, ball, scene_of
 
 from ghostball.engine.core import state
-from ghostball.model import Phase, SampledTrajectory, Samples, energy_of, initial_state
+from ghostball.model import (
+    ExactTrajectory,
+    Phase,
+    SampledTrajectory,
+    Samples,
+    energy_of,
+    initial_state,
+)
 
 
 def line(times, xs, vxs) -> SampledTrajectory:
@@ -205,3 +212,25 @@ def test_a_path_through_its_bend_times_stays_near_the_curve():
     distance = np.linalg.norm(beside, axis=1)
     assert 0.5e-5 < distance.max() <= 1e-5  # within the limit, but not far below it
     assert len(trajectory.bend_times(1e-5, 3)) == 4
+
+
+def test_balls_sampled_apart_have_the_same_states():
+    """The motion has flights, and powers of the time that only one of the balls needs."""
+    random = np.random.default_rng(1)
+    powers = 3
+    segments = []
+    for ball_powers in (0, powers):
+        pieces = random.normal(size=(6, 17 + 5 * powers))
+        pieces[:, 0] = np.arange(6.0)
+        pieces[:, 13] = [Phase.SLIDING, Phase.FLYING, Phase.COMPRESSED, Phase.ROLLING, 0, 2]
+        pieces[:, 17 + 5 * ball_powers :] = 0.0
+        segments.append(pieces)
+    trajectory = ExactTrajectory(
+        np.array([R, 1.1 * R]), tuple(segments), 7.0, np.array([10.0, 0.5]), lifts=True
+    )
+    times = [random.uniform(-1.0, 8.0, 50), np.arange(8.0)]
+    for ball_number, (own, states) in enumerate(
+        zip(times, trajectory.sample_apart(times), strict=True)
+    ):
+        for array, every in zip(states, trajectory.sample(own), strict=True):
+            assert array.tobytes() == np.ascontiguousarray(every[:, ball_number]).tobytes()
