@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import os
 from contextlib import suppress
+from fnmatch import fnmatch
 from functools import cache
 from pathlib import Path
 
@@ -101,6 +103,8 @@ def write(key: str, certificate: Certificate) -> None:
 
 
 def _prune(folder: Path) -> None:
-    kept = sorted(folder.glob("certificate-*.json"), key=last_use, reverse=True)
-    for path in kept[MAX_CERTIFICATES:]:
-        path.unlink(missing_ok=True)  # a different process may have removed it
+    kept = [folder / name for name in os.listdir(folder) if fnmatch(name, "certificate-*.json")]
+    # Most calls have nothing to remove, and needn't ask the system for the times of all files.
+    if len(kept) > MAX_CERTIFICATES:
+        for path in sorted(kept, key=last_use, reverse=True)[MAX_CERTIFICATES:]:
+            path.unlink(missing_ok=True)  # a different process may have removed it
