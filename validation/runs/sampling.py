@@ -210,7 +210,7 @@ def _largest_overlaps(result: Result) -> tuple[float, float]:
     of_balls = at_cushions = 0.0
     for start in _starts(times):
         rows = slice(start, start + _CHUNK)
-        places = result.sample(times[rows]).positions if frames is None else frames.positions[rows]
+        places = _positions(result, times[rows]) if frames is None else frames.positions[rows]
         there = None if here is None else here[rows]
         if len(scene.balls) > 1:
             deepest = overlaps_of_balls(scene, places, there)
@@ -219,6 +219,16 @@ def _largest_overlaps(result: Result) -> tuple[float, float]:
             deepest = overlaps_at_cushions(scene, places, there)
             at_cushions = max(at_cushions, float(np.max(deepest, initial=0.0)))
     return of_balls, at_cushions
+
+
+def _positions(result: Result, times: FloatArray) -> FloatArray:
+    """Return the positions of `result.sample`, (k, n, 3) [m]; of an exact motion, without the rest.
+
+    The search for overlaps would need more time for the spins than for the positions.
+    """
+    if isinstance(result.trajectory, ExactTrajectory):
+        return result.trajectory.positions(times)
+    return result.sample(times).positions
 
 
 def momentum_series(result: Result) -> FloatArray:

@@ -111,17 +111,25 @@ class ExactTrajectory:
         t = np.clip(times, 0.0, self.t_end)
         states = Samples(*(np.zeros((len(t), len(self.segments), 3)) for _ in range(3)))
         for i, segments in enumerate(self.segments):
-            now = segments[_at_or_before(segments, t)]
-            own = Samples(*(array[:, i] for array in states))
-            one = slice(i, i + 1)
-            self._fill(own, now, t, self.radii[one], self.spin_decelerations[one])
+            now, one = segments[_at_or_before(segments, t)], slice(i, i + 1)
+            positions, *moves = (array[:, i] for array in states)
+            self._fill(positions, moves, now, t, self.radii[one], self.spin_decelerations[one])
         return states
 
-    def sample_apart(self, times: Sequence[FloatArray]) -> list[Samples]:
-        """Return the states of each ball at its own times: (k_i,) [s] for ball i, arrays (k_i, 3).
+    def positions(self, times: FloatArray) -> FloatArray:
+        """Return the positions that `sample` returns, (k, n, 3) [m], in less than half the time."""
+        t = np.clip(times, 0.0, self.t_end)
+        positions = np.zeros((len(t), len(self.segments), 3))
+        for i, segments in enumerate(self.segments):
+            now, one = segments[_at_or_before(segments, t)], slice(i, i + 1)
+            self._fill(positions[:, i], None, now, t, self.radii[one], self.spin_decelerations[one])
+        return positions
+
+    def positions_apart(self, times: Sequence[FloatArray]) -> list[FloatArray]:
+        """Return the positions of each ball at its own times: (k_i,) [s] and (k_i, 3) for ball i.
 
         They equal those of `sample`, bit for bit. For many balls and few times this is faster,
-        because it computes all states together instead of ball by ball.
+        because it computes all positions together instead of ball by ball.
         """
         counts = [len(own) for own in times]
         t = np.clip(np.concatenate(times), 0.0, self.t_end)
@@ -130,53 +138,63 @@ class ExactTrajectory:
             segments[_at_or_before(segments, own)]
             for segments, own in zip(self.segments, np.split(t, ends), strict=True)
         ]
-        states = Samples(*(np.zeros((len(t), 3)) for _ in range(3)))
+        positions = np.zeros((len(t), 3))
         radii, decays = np.repeat(self.radii, counts), np.repeat(self.spin_decelerations, counts)
-        self._fill(states, np.concatenate(now), t, radii, decays)
-        return [
-            Samples(*of_ball)
-            for of_ball in zip(*(np.split(array, ends) for array in states), strict=True)
-        ]
+        self._fill(positions, None, np.concatenate(now), t, radii, decays)
+        return np.split(positions, ends)
 
     def _fill(
-        self, states: Samples, now: FloatArray, t: FloatArray, radius: FloatArray, decay: FloatArray
+        self,
+        positions: FloatArray,
+        moves: Sequence[FloatArray] | None,
+        now: FloatArray,
+        t: FloatArray,
+        radius: FloatArray,
+        decay: FloatArray,
     ) -> None:
         """Compute states at the times `t` (k,) [s] and store them in arrays (k, 3) of zeros.
 
+        `moves`: the arrays of velocities and angular velocities; None: they aren't needed.
         `now` (k, columns): the segment of each time. `radius` [m], `decay` [rad/s^2]: of the ball
         (1,), or of the ball of each time (k,).
         """
-        positions, velocities, spins = states
-        s = (t - now[:, segment.EPOCH])[:, np.newaxis]
+        s = t - now[:, segment.EPOCH]
+        across = s[:, np.newaxis]
         r, v, a = now[:, _PLACE], now[:, _VELOCITY], now[:, _ACCELERATION]
-        positions[:, :2] = r + displacement(v, a, s)
-        velocities[:, :2] = speed(v, a, s)
+        positions[:, :2] = r + displacement(v, a, across)
+        positions[:, 2] = radius
         powers = self.powers(now)
         count = _powers_in_use(powers)
         if count > 0:
-            x, y, vx, vy, _, _ = tails(powers, count, s[:, 0])
+            x, y, vx, vy, _, _ = tails(powers, count, s)
             positions[:, :2] += np.column_stack((x, y))
-            velocities[:, :2] += np.column_stack((vx, vy))
-        spins[:] = rolling_angular_velocity(velocities, radius)
-        flies = now[:, segment.PHASE] == Phase.FLYING
-        slides = np.isin(now[:, segment.PHASE], (Phase.SLIDING, Phase.COMPRESSED)) | flies
-        w, b = now[slides, _SPIN], now[slides, _SPIN_RATE]
-        spins[slides, :2] = w + s[slides] * b
-        if count > 0:
-            further = turns(powers[:, slides], count, s[slides, 0])
-            spins[slides, :2] += np.column_stack(further)
-        vertical, s = now[:, segment.WZ], s[:, 0]
-        left = np.maximum(np.abs(vertical) - s * np.where(flies, 0.0, decay), 0.0)
-        spins[:, 2] = np.sign(vertical) * left + s * now[:, segment.BZ]
-        positions[:, 2] = radius
         if self.lifts:
             rise, up, fall = now[:, segment.COLUMNS : segment.COLUMNS + 3].T
             positions[:, 2] += rise + displacement(up, -fall, s)
-            velocities[:, 2] = speed(up, -fall, s)
             if count > 0:
                 more, faster, _ = rises(powers, count, s)
                 positions[:, 2] += more
+        if moves is None:
+            return
+        velocities, spins = moves
+        velocities[:, :2] = speed(v, a, across)
+        if count > 0:
+            velocities[:, :2] += np.column_stack((vx, vy))
+        spins[:] = rolling_angular_velocity(velocities, radius)
+        if self.lifts:
+            velocities[:, 2] = speed(up, -fall, s)
+            if count > 0:
                 velocities[:, 2] += faster
+        flies = now[:, segment.PHASE] == Phase.FLYING
+        slides = np.isin(now[:, segment.PHASE], (Phase.SLIDING, Phase.COMPRESSED)) | flies
+        w, b = now[slides, _SPIN], now[slides, _SPIN_RATE]
+        spins[slides, :2] = w + across[slides] * b
+        if count > 0:
+            further = turns(powers[:, slides], count, s[slides])
+            spins[slides, :2] += np.column_stack(further)
+        vertical = now[:, segment.WZ]
+        left = np.maximum(np.abs(vertical) - s * np.where(flies, 0.0, decay), 0.0)
+        spins[:, 2] = np.sign(vertical) * left + s * now[:, segment.BZ]
 
     def phases(self, times: FloatArray) -> PhaseArray:
         """Return each ball's `Phase` at `times`, (k, n) int8; at an event, the phase after it."""

@@ -60,7 +60,7 @@ def _places(result: Result, times: Sequence[FloatArray]) -> list[FloatArray]:
     """Return the positions (k_i, 2) of each ball at its own times (k_i,)."""
     if isinstance(result.trajectory, ExactTrajectory):
         # All balls at the times of all events take several times as long as the simulation.
-        return [own.positions[:, :2] for own in result.trajectory.sample_apart(times)]
+        return [own[:, :2] for own in result.trajectory.positions_apart(times)]
     every = np.unique(np.concatenate(times))
     positions = result.sample(every).positions[..., :2]
     return [positions[np.searchsorted(every, own), ball] for ball, own in enumerate(times)]

@@ -214,7 +214,7 @@ def test_a_path_through_its_bend_times_stays_near_the_curve():
     assert len(trajectory.bend_times(1e-5, 3)) == 4
 
 
-def test_balls_sampled_apart_have_the_same_states():
+def test_positions_alone_are_those_of_the_states():
     """The motion has flights, and powers of the time that only one of the balls needs."""
     random = np.random.default_rng(1)
     powers = 3
@@ -229,8 +229,7 @@ def test_balls_sampled_apart_have_the_same_states():
         np.array([R, 1.1 * R]), tuple(segments), 7.0, np.array([10.0, 0.5]), lifts=True
     )
     times = [random.uniform(-1.0, 8.0, 50), np.arange(8.0)]
-    for ball_number, (own, states) in enumerate(
-        zip(times, trajectory.sample_apart(times), strict=True)
-    ):
-        for array, every in zip(states, trajectory.sample(own), strict=True):
-            assert array.tobytes() == np.ascontiguousarray(every[:, ball_number]).tobytes()
+    for number, positions in enumerate(trajectory.positions_apart(times)):
+        expected = trajectory.sample(times[number]).positions
+        assert trajectory.positions(times[number]).tobytes() == expected.tobytes()
+        assert positions.tobytes() == np.ascontiguousarray(expected[:, number]).tobytes()
