@@ -21,7 +21,7 @@ from ghostball.model.cache_folder import cache_folder
 ROOT = Path(__file__).parents[3]
 ACTION = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))
 STEPS = ACTION["runs"]["steps"]
-SCENES = "stop half-ball-cut break-7"
+SCENES = "stop half-ball-cut three-ball-chain"
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,8 @@ def guarded(tmp_path_factory):
     folder = tmp_path_factory.mktemp("project")
     ghostball(folder, "init", "--ci")
     ghostball(folder, "regress", *SCENES.split())
-    assert "accepted: stop, half-ball-cut, break-7" in ghostball(folder, "accept", "--reason", "x")
+    done = ghostball(folder, "accept", "--reason", "x")
+    assert "accepted: stop, half-ball-cut, three-ball-chain" in done
     shutil.rmtree(folder / "out")
     for command in ("init", "add .", "-c user.name=x -c user.email=x@x commit -m x"):
         subprocess.run(["git", *command.split()], cwd=folder, check=True, capture_output=True)
@@ -228,7 +229,7 @@ class TestInARepository:
         assert "ghostball accept" in only
         # From the uploaded files, baselines can be made on another machine.
         done = ghostball(repository, "accept", "--reason", "x", "--out", str(ended.kept[1].parent))
-        assert "accepted: stop, half-ball-cut, break-7" in done
+        assert "accepted: stop, half-ball-cut, three-ball-chain" in done
         assert act(fail_on="limits").is_judged(0, "passed")
 
 
