@@ -1,7 +1,7 @@
 """Tests of the forces of a contact step, with friction: closed forms, and steps without forces."""
 
 import pytest
-from kernels import one_if_interpreted
+from kernels import if_compiled
 from recorded import fingerprint
 from shots import R, ball, kept_scene, scene_of
 
@@ -134,7 +134,7 @@ def test_a_chain_that_no_forces_hold_while_it_slips_stops_slipping():
     assert energy[0] > energy[1] > energy[2]
 
 
-@pytest.mark.parametrize("lacking", one_if_interpreted(1e-14, -1e-14, 0.0, 1e-15, 1e-13))
+@pytest.mark.parametrize("lacking", [1e-14, *if_compiled(-1e-14, 0.0, 1e-15, 1e-13)])
 @pytest.mark.parametrize("spins", [(1.0, 2.0), (3.0, 1.0, 2.0), (-5.0, 2.0, 9.0)])
 def test_a_row_that_fills_the_place_between_two_cushions_stays_until_its_slips_end(spins, lacking):
     """The gaps have a constant sum for any forces, so no force ends an overlap."""
