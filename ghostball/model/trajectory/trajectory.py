@@ -117,7 +117,7 @@ class ExactTrajectory:
         return states
 
     def positions(self, times: FloatArray) -> FloatArray:
-        """Return the positions that `sample` returns, (k, n, 3) [m], in less than half the time."""
+        """Return the positions that `sample` returns, (k, n, 3) [m], in about half the time."""
         t = np.clip(times, 0.0, self.t_end)
         positions = np.zeros((len(t), len(self.segments), 3))
         for i, segments in enumerate(self.segments):
