@@ -97,8 +97,8 @@ def play_some(
 class Workplace:
     """Memory and arrays for one shot of a scene at a time, and the call that plays a shot there.
 
-    A layout keeps workplaces of finished shots for its next shots. For 16 balls, allocating the
-    arrays and packing the arguments take longer than all other Python code around the kernel.
+    A layout keeps the workplaces of finished shots for its next shots. Otherwise each shot would
+    allocate the arrays and pack the arguments again.
     """
 
     __slots__ = ("_call", "_of", "clock", "counters", "layout", "memory", "shots")

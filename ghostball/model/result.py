@@ -98,8 +98,8 @@ class Result:
         reason: str = "",
         engine_time: float | None = None,
     ) -> None:
-        # The constructor of a frozen dataclass sets each field by a call and takes three times as
-        # long: a fifth of a shot of two balls.
+        # The constructor of a frozen dataclass sets each field by a call. The kernel needs
+        # only a few microseconds for a shot of two balls, so these calls would count.
         vars(self).update(
             engine=engine,
             settings=settings,

@@ -73,6 +73,7 @@ def outcome_on(folder: Path, *tests: str) -> tuple[int | None, str]:
         return outcome_of_interpreted_tests(folder, ROOT, tests)
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join([str(folder), *filter(None, sys.path)]),
+        "NUMBA_DISABLE_JIT": "0",
         "GHOSTBALL_CACHE_DIR": str(folder),
     }
     run = [sys.executable, "-m", "probe", str(folder), str(ROOT), *tests]

@@ -55,8 +55,8 @@ def _in_process() -> Any:
 def if_compiled(*values: Any) -> tuple[Any, ...]:
     """Return the values of a parameter of a test if kernels are compiled, otherwise none.
 
-    For values that reach no other lines of the kernels. Interpreted kernels are a hundred times
-    slower, and have the same bits as compiled ones.
+    For values that reach no further lines of the kernels: interpreted kernels are much slower, and
+    give the same bits as compiled kernels.
     """
     return values if COMPILED else ()
 

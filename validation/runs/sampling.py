@@ -227,7 +227,7 @@ def _positions(result: Result, times: FloatArray) -> FloatArray:
     The search for overlaps would need more time for the spins than for the positions.
     """
     if isinstance(result.trajectory, ExactTrajectory):
-        return result.trajectory.positions(times)
+        return result.trajectory.positions_at(times)
     return result.sample(times).positions
 
 

@@ -116,8 +116,8 @@ class ExactTrajectory:
             self._fill(positions, moves, now, t, self.radii[one], self.spin_decelerations[one])
         return states
 
-    def positions(self, times: FloatArray) -> FloatArray:
-        """Return the positions that `sample` returns, (k, n, 3) [m], in about half the time."""
+    def positions_at(self, times: FloatArray) -> FloatArray:
+        """Return the positions that `sample` returns, (k, n, 3) [m], without any velocities."""
         t = np.clip(times, 0.0, self.t_end)
         positions = np.zeros((len(t), len(self.segments), 3))
         for i, segments in enumerate(self.segments):

@@ -231,5 +231,5 @@ def test_positions_alone_are_those_of_the_states():
     times = [random.uniform(-1.0, 8.0, 50), np.arange(8.0)]
     for number, positions in enumerate(trajectory.positions_apart(times)):
         expected = trajectory.sample(times[number]).positions
-        assert trajectory.positions(times[number]).tobytes() == expected.tobytes()
+        assert trajectory.positions_at(times[number]).tobytes() == expected.tobytes()
         assert positions.tobytes() == np.ascontiguousarray(expected[:, number]).tobytes()
